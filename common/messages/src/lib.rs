@@ -1,1 +1,67 @@
-//! railgrip messages.
+//! What travels between the processes of a train: fixed-size payloads, nothing else.
+//!
+//! Every payload is `repr(C)`, free of padding and of pointers, and its type name carries a layout version
+//! (`railgrip/Sample/v1`). iceoryx2 compares names and sizes when a process opens a channel, but two fields that
+//! swap places at equal size go unnoticed: **whoever changes a layout raises the version**. The test in
+//! `tests/layout.rs` pins sizes and offsets, so it cannot be forgotten.
+//!
+//! | payload | channel | meaning |
+//! | --- | --- | --- |
+//! | [`Sample`] | `samples/N` | one instant of the sensors of wagon N, in batches |
+//! | [`Estimate`] | `estimates/N` | what the filter makes of each sample, in batches |
+//! | [`Innovation`] | `innovations/N` | what the filter expected and what came, in batches |
+//! | [`Health`] | `health/N` | the indicators of wagon N, a few times a second |
+//! | [`Event`] | `events` | something happened that people care about |
+//! | [`Heartbeat`] | `heartbeats` | a process is alive, with its counters |
+//!
+//! # Glossary
+//! * **wagon**: number of a vehicle in the train, 1 first; 0 means "no wagon".
+//! * **wheelset**: index in a wagon, 0 leading; arrays have [`MAX_WHEELSETS`] places, of which `wheelsets` are in use.
+//! * **bit mask per wheelset**: bit `1 << i` belongs to wheelset `i`.
+//! * **sequence**: counts the samples of one wagon without gaps; a gap at the reader is a lost sample.
+//! * signs: forward is positive; braking gives negative adhesion and negative creepage (slide), traction positive (spin).
+
+mod codes;
+mod estimate;
+mod event;
+mod health;
+mod heartbeat;
+mod sample;
+mod stamp;
+mod text;
+
+pub use codes::{Condition, EventKind, Grade, ProcessKind};
+pub use estimate::{Estimate, Innovation, MAX_OUTPUTS, flags};
+pub use event::{Event, NO_WHEELSET};
+pub use health::{Health, Indicator, WheelsetHealth};
+pub use heartbeat::Heartbeat;
+pub use sample::{Sample, valid};
+pub use stamp::Stamp;
+pub use text::Text;
+
+/// Places for wheelsets in every payload; a wagon with two wheelsets uses the first two.
+pub const MAX_WHEELSETS: usize = 4;
+
+/// The wagon number that means "no wagon".
+pub const NO_WAGON: u32 = 0;
+
+/// A payload that may cross process borders, with the name under which its layout is known.
+pub trait Payload: bytemuck::Pod + iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend {
+    /// Name and version of the layout, for example `railgrip/Sample/v1`.
+    const TYPE_NAME: &'static str;
+}
+
+/// Gives a payload its name, and all zeros as its default.
+macro_rules! payload {
+    ($type:ty, $name:literal) => {
+        impl $crate::Payload for $type {
+            const TYPE_NAME: &'static str = $name;
+        }
+        impl Default for $type {
+            fn default() -> Self {
+                bytemuck::Zeroable::zeroed()
+            }
+        }
+    };
+}
+pub(crate) use payload;

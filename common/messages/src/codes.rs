@@ -1,0 +1,140 @@
+//! Small enumerations. On the wire each is a `u32`, because a reader must survive a code that it does not know.
+
+/// Declares an enumeration with its codes, its reader and its words.
+macro_rules! codes {
+    ($(#[$meta:meta])* $name:ident { $($(#[$variant_meta:meta])* $variant:ident = $code:literal, $word:literal;)+ }) => {
+        $(#[$meta])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[repr(u32)]
+        pub enum $name { $($(#[$variant_meta])* $variant = $code,)+ }
+
+        impl $name {
+            /// Every value, in the order of the codes.
+            pub const ALL: &'static [Self] = &[$(Self::$variant,)+];
+
+            /// The number that travels.
+            #[must_use]
+            pub const fn code(self) -> u32 {
+                self as u32
+            }
+
+            /// The value of a number; `None` for a number of another version.
+            #[must_use]
+            pub const fn from_code(code: u32) -> Option<Self> {
+                match code {
+                    $($code => Some(Self::$variant),)+
+                    _ => None,
+                }
+            }
+
+            /// The word that people and JSON see.
+            #[must_use]
+            pub const fn word(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $word,)+
+                }
+            }
+        }
+
+        impl std::fmt::Display for $name {
+            fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                formatter.pad(self.word())
+            }
+        }
+    };
+}
+
+codes! {
+    /// How an indicator is judged; a larger code is worse.
+    Grade {
+        /// Not enough data to judge.
+        Unknown = 0, "unknown";
+        /// As it should be.
+        Ok = 1, "ok";
+        /// Worth a look at the next occasion.
+        Watch = 2, "watch";
+        /// Needs action.
+        Act = 3, "act";
+    }
+}
+
+codes! {
+    /// State of the rail as the adhesion shows it; the codes index `Health::condition_probability`.
+    Condition {
+        /// Dry rail.
+        Dry = 0, "dry";
+        /// Wet rail.
+        Wet = 1, "wet";
+        /// Low adhesion, for example leaf film.
+        Low = 2, "low";
+        /// Very low adhesion.
+        VeryLow = 3, "very low";
+    }
+}
+
+codes! {
+    /// Which kind of process speaks.
+    ProcessKind {
+        /// Creates and keeps the channels.
+        Holder = 1, "holder";
+        /// Brings samples onto the channels.
+        Ingest = 2, "ingest";
+        /// Filters the samples of one wagon.
+        Estimator = 3, "estimator";
+        /// Serves the indicators over HTTP.
+        Health = 4, "health";
+        /// Writes channels to recordings.
+        Record = 5, "record";
+    }
+}
+
+codes! {
+    /// What an event is about.
+    EventKind {
+        /// A process came up.
+        Started = 1, "started";
+        /// A process went down in order.
+        Stopped = 2, "stopped";
+        /// A wheelset began to slide or spin.
+        SlideBegan = 3, "slide began";
+        /// A wheelset rolls again; values: duration in s, energy in J, largest |creepage|, smallest adhesion utilised.
+        SlideEnded = 4, "slide ended";
+        /// The wheel-slide protection became active.
+        WspBegan = 5, "wsp began";
+        /// The wheel-slide protection became inactive.
+        WspEnded = 6, "wsp ended";
+        /// The rail condition changed; values: old code, new code, probability.
+        ConditionChanged = 7, "condition changed";
+        /// The grade of an indicator changed; values: old code, new code, the indicator's value.
+        GradeChanged = 8, "grade changed";
+        /// Samples are missing; values: how many, seconds.
+        SamplesMissed = 9, "samples missed";
+        /// A source of samples began again or ended; values: runs so far.
+        SourceChanged = 10, "source changed";
+        /// The filter started anew or resumed from a snapshot; values: age of the snapshot in s.
+        FilterRestarted = 11, "filter restarted";
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_survive_the_way_there_and_back() {
+        for kind in EventKind::ALL {
+            assert_eq!(EventKind::from_code(kind.code()), Some(*kind));
+        }
+        for grade in Grade::ALL {
+            assert_eq!(Grade::from_code(grade.code()), Some(*grade));
+        }
+        assert_eq!(ProcessKind::from_code(0), None);
+        assert_eq!(Condition::from_code(4), None);
+        assert_eq!(format!("{:<9}|", Condition::VeryLow), "very low |");
+    }
+
+    #[test]
+    fn a_worse_grade_compares_greater() {
+        assert!(Grade::Act > Grade::Watch && Grade::Watch > Grade::Ok && Grade::Ok > Grade::Unknown);
+    }
+}

@@ -1,0 +1,83 @@
+//! Pins size and field offsets of every payload version. If this fails, raise the version in the type name and in
+//! `payload!`, then write the new figures here.
+
+use std::mem::{offset_of, size_of};
+
+use railgrip_messages::{
+    Estimate, Event, Health, Heartbeat, Indicator, Innovation, Payload, Sample, Stamp, Text, WheelsetHealth,
+};
+
+#[test]
+fn layouts_belong_to_their_versions() {
+    let sizes = [
+        (Sample::TYPE_NAME, size_of::<Sample>(), "railgrip/Sample/v1", 176),
+        (Estimate::TYPE_NAME, size_of::<Estimate>(), "railgrip/Estimate/v1", 344),
+        (Innovation::TYPE_NAME, size_of::<Innovation>(), "railgrip/Innovation/v1", 144),
+        (Event::TYPE_NAME, size_of::<Event>(), "railgrip/Event/v1", 208),
+        (Heartbeat::TYPE_NAME, size_of::<Heartbeat>(), "railgrip/Heartbeat/v1", 112),
+        (Indicator::TYPE_NAME, size_of::<Indicator>(), "railgrip/Indicator/v1", 160),
+        (WheelsetHealth::TYPE_NAME, size_of::<WheelsetHealth>(), "railgrip/WheelsetHealth/v1", 880),
+        (Health::TYPE_NAME, size_of::<Health>(), "railgrip/Health/v1", 5136),
+    ];
+    for (name, size, expected_name, expected_size) in sizes {
+        println!("{name}: {size} bytes");
+        assert_eq!((name, size), (expected_name, expected_size));
+    }
+    assert_eq!(size_of::<Stamp>(), 16);
+    assert_eq!(size_of::<Text>(), Text::CAPACITY);
+}
+
+#[test]
+fn fields_stay_where_they_are() {
+    assert_eq!(
+        [
+            offset_of!(Sample, acquired),
+            offset_of!(Sample, time_s),
+            offset_of!(Sample, v_m_s),
+            offset_of!(Sample, wheel_speed_rad_s),
+            offset_of!(Sample, pressing_force_n),
+            offset_of!(Sample, drive_torque_nm),
+            offset_of!(Sample, grade_rad),
+            offset_of!(Sample, sanding),
+            offset_of!(Sample, position_m),
+            offset_of!(Sample, valid),
+            offset_of!(Sample, wsp_active),
+            offset_of!(Sample, wheelsets),
+        ],
+        [8, 24, 32, 40, 72, 104, 136, 144, 152, 160, 164, 168]
+    );
+    assert_eq!(
+        [
+            offset_of!(Estimate, published_monotonic_ns),
+            offset_of!(Estimate, mu_w),
+            offset_of!(Estimate, mu_w_wheelset),
+            offset_of!(Estimate, mu_b),
+            offset_of!(Estimate, mu_b_mean),
+            offset_of!(Estimate, slip),
+            offset_of!(Estimate, normal_load_n),
+            offset_of!(Estimate, pressing_force_n),
+            offset_of!(Estimate, nis),
+            offset_of!(Estimate, observable),
+            offset_of!(Estimate, rejected),
+            offset_of!(Estimate, flags),
+        ],
+        [24, 48, 64, 128, 192, 208, 240, 272, 304, 316, 328, 336]
+    );
+    assert_eq!(
+        [
+            offset_of!(Innovation, innovation),
+            offset_of!(Innovation, innovation_variance),
+            offset_of!(Innovation, test_ratio),
+            offset_of!(Innovation, rejected),
+        ],
+        [16, 56, 96, 136]
+    );
+}
+
+#[test]
+fn bytes_survive_the_way_there_and_back() {
+    let health = Health { wagon: 7, wheelsets: 2, ..Health::default() };
+    let bytes = bytemuck::bytes_of(&health).to_vec();
+    assert_eq!(bytemuck::pod_read_unaligned::<Health>(&bytes), health);
+    assert!(bytemuck::try_from_bytes::<Sample>(&bytes[..100]).is_err());
+}
