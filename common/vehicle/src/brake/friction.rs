@@ -1,0 +1,38 @@
+//! Dynamics of the pad friction coefficient.
+
+/// First-order pad friction, Schwarz & Keck (9): `μ̇ = (μ0 − μ) / (t_μ μ)`, a strong simplification of Ostermeyer's
+/// friction dynamics (Wear 254, 2003). Note that t_μ / μ, not t_μ, is the time constant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FirstOrderFriction {
+    /// μ0, towards which friction tends, dimensionless.
+    pub level: f64,
+    /// t_μ, s.
+    pub time_s: f64,
+}
+
+impl FirstOrderFriction {
+    /// Rate of change at friction `mu`, 1/s.
+    pub fn rate(&self, mu: f64) -> f64 {
+        (self.level - mu) / (self.time_s * mu.max(0.01))
+    }
+
+    /// Friction after `dt_s` from `mu`: the linearised exponential step, which stays between `mu` and the level for
+    /// any step length.
+    pub fn step(&self, mu: f64, dt_s: f64) -> f64 {
+        self.level + (mu - self.level) * (-dt_s / (self.time_s * mu.max(0.01))).exp()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::FirstOrderFriction;
+
+    #[test]
+    fn tends_to_its_level_with_the_published_rate() {
+        let law = FirstOrderFriction { level: 0.35, time_s: 4.0 };
+        assert!((law.rate(0.30) - 0.05 / (4.0 * 0.30)).abs() < 1e-15);
+        let derivative = (law.step(0.30, 1e-6) - 0.30) / 1e-6;
+        assert!((derivative / law.rate(0.30) - 1.0).abs() < 1e-4);
+        assert!((law.step(0.30, 1e3) - 0.35).abs() < 1e-12);
+    }
+}

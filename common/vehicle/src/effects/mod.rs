@@ -1,0 +1,225 @@
+//! Effects: what a simple longitudinal model leaves out, as modifiers that compose with its laws.
+//!
+//! An [`Effect`] answers at the places of the equations that it concerns and leaves the others as they are; a
+//! [`crate::WagonModel`] passes the value of each law through all its effects in turn. An effect may carry hidden
+//! states (a temperature, a film, a delay line), which advance once a sample, outside of the integrator's stages.
+//!
+//! **Adding an effect**: write it in the file of its term (one file a term) and name its constructor in the table
+//! [`CATALOGUE`].
+
+mod brake_friction;
+mod kinematics;
+
+use crate::{EffectEntry, ModelError, PerWheelset, wagon::Constants};
+
+/// A place in the equations at which a model can be wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Term {
+    /// Coefficient between pad and disc.
+    BrakeFriction,
+    /// From measured pressure to the force on the pad.
+    BrakeActuation,
+    /// Adhesion available and its shape over slip.
+    Adhesion,
+    /// Normal loads of the wheelsets.
+    LoadDistribution,
+    /// Mass and moments of inertia.
+    Inertia,
+    /// Wheel radii.
+    Kinematics,
+    /// Running resistance, wind and grade.
+    Resistance,
+    /// Other forces along the track.
+    LongitudinalForce,
+    /// Measurement of wheelset speeds.
+    SensorWheelSpeed,
+    /// Measurement of vehicle speed.
+    SensorSpeed,
+    /// Elasticity between brake or motor and wheel.
+    Drivetrain,
+}
+
+impl Term {
+    /// The term's stable name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::BrakeFriction => "brake_friction",
+            Self::BrakeActuation => "brake_actuation",
+            Self::Adhesion => "adhesion",
+            Self::LoadDistribution => "load_distribution",
+            Self::Inertia => "inertia",
+            Self::Kinematics => "kinematics",
+            Self::Resistance => "resistance",
+            Self::LongitudinalForce => "longitudinal_force",
+            Self::SensorWheelSpeed => "sensor_wheel_speed",
+            Self::SensorSpeed => "sensor_speed",
+            Self::Drivetrain => "drivetrain",
+        }
+    }
+}
+
+/// One parameter of an effect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ParameterSpec {
+    /// Name with its unit.
+    pub name: &'static str,
+    /// Unit for people.
+    pub unit: &'static str,
+    /// Smallest allowed value.
+    pub lower: f64,
+    /// Largest allowed value.
+    pub upper: f64,
+    /// Value where nothing else is known, and the start of a fit.
+    pub default: f64,
+    /// Value at which the parameter does nothing, if the effect vanishes there.
+    pub neutral: Option<f64>,
+    /// One-sigma width of the prior around `default`; infinite where nothing is known.
+    pub prior_sigma: f64,
+}
+
+/// What the catalogue says about an effect.
+#[derive(Debug, PartialEq)]
+pub struct EffectSpec {
+    /// Stable id.
+    pub id: &'static str,
+    /// The place in the equations.
+    pub term: Term,
+    /// The law in one line.
+    pub equation: &'static str,
+    /// Where the law and its range come from.
+    pub source: &'static str,
+    /// Parameters in the order in which the constructor takes them.
+    pub parameters: &'static [ParameterSpec],
+    /// Names of hidden states, with units.
+    pub hidden: &'static [&'static str],
+    /// Ids that look alike, and what separates them is in `separated_by`.
+    pub twins: &'static [&'static str],
+    /// The run that tells the effect from its twins, in words.
+    pub separated_by: &'static str,
+}
+
+/// The operating point at which a law is asked: what was measured or simulated at this sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Operating {
+    /// Time since the start of the run, s.
+    pub time_s: f64,
+    /// Vehicle speed, m/s.
+    pub v_m_s: f64,
+    /// Acceleration of the vehicle as last known, m/s².
+    pub acceleration_m_s2: f64,
+    /// Position along the track, m.
+    pub position_m: f64,
+    /// Sanding demand, 0 to 1.
+    pub sanding: f64,
+    /// Grade of the track, rad, uphill positive.
+    pub grade_rad: f64,
+    /// Angular speed of each wheelset, rad/s.
+    pub wheel_speed_rad_s: PerWheelset,
+    /// Pressing force of each wheelset as inferred from cylinder pressure, N.
+    pub pressing_force_n: PerWheelset,
+    /// Drive torque on each wheelset, N m.
+    pub drive_torque_nm: PerWheelset,
+    /// Heat into each wheelset's brake as last known, W, never negative.
+    pub brake_power_w: PerWheelset,
+    /// Power dissipated by slip in each contact as last known, W, never negative.
+    pub slip_power_w: PerWheelset,
+}
+
+/// What sensors read: vehicle speed and wheelset speeds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Observation {
+    /// Vehicle speed, m/s.
+    pub v_m_s: f64,
+    /// Angular speed of each wheelset, rad/s.
+    pub wheel_speed_rad_s: PerWheelset,
+}
+
+/// A modifier of laws. Every method but [`Effect::spec`] leaves its law as it is unless the effect overrides it.
+pub trait Effect: Send + Sync + std::fmt::Debug {
+    /// The effect's entry in the catalogue.
+    fn spec(&self) -> &'static EffectSpec;
+
+    /// Number of hidden states at this sample period.
+    fn hidden_len(&self, _sample_period_s: f64) -> usize {
+        0
+    }
+
+    /// Sets the hidden states at the start of a run.
+    fn start(&self, _at: &Operating, _hidden: &mut [f64]) {}
+
+    /// Advances the hidden states over `dt_s`, with the operating point at its start.
+    fn advance(&self, _at: &Operating, _dt_s: f64, _hidden: &mut [f64]) {}
+
+    /// Changes constants of the model, once, when the model is built.
+    fn constants(&self, _constants: &mut Constants) {}
+
+    /// Force that arrives at the pad of `wheelset`, N.
+    fn pad_force_n(&self, _wheelset: usize, _at: &Operating, _hidden: &[f64], force_n: f64) -> f64 {
+        force_n
+    }
+
+    /// Pad friction of `wheelset`.
+    fn brake_friction(&self, _wheelset: usize, _at: &Operating, _hidden: &[f64], friction: f64) -> f64 {
+        friction
+    }
+
+    /// Torque with which `wheelset` is held back, N m, never negative.
+    fn brake_torque_nm(&self, _wheelset: usize, _at: &Operating, _hidden: &[f64], torque_nm: f64) -> f64 {
+        torque_nm
+    }
+
+    /// Adhesion available under `wheelset`.
+    fn adhesion_peak(&self, _wheelset: usize, _at: &Operating, _hidden: &[f64], peak: f64) -> f64 {
+        peak
+    }
+
+    /// Force on the body beyond contact, resistance and grade, N, forward positive.
+    fn body_force_n(&self, _at: &Operating, _hidden: &[f64], force_n: f64) -> f64 {
+        force_n
+    }
+
+    /// What the sensors read.
+    fn observe(&self, _at: &Operating, _hidden: &[f64], _reading: &mut Observation) {}
+}
+
+/// Builds an effect from its parameter values, in the order of its spec.
+pub type Constructor = fn(&[f64]) -> Box<dyn Effect>;
+
+/// Every effect railgrip knows.
+pub static CATALOGUE: &[(&EffectSpec, Constructor)] = &[
+    (&brake_friction::FADE, brake_friction::Fade::boxed),
+    (&kinematics::WHEEL_RADIUS, kinematics::WheelRadius::boxed),
+];
+
+/// The catalogue's entry of that id.
+pub fn find(id: &str) -> Option<(&'static EffectSpec, Constructor)> {
+    CATALOGUE.iter().find(|(spec, _)| spec.id == id).copied()
+}
+
+/// Builds the effect of a vehicle file.
+///
+/// # Errors
+/// An unknown id or parameter, or a value outside its bounds.
+pub fn build(entry: &EffectEntry) -> Result<Box<dyn Effect>, ModelError> {
+    let (spec, constructor) =
+        find(&entry.id).ok_or_else(|| ModelError::UnknownEffect { id: entry.id.clone() })?;
+    if let Some(name) = entry.parameters.keys().find(|name| spec.parameters.iter().all(|p| p.name != **name))
+    {
+        return Err(ModelError::UnknownParameter { id: spec.id, name: name.clone() });
+    }
+    let mut values = Vec::with_capacity(spec.parameters.len());
+    for parameter in spec.parameters {
+        let value = entry.parameters.get(parameter.name).copied().unwrap_or(parameter.default);
+        if !(parameter.lower..=parameter.upper).contains(&value) {
+            return Err(ModelError::ParameterOutOfBounds {
+                id: spec.id,
+                name: parameter.name,
+                value,
+                lower: parameter.lower,
+                upper: parameter.upper,
+            });
+        }
+        values.push(value);
+    }
+    Ok(constructor(&values))
+}
