@@ -35,7 +35,7 @@ pub use estimate::{Estimate, Innovation, MAX_OUTPUTS, flags};
 pub use event::{Event, NO_WHEELSET};
 pub use health::{Health, Indicator, WheelsetHealth};
 pub use heartbeat::Heartbeat;
-pub use sample::{Sample, valid};
+pub use sample::{Sample, sample_flags, valid};
 pub use stamp::Stamp;
 pub use text::Text;
 

@@ -38,6 +38,13 @@ pub mod valid {
     }
 }
 
+/// Bits of [`Sample::flags`].
+pub mod sample_flags {
+    /// The time base begins anew with this sample (a replay starts over, a source restarted): what the filter knows
+    /// about the past does not belong to it.
+    pub const TIME_BASE_RESTARTED: u32 = 1 << 0;
+}
+
 /// What the sensors of one wagon say at one instant (channel `samples/N`).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
@@ -69,8 +76,8 @@ pub struct Sample {
     pub wsp_active: u32,
     /// Wheelsets of this wagon.
     pub wheelsets: u32,
-    /// Always 0.
-    pub reserved: u32,
+    /// See [`sample_flags`].
+    pub flags: u32,
 }
 payload!(Sample, "railgrip/Sample/v1");
 

@@ -43,8 +43,9 @@ fn fields_stay_where_they_are() {
             offset_of!(Sample, valid),
             offset_of!(Sample, wsp_active),
             offset_of!(Sample, wheelsets),
+            offset_of!(Sample, flags),
         ],
-        [8, 24, 32, 40, 72, 104, 136, 144, 152, 160, 164, 168]
+        [8, 24, 32, 40, 72, 104, 136, 144, 152, 160, 164, 168, 172]
     );
     assert_eq!(
         [
