@@ -1,1 +1,3 @@
 //! railgrip settings.
+
+pub mod vehicle;

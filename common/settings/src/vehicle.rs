@@ -1,0 +1,166 @@
+//! Vehicle files: `vehicle.toml` into [`VehicleParameters`].
+
+use railgrip_vehicle::{ParameterError, VehicleParameters, WagonModel};
+use std::path::{Path, PathBuf};
+
+/// Why a vehicle file was refused.
+#[derive(Debug, thiserror::Error)]
+pub enum VehicleFileError {
+    /// The file cannot be read.
+    #[error("{}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The file is not TOML of the expected form; the message names line and key.
+    #[error("{}: {message}", path.display())]
+    Form {
+        /// The file.
+        path: PathBuf,
+        /// Line, key and what is expected there.
+        message: String,
+    },
+    /// A value is out of its range.
+    #[error("{}:{line}: {source}", path.display())]
+    Value {
+        /// The file.
+        path: PathBuf,
+        /// Line of the key, counted from 1.
+        line: usize,
+        /// Key, value and range.
+        source: ParameterError,
+    },
+    /// An effect is unknown or its parameters are wrong.
+    #[error("{}: {source}", path.display())]
+    Effect {
+        /// The file.
+        path: PathBuf,
+        /// Effect and parameter.
+        source: railgrip_vehicle::ModelError,
+    },
+}
+
+/// Reads and checks a vehicle file.
+///
+/// # Errors
+/// A file that cannot be read, an unknown or missing key, a value out of its range, an unknown effect.
+pub fn load(path: &Path) -> Result<VehicleParameters, VehicleFileError> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|source| VehicleFileError::Read { path: path.to_owned(), source })?;
+    parse(path, &text)
+}
+
+/// Parses and checks the text of a vehicle file; `path` is for messages only.
+///
+/// # Errors
+/// As [`load`].
+pub fn parse(path: &Path, text: &str) -> Result<VehicleParameters, VehicleFileError> {
+    let parameters: VehicleParameters = toml::from_str(text).map_err(|error| VehicleFileError::Form {
+        path: path.to_owned(),
+        message: match error.span() {
+            Some(span) => format!("line {}: {}", line_of(text, span.start), error.message()),
+            None => error.message().to_owned(),
+        },
+    })?;
+    parameters.check().map_err(|source| VehicleFileError::Value {
+        path: path.to_owned(),
+        line: line_of_key(text, source.key),
+        source,
+    })?;
+    WagonModel::new(&parameters).map_err(|source| VehicleFileError::Effect { path: path.to_owned(), source })?;
+    Ok(parameters)
+}
+
+fn line_of(text: &str, offset: usize) -> usize {
+    text[..offset.min(text.len())].matches('\n').count() + 1
+}
+
+/// Line of a dotted `table.key`, or 1 where the key stands in another form.
+fn line_of_key(text: &str, dotted: &str) -> usize {
+    let (table, key) = dotted.rsplit_once('.').unwrap_or(("", dotted));
+    let mut current = String::new();
+    for (index, line) in text.lines().enumerate() {
+        let line = line.trim();
+        if let Some(header) = line.strip_prefix('[') {
+            current = header.trim_matches(['[', ']', ' ']).to_owned();
+        } else if current == table && line.split('=').next().is_some_and(|name| name.trim() == key) {
+            return index + 1;
+        }
+    }
+    1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const COACH: &str = r#"schema = 1
+name = "coach"
+[body]
+mass_kg = 40000.0
+com_height_m = 1.6
+wheelbase_m = 10.0
+[wheelset]
+radius_m = 0.44
+inertia_kg_m2 = 120.0
+[brake]
+radius_m = 0.25
+friction_coefficient = 0.35
+[resistance]
+constant_n = 400.0
+linear_n_s_per_m = 8.0
+drag_n_s2_per_m2 = 4.0
+[contact]
+stiffness_n = 6.0e6
+k_a = 1.0
+k_s = 0.4
+[rail]
+dry = 0.3
+wet = 0.12
+low = 0.06
+[sensors]
+sample_rate_hz = 100.0
+speed_sigma_m_s = 0.03
+wheel_speed_sigma_rad_s = 0.03
+pressing_force_sigma_n = 150.0
+"#;
+
+    fn message(text: &str) -> String {
+        parse(Path::new("coach.toml"), text).expect_err("must be refused").to_string()
+    }
+
+    #[test]
+    fn a_good_file_is_read() {
+        let vehicle = parse(Path::new("coach.toml"), COACH).expect("good");
+        assert_eq!(vehicle.wheelsets(), 2);
+        assert_eq!(vehicle.wheelset_positions_m()[..2], [5.0, -5.0]);
+    }
+
+    #[test]
+    fn negative_mass_names_file_line_key_and_range() {
+        let text = COACH.replace("mass_kg = 40000.0", "mass_kg = -3.0");
+        assert_eq!(message(&text), "coach.toml:4: `body.mass_kg` is -3, allowed is 100 to 500000");
+    }
+
+    #[test]
+    fn a_typo_in_a_key_names_line_and_key() {
+        let said = message(&COACH.replace("mass_kg", "mas_kg"));
+        assert!(said.contains("line 4") && said.contains("mas_kg"), "{said}");
+    }
+
+    #[test]
+    fn a_missing_key_is_named() {
+        let said = message(&COACH.replace("k_s = 0.4\n", ""));
+        assert!(said.contains("k_s"), "{said}");
+    }
+
+    #[test]
+    fn unknown_effects_and_parameters_are_named() {
+        let said = message(&format!("{COACH}[[effect]]\nid = \"brake_fad\"\n"));
+        assert!(said.contains("brake_fad"), "{said}");
+        let said = message(&format!("{COACH}[[effect]]\nid = \"brake_fade\"\nparameters = {{ alpha = 1.0 }}\n"));
+        assert!(said.contains("`alpha`"), "{said}");
+    }
+}
