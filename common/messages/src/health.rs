@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::{Grade, MAX_WHEELSETS, Stamp, Text, payload};
+use crate::{Grade, MAX_WHEELSETS, Stamp, Text, payload, zero_default};
 
 /// One judged figure with its 95 % interval, its grade and the reason in words.
 #[repr(C)]
@@ -24,7 +24,7 @@ pub struct Indicator {
     /// Why this grade.
     pub reason: Text,
 }
-payload!(Indicator, "railgrip/Indicator/v1");
+zero_default!(Indicator);
 
 impl Indicator {
     /// The grade; unknown codes read as [`Grade::Unknown`].
@@ -83,7 +83,7 @@ pub struct WheelsetHealth {
     /// 1 if its slide protection acts now.
     pub wsp_active: u32,
 }
-payload!(WheelsetHealth, "railgrip/WheelsetHealth/v1");
+zero_default!(WheelsetHealth);
 
 /// The indicators of one wagon (channel `health/N`, about 5 Hz; late joiners get the last one).
 #[repr(C)]

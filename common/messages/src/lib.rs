@@ -45,23 +45,40 @@ pub const MAX_WHEELSETS: usize = 4;
 /// The wagon number that means "no wagon".
 pub const NO_WAGON: u32 = 0;
 
-/// A payload that may cross process borders, with the name under which its layout is known.
-pub trait Payload: bytemuck::Pod + iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend {
+/// A payload that travels on a channel of its own, with the name under which its layout is known.
+pub trait Payload:
+    bytemuck::Pod + std::fmt::Debug + iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend
+{
     /// Name and version of the layout, for example `railgrip/Sample/v1`.
     const TYPE_NAME: &'static str;
+
+    /// The running number of this item.
+    fn sequence(&self) -> u64;
 }
+
+/// Makes all zeros the default of a part of a payload.
+macro_rules! zero_default {
+    ($type:ty) => {
+        impl Default for $type {
+            fn default() -> Self {
+                bytemuck::Zeroable::zeroed()
+            }
+        }
+    };
+}
+pub(crate) use zero_default;
 
 /// Gives a payload its name, and all zeros as its default.
 macro_rules! payload {
     ($type:ty, $name:literal) => {
         impl $crate::Payload for $type {
             const TYPE_NAME: &'static str = $name;
-        }
-        impl Default for $type {
-            fn default() -> Self {
-                bytemuck::Zeroable::zeroed()
+
+            fn sequence(&self) -> u64 {
+                self.sequence
             }
         }
+        $crate::zero_default!($type);
     };
 }
 pub(crate) use payload;

