@@ -27,6 +27,13 @@ impl LoadDistribution {
         Self { static_load_n, transfer_kg, wheelsets }
     }
 
+    /// Loads that acceleration does not change, as on a roller rig.
+    pub fn fixed(load_n: f64, wheelsets: usize) -> Self {
+        let mut static_load_n = [0.0; MAX_WHEELSETS];
+        static_load_n[..wheelsets].fill(load_n);
+        Self { static_load_n, transfer_kg: [0.0; MAX_WHEELSETS], wheelsets }
+    }
+
     /// Load of each wheelset at acceleration `acceleration_m_s2`, N; a wheelset cannot pull on the rail.
     #[inline]
     pub fn loads_n(&self, acceleration_m_s2: f64) -> PerWheelset {

@@ -116,6 +116,8 @@ pub struct Constants {
     pub com_height_m: f64,
     /// Positions of wheelsets ahead of the centre of mass, m.
     pub wheelset_positions_m: PerWheelset,
+    /// Load of every wheelset where it does not follow from the mass (on a rig), N.
+    pub fixed_load_n: Option<f64>,
     /// Moment of inertia of each wheelset, kg m².
     pub inertia_kg_m2: PerWheelset,
     /// Rolling radius of each wheelset, m.
@@ -205,6 +207,7 @@ impl WagonModel {
             mass_kg: parameters.body.mass_kg,
             com_height_m: parameters.body.com_height_m,
             wheelset_positions_m: parameters.wheelset_positions_m(),
+            fixed_load_n: None,
             inertia_kg_m2: [parameters.wheelset.inertia_kg_m2; MAX_WHEELSETS],
             wheel_radius_m: [parameters.wheelset.radius_m; MAX_WHEELSETS],
             brake_radius_m: parameters.brake.radius_m,
@@ -218,12 +221,15 @@ impl WagonModel {
     /// The model with these constants, before effects change them.
     pub fn from_constants(mut constants: Constants, effects: Vec<Box<dyn Effect>>) -> Self {
         effects.iter().for_each(|effect| effect.constants(&mut constants));
-        let loads = LoadDistribution::new(
-            constants.mass_kg,
-            constants.com_height_m,
-            &constants.wheelset_positions_m,
-            constants.wheelsets,
-        );
+        let loads = match constants.fixed_load_n {
+            Some(load_n) => LoadDistribution::fixed(load_n, constants.wheelsets),
+            None => LoadDistribution::new(
+                constants.mass_kg,
+                constants.com_height_m,
+                &constants.wheelset_positions_m,
+                constants.wheelsets,
+            ),
+        };
         Self { constants, loads, effects: effects.into() }
     }
 
