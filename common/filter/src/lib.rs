@@ -1,1 +1,2 @@
 //! railgrip filter.
+pub mod core;
