@@ -1,1 +1,30 @@
-//! railgrip recording.
+//! Recordings of wagons as files, read and written with checks. Columns only: no physics, no clock.
+//!
+//! * [`Recording`]: one run of one wagon, column by column; [`Row`] is one sample of it; [`RunWriter`] writes rows as they come.
+//! * [`Truth`]: what no sensor sees, beside a simulated run.
+//! * [`Table`]: named columns of numbers in CSV or Parquet, for every other file.
+//! * [`runs_in`], [`RunFile`]: the runs of a folder, named `NAME.RAIL.csv` or `NAME.RAIL.parquet`.
+//! * [`RecordingError`]: file, line or row, column, what is wrong and what is allowed.
+//!
+//! Files are written beside their place and renamed into it, so that a reader never sees half a file.
+
+mod atomic;
+mod checks;
+mod columns;
+mod csv_form;
+mod error;
+mod parquet_form;
+mod recording;
+mod run_name;
+mod table;
+mod truth;
+mod writer;
+
+pub use checks::Strictness;
+pub use columns::{MAX_WHEELSETS, Quantity, suffix};
+pub use error::{Place, Problem, RecordingError, Result};
+pub use recording::{Optional, Recording, Row};
+pub use run_name::{RailClass, RunFile, runs_in};
+pub use table::{Form, HeaderCheck, Table, expect_columns};
+pub use truth::{Truth, TruthRow};
+pub use writer::RunWriter;

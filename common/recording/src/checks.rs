@@ -1,0 +1,99 @@
+//! What makes a table a run: header, cells, time.
+
+use crate::columns::{MAX_WHEELSETS, Quantity, columns_of_run, described, wheelsets_of_header};
+use crate::error::{Problem, RecordingError, Result};
+use crate::table::Table;
+
+/// How much dirt a reader takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Strictness {
+    /// Every cell present, finite and plausible, time regular, at least one second: for fitting models.
+    Strict,
+    /// As recordings are: an empty, NaN or infinite cell means not measured, times may repeat, come late or leave gaps, values may
+    /// spike; whoever consumes the rows deals with it. Header, text in cells and the presence of a time stay errors.
+    Tolerant,
+}
+
+/// Allowed deviation of a time step from the run's median step.
+const STEP_TOLERANCE: f64 = 0.05;
+/// Shortest run that a gap window fits in (seconds).
+const MINIMUM_DURATION_S: f64 = 1.0;
+
+pub(crate) fn check_header(names: &[String]) -> std::result::Result<(), (String, Problem)> {
+    let columns = columns_of_run(wheelsets_of_header(names));
+    let known = |name: &String| columns.iter().any(|(_, _, column)| column == name);
+    if let Some(unknown) = names.iter().find(|name| !known(name)) {
+        let allowed = described(&columns);
+        return Err((unknown.clone(), Problem::UnknownColumn { allowed }));
+    }
+    let absent = |(quantity, _, name): &&(Quantity, usize, String)| {
+        let wanted = quantity.required() || some_wheelset(names, &columns, *quantity);
+        wanted && !names.contains(name)
+    };
+    match columns.iter().find(absent) {
+        Some((_, _, name)) => Err((name.clone(), Problem::MissingColumn { found: names.join(", ") })),
+        None => Ok(()),
+    }
+}
+
+/// An optional quantity of the wheelsets is there for all of them or for none.
+fn some_wheelset(names: &[String], columns: &[(Quantity, usize, String)], quantity: Quantity) -> bool {
+    columns
+        .iter()
+        .any(|(other, _, name)| *other == quantity && quantity.per_wheelset() && names.contains(name))
+}
+
+pub(crate) fn check_columns(table: &Table, wheelsets: usize, strictness: Strictness) -> Result<()> {
+    debug_assert!((1..=MAX_WHEELSETS).contains(&wheelsets));
+    if table.rows() == 0 {
+        return Err(RecordingError::new(table.file(), Problem::EmptyRun));
+    }
+    let time = Quantity::Time.column(0, wheelsets);
+    table.require_finite(&time)?;
+    if strictness == Strictness::Tolerant {
+        return Ok(());
+    }
+    for (quantity, _, name) in columns_of_run(wheelsets) {
+        check_cells(table, quantity, &name)?;
+    }
+    check_time(table, &time)
+}
+
+fn check_cells(table: &Table, quantity: Quantity, name: &str) -> Result<()> {
+    let Some(cells) = table.column(name) else { return Ok(()) };
+    table.require_finite(name)?;
+    let allowed = quantity.allowed();
+    match cells.iter().position(|value| !allowed.contains(value)) {
+        Some(row) => {
+            let (low, high, unit) = (*allowed.start(), *allowed.end(), quantity.unit());
+            let problem = Problem::OutOfRange { value: cells[row], low, high, unit };
+            Err(table.cell_error(row, name, problem))
+        }
+        None => Ok(()),
+    }
+}
+
+fn check_time(table: &Table, name: &str) -> Result<()> {
+    let time_s = table.column(name).unwrap_or_default();
+    let steps: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if let Some(back) = steps.iter().position(|step| *step <= 0.0) {
+        let problem = Problem::TimeNotIncreasing { value: time_s[back + 1], previous: time_s[back] };
+        return Err(table.cell_error(back + 1, name, problem));
+    }
+    let duration_s = time_s.last().zip(time_s.first()).map_or(0.0, |(last, first)| last - first);
+    if duration_s < MINIMUM_DURATION_S * (1.0 - STEP_TOLERANCE) {
+        let problem = Problem::TooShort { duration_s, minimum_s: MINIMUM_DURATION_S };
+        return Err(RecordingError::new(table.file(), problem));
+    }
+    let mut sorted = steps.clone();
+    let middle = sorted.len() / 2;
+    let (_, &mut period_s, _) = sorted.select_nth_unstable_by(middle, f64::total_cmp);
+    match steps.iter().position(|step| (step - period_s).abs() > STEP_TOLERANCE * period_s) {
+        Some(odd) => {
+            let tolerance_percent = 100.0 * STEP_TOLERANCE;
+            let problem = Problem::TimeIrregular { step_s: steps[odd], period_s, tolerance_percent };
+            Err(table.cell_error(odd + 1, name, problem))
+        }
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,97 @@
+//! Tables as CSV: comma, one header line, empty cell = missing. Numbers are written in the shortest text that reads back to the
+//! same bits.
+
+use crate::error::{Place, Problem, RecordingError, Result};
+use crate::table::{HeaderCheck, Table};
+use csv::ByteRecord;
+use std::io::{Read, Write};
+use std::path::Path;
+
+const BYTE_ORDER_MARK: &str = "\u{feff}";
+
+pub(crate) fn read(source: impl Read, file: &Path, check: HeaderCheck<'_>) -> Result<Table> {
+    let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(source);
+    let mut record = ByteRecord::new();
+    let names = header(&mut reader, &mut record, file, check)?;
+    let mut columns = vec![Vec::new(); names.len()];
+    let mut lines = Vec::new();
+    while next(&mut reader, &mut record, file)? {
+        let line = line_of(&record);
+        let error = |problem| RecordingError::new(file, problem).at(Place::Line(line));
+        if record.len() != names.len() {
+            return Err(error(Problem::Ragged { expected: names.len(), found: record.len() }));
+        }
+        for ((cell, name), column) in record.iter().zip(&names).zip(&mut columns) {
+            column.push(number(cell, name).map_err(|problem| error(problem).column(name))?);
+        }
+        lines.push(line);
+    }
+    Table::assemble(file, names, columns, Some(lines))
+}
+
+fn header(
+    reader: &mut csv::Reader<impl Read>,
+    record: &mut ByteRecord,
+    file: &Path,
+    check: HeaderCheck<'_>,
+) -> Result<Vec<String>> {
+    if !next(reader, record, file)? {
+        return Err(RecordingError::new(file, Problem::NoHeader));
+    }
+    let error = |problem| RecordingError::new(file, problem).at(Place::Line(line_of(record)));
+    let mut names: Vec<String> = Vec::with_capacity(record.len());
+    for cell in record.iter() {
+        let text = std::str::from_utf8(cell).map_err(|_| error(Problem::NotText))?;
+        let name = text.trim_start_matches(BYTE_ORDER_MARK).trim();
+        if names.iter().any(|known| known == name) {
+            return Err(error(Problem::DuplicateColumn).column(name));
+        }
+        names.push(name.to_owned());
+    }
+    check(&names).map_err(|(column, problem)| error(problem).column(&column))?;
+    Ok(names)
+}
+
+fn next(reader: &mut csv::Reader<impl Read>, record: &mut ByteRecord, file: &Path) -> Result<bool> {
+    reader.read_byte_record(record).map_err(|e| {
+        let text = e.to_string();
+        match e.into_kind() {
+            csv::ErrorKind::Io(e) => RecordingError::new(file, Problem::Io(e)),
+            _ => RecordingError::new(file, Problem::Io(std::io::Error::other(text))),
+        }
+    })
+}
+
+fn line_of(record: &ByteRecord) -> u64 {
+    record.position().map_or(0, csv::Position::line)
+}
+
+fn number(cell: &[u8], column: &str) -> std::result::Result<f64, Problem> {
+    let text = std::str::from_utf8(cell).map_err(|_| Problem::NotText)?.trim();
+    if text.is_empty() {
+        return Ok(f64::NAN);
+    }
+    text.parse().map_err(|_| match text == column {
+        true => Problem::HeaderAgain,
+        false => Problem::NotANumber(text.chars().take(40).collect()),
+    })
+}
+
+pub(crate) fn write_header(to: &mut impl Write, names: &[String]) -> std::io::Result<()> {
+    writeln!(to, "{}", names.join(","))
+}
+
+pub(crate) fn write_rows(to: &mut impl Write, columns: &[Vec<f64>]) -> std::io::Result<()> {
+    for row in 0..columns.first().map_or(0, Vec::len) {
+        for (position, column) in columns.iter().enumerate() {
+            if position > 0 {
+                to.write_all(b",")?;
+            }
+            if !column[row].is_nan() {
+                write!(to, "{:?}", column[row])?;
+            }
+        }
+        to.write_all(b"\n")?;
+    }
+    Ok(())
+}

@@ -1,0 +1,186 @@
+//! What can be wrong with a recording, said with file, line (CSV) or row (Parquet), column, and what is allowed.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// Result of this crate.
+pub type Result<T> = std::result::Result<T, RecordingError>;
+
+/// A problem with a file of measured columns, and where it lies.
+#[derive(Debug, thiserror::Error)]
+#[error("{}{}{}: {problem}", .file.display(), Shown(", ", .place), Shown(", column ", .column))]
+pub struct RecordingError {
+    /// The file as it was named by the caller.
+    pub file: PathBuf,
+    /// Line or row, where one is to blame.
+    pub place: Option<Place>,
+    /// Column name, where one is to blame.
+    pub column: Option<String>,
+    /// What is wrong, and what is allowed.
+    pub problem: Problem,
+}
+
+impl RecordingError {
+    pub(crate) fn new(file: &Path, problem: Problem) -> Self {
+        Self { file: file.to_owned(), place: None, column: None, problem }
+    }
+
+    pub(crate) fn at(mut self, place: Place) -> Self {
+        self.place = Some(place);
+        self
+    }
+
+    pub(crate) fn column(mut self, column: &str) -> Self {
+        self.column = Some(column.to_owned());
+        self
+    }
+}
+
+/// Where in the file: text has lines, Parquet has rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// Line of a text file, the header being line 1.
+    Line(u64),
+    /// Data row of a Parquet file, the first being row 1.
+    Row(u64),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(number) => write!(f, "line {number}"),
+            Self::Row(number) => write!(f, "row {number}"),
+        }
+    }
+}
+
+/// What is wrong. The texts say what is allowed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Problem {
+    /// The operating system refused.
+    #[error("{0}")]
+    Io(#[from] std::io::Error),
+    /// The file is not what its ending says.
+    #[error("not a readable Parquet file: {0}")]
+    Parquet(String),
+    /// The file ends in neither `.csv` nor `.parquet`.
+    #[error("a recording ends in .csv or .parquet")]
+    Extension,
+    /// A run of a case needs its rail class in its name.
+    #[error("the name of a run is NAME.RAIL.csv or NAME.RAIL.parquet with RAIL = dry, wet or low")]
+    RailClass,
+    /// The same run twice in a folder.
+    #[error("this run stands twice in the folder, as .csv and as .parquet; keep one")]
+    RunTwice,
+    /// A folder without runs.
+    #[error("no .csv or .parquet file in this folder")]
+    NoRuns,
+    /// Bytes that are no text.
+    #[error("not UTF-8 text")]
+    NotText,
+    /// No header line.
+    #[error("the file is empty; its first line must name the columns")]
+    NoHeader,
+    /// A required column is absent.
+    #[error("required column is missing; found {found}")]
+    MissingColumn {
+        /// The header that was found.
+        found: String,
+    },
+    /// A column nobody knows.
+    #[error("unknown column; allowed are {allowed}")]
+    UnknownColumn {
+        /// The names that are allowed.
+        allowed: String,
+    },
+    /// A column name that stands twice in the header.
+    #[error("this column stands twice in the header")]
+    DuplicateColumn,
+    /// The header line stands again among the data.
+    #[error("the header stands again among the data (two files joined?); one run a file")]
+    HeaderAgain,
+    /// A row with too many or too few cells.
+    #[error("{found} cells where the header names {expected} columns")]
+    Ragged {
+        /// Number of columns of the header.
+        expected: usize,
+        /// Number of cells of the row.
+        found: usize,
+    },
+    /// Text where a number belongs.
+    #[error("`{0}` is not a number")]
+    NotANumber(String),
+    /// A Parquet column that holds no plain numbers.
+    #[error("holds {0}; allowed are DOUBLE, FLOAT, INT64, INT32 and BOOLEAN, not nested")]
+    ColumnType(String),
+    /// An empty cell, NaN or infinity where a value is required.
+    #[error("empty, NaN or infinite; every cell needs a finite number here")]
+    NotFinite,
+    /// A value that no sensor of this kind gives in this unit.
+    #[error("{value} is out of range; allowed is {low} to {high} {unit}")]
+    OutOfRange {
+        /// The value found.
+        value: f64,
+        /// Smallest allowed value.
+        low: f64,
+        /// Largest allowed value.
+        high: f64,
+        /// Unit of the three.
+        unit: &'static str,
+    },
+    /// Time that stands still or runs backwards.
+    #[error("time {value} s does not follow {previous} s; time must increase from row to row")]
+    TimeNotIncreasing {
+        /// Time of the row.
+        value: f64,
+        /// Time of the row before.
+        previous: f64,
+    },
+    /// A gap or a doubled rate.
+    #[error(
+        "a step of {step_s:.6} s where the run's step is {period_s:.6} s; allowed is ±{tolerance_percent} %"
+    )]
+    TimeIrregular {
+        /// Step from the row before.
+        step_s: f64,
+        /// Median step of the run.
+        period_s: f64,
+        /// Allowed deviation in percent.
+        tolerance_percent: f64,
+    },
+    /// Header, but no data.
+    #[error("an empty run: there is a header but no row")]
+    EmptyRun,
+    /// Less than a usable run.
+    #[error("the run lasts {duration_s:.3} s; at least {minimum_s} s are needed")]
+    TooShort {
+        /// Length of the run.
+        duration_s: f64,
+        /// Shortest allowed run.
+        minimum_s: f64,
+    },
+    /// Another sample rate than the vehicle file declares.
+    #[error("sampled at {found_hz:.3} Hz where the vehicle file declares {expected_hz} Hz")]
+    Rate {
+        /// Mean rate of the run.
+        found_hz: f64,
+        /// Rate that is needed.
+        expected_hz: f64,
+    },
+    /// Columns that do not belong together in a value made by a program.
+    #[error("columns of different length or number: {0}")]
+    Shape(String),
+}
+
+/// Shows `Some(x)` with a text before it and `None` as nothing.
+struct Shown<'a, T>(&'static str, &'a Option<T>);
+
+impl<T: fmt::Display> fmt::Display for Shown<'_, T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.1 {
+            Some(value) => write!(f, "{}{value}", self.0),
+            None => Ok(()),
+        }
+    }
+}

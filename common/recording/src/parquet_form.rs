@@ -1,0 +1,145 @@
+//! Tables as Parquet: plain optional DOUBLE columns, null = missing, readable by pandas, Polars and the like. Reading accepts any
+//! flat column of numbers and ignores the index column that pandas may add.
+
+use crate::error::{Problem, RecordingError, Result};
+use crate::table::{HeaderCheck, Table};
+use bytes::Bytes;
+use parquet::basic::{Compression, Repetition, Type as Physical};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::data_type::{DataType, DoubleType};
+use parquet::errors::ParquetError;
+use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::{SchemaDescriptor, Type};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Values that are read at once.
+const CHUNK_ROWS: usize = 8192;
+
+pub(crate) fn read(bytes: Bytes, file: &Path, check: HeaderCheck<'_>) -> Result<Table> {
+    let broken = |e: ParquetError| RecordingError::new(file, Problem::Parquet(e.to_string()));
+    let reader = SerializedFileReader::new(bytes).map_err(broken)?;
+    let schema = reader.metadata().file_metadata().schema_descr_ptr();
+    let kept: Vec<usize> = (0..schema.num_columns()).filter(|index| !is_index(&schema, *index)).collect();
+    let names: Vec<String> = kept.iter().map(|index| schema.column(*index).path().string()).collect();
+    let error = |column: &str, problem| RecordingError::new(file, problem).column(column);
+    if let Some((_, twice)) = names.iter().enumerate().find(|(at, name)| names[..*at].contains(name)) {
+        return Err(error(twice, Problem::DuplicateColumn));
+    }
+    check(&names).map_err(|(column, problem)| error(&column, problem))?;
+
+    let mut columns = vec![Vec::new(); names.len()];
+    for group in 0..reader.num_row_groups() {
+        let group = reader.get_row_group(group).map_err(broken)?;
+        for ((index, name), column) in kept.iter().zip(&names).zip(&mut columns) {
+            let flat =
+                schema.column(*index).max_rep_level() == 0 && schema.column(*index).max_def_level() <= 1;
+            if !flat {
+                return Err(error(name, Problem::ColumnType("nested values".to_owned())));
+            }
+            let cells = group.get_column_reader(*index).map_err(broken)?;
+            append(cells, column).map_err(|problem| error(name, problem))?;
+        }
+    }
+    Table::assemble(file, names, columns, None)
+}
+
+/// pandas stores a row index that is no range under such a name.
+fn is_index(schema: &SchemaDescriptor, column: usize) -> bool {
+    schema.column(column).name().starts_with("__index_level_")
+}
+
+fn append(cells: ColumnReader, to: &mut Vec<f64>) -> std::result::Result<(), Problem> {
+    match cells {
+        ColumnReader::DoubleColumnReader(cells) => append_typed(cells, to, |value| value),
+        ColumnReader::FloatColumnReader(cells) => append_typed(cells, to, f64::from),
+        ColumnReader::Int32ColumnReader(cells) => append_typed(cells, to, f64::from),
+        ColumnReader::Int64ColumnReader(cells) => append_typed(cells, to, |value| value as f64),
+        ColumnReader::BoolColumnReader(cells) => append_typed(cells, to, f64::from),
+        _ => Err(Problem::ColumnType("text or another type".to_owned())),
+    }
+}
+
+fn append_typed<T: DataType>(
+    mut cells: ColumnReaderImpl<T>,
+    to: &mut Vec<f64>,
+    convert: impl Fn(T::T) -> f64,
+) -> std::result::Result<(), Problem> {
+    let mut values = Vec::new();
+    let mut present = Vec::new();
+    loop {
+        values.clear();
+        present.clear();
+        let (rows, _, levels) = cells
+            .read_records(CHUNK_ROWS, Some(&mut present), None, &mut values)
+            .map_err(|e| Problem::Parquet(e.to_string()))?;
+        if rows == 0 {
+            return Ok(());
+        }
+        let mut values = values.drain(..).map(&convert);
+        if levels == 0 {
+            to.extend(values);
+        } else {
+            to.extend(
+                present
+                    .iter()
+                    .map(|level| if *level > 0 { values.next().unwrap_or(f64::NAN) } else { f64::NAN }),
+            );
+        }
+    }
+}
+
+/// Writes row groups of optional doubles.
+pub(crate) struct Writer<W: Write + Send> {
+    file: PathBuf,
+    inner: SerializedFileWriter<W>,
+}
+
+impl Writer<crate::atomic::AtomicFile> {
+    pub(crate) fn new(to: crate::atomic::AtomicFile, names: &[String]) -> Result<Self> {
+        let file = to.target().to_owned();
+        Self::with_sink(to, file, names)
+    }
+}
+
+impl<W: Write + Send> Writer<W> {
+    pub(crate) fn with_sink(to: W, file: PathBuf, names: &[String]) -> Result<Self> {
+        let broken = |e: ParquetError| RecordingError::new(&file, Problem::Parquet(e.to_string()));
+        let column = |name: &String| {
+            Type::primitive_type_builder(name, Physical::DOUBLE).with_repetition(Repetition::OPTIONAL).build()
+        };
+        let fields =
+            names.iter().map(|name| column(name).map(Arc::new)).collect::<std::result::Result<Vec<_>, _>>();
+        let schema = fields
+            .and_then(|fields| Type::group_type_builder("run").with_fields(fields).build())
+            .map_err(broken)?;
+        let properties = WriterProperties::builder().set_compression(Compression::SNAPPY).build();
+        let inner = SerializedFileWriter::new(to, Arc::new(schema), Arc::new(properties)).map_err(broken)?;
+        Ok(Self { file, inner })
+    }
+
+    pub(crate) fn write_group(&mut self, columns: &[Vec<f64>]) -> Result<()> {
+        Self::group(&mut self.inner, columns)
+            .map_err(|e| RecordingError::new(&self.file, Problem::Parquet(e.to_string())))
+    }
+
+    fn group(writer: &mut SerializedFileWriter<W>, columns: &[Vec<f64>]) -> parquet::errors::Result<()> {
+        let mut group = writer.next_row_group()?;
+        for column in columns {
+            let Some(mut cells) = group.next_column()? else { break };
+            let present: Vec<i16> = column.iter().map(|value| i16::from(!value.is_nan())).collect();
+            let values: Vec<f64> = column.iter().copied().filter(|value| !value.is_nan()).collect();
+            cells.typed::<DoubleType>().write_batch(&values, Some(&present), None)?;
+            cells.close()?;
+        }
+        group.close().map(|_| ())
+    }
+
+    pub(crate) fn finish(self) -> Result<W> {
+        let file = self.file;
+        self.inner.into_inner().map_err(|e| RecordingError::new(&file, Problem::Parquet(e.to_string())))
+    }
+}

@@ -1,0 +1,184 @@
+//! Named columns of numbers, as a file of either form holds them. Knows nothing of trains: runs, truth, estimates and bench
+//! measurements are all tables.
+//!
+//! A missing cell (empty in CSV, null in Parquet) and a NaN are both NaN here; what they mean is decided by who checks.
+
+use crate::atomic::AtomicFile;
+use crate::error::{Place, Problem, RecordingError, Result};
+use crate::{csv_form, parquet_form};
+use std::path::{Path, PathBuf};
+
+/// The two forms of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// Text, comma separated, one header line.
+    Csv,
+    /// Apache Parquet.
+    Parquet,
+}
+
+impl Form {
+    /// The form that a file's ending names.
+    pub fn of(path: &Path) -> Result<Self> {
+        match path.extension().and_then(|ending| ending.to_str()) {
+            Some("csv") => Ok(Self::Csv),
+            Some("parquet") => Ok(Self::Parquet),
+            _ => Err(RecordingError::new(path, Problem::Extension)),
+        }
+    }
+
+    /// The ending without its dot.
+    pub const fn ending(self) -> &'static str {
+        match self {
+            Self::Csv => "csv",
+            Self::Parquet => "parquet",
+        }
+    }
+}
+
+/// Looks at the column names of a file before its cells are read.
+pub type HeaderCheck<'a> = &'a dyn Fn(&[String]) -> std::result::Result<(), (String, Problem)>;
+
+/// Columns of equal length.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    file: PathBuf,
+    names: Vec<String>,
+    columns: Vec<Vec<f64>>,
+    lines: Option<Vec<u64>>,
+}
+
+impl Table {
+    /// A table made by a program. Fails when columns differ in length.
+    pub fn new(columns: Vec<(String, Vec<f64>)>) -> Result<Self> {
+        let (names, columns) = columns.into_iter().unzip();
+        Self::assemble(Path::new("table"), names, columns, None)
+    }
+
+    pub(crate) fn assemble(
+        file: &Path,
+        names: Vec<String>,
+        columns: Vec<Vec<f64>>,
+        lines: Option<Vec<u64>>,
+    ) -> Result<Self> {
+        let rows = columns.first().map_or(0, Vec::len);
+        if let Some(odd) = columns.iter().position(|column| column.len() != rows) {
+            let text = format!("{} has {} rows, the first column {rows}", names[odd], columns[odd].len());
+            return Err(RecordingError::new(file, Problem::Shape(text)));
+        }
+        Ok(Self { file: file.to_owned(), names, columns, lines })
+    }
+
+    /// Reads a file of either form with any columns of numbers.
+    pub fn read(path: &Path) -> Result<Self> {
+        Self::read_checked(path, &|_| Ok(()))
+    }
+
+    /// Reads a file of either form; `check` sees the header first and names what is wrong with it.
+    pub fn read_checked(path: &Path, check: HeaderCheck<'_>) -> Result<Self> {
+        let file = |e| RecordingError::new(path, Problem::Io(e));
+        match Form::of(path)? {
+            Form::Csv => csv_form::read(std::fs::File::open(path).map_err(file)?, path, check),
+            Form::Parquet => parquet_form::read(std::fs::read(path).map_err(file)?.into(), path, check),
+        }
+    }
+
+    /// Reads CSV text from memory or a pipe; `label` stands for the file in messages.
+    pub fn read_csv(source: impl std::io::Read, label: &Path, check: HeaderCheck<'_>) -> Result<Self> {
+        csv_form::read(source, label, check)
+    }
+
+    /// Reads a Parquet file from memory; `label` stands for the file in messages.
+    pub fn read_parquet(bytes: Vec<u8>, label: &Path, check: HeaderCheck<'_>) -> Result<Self> {
+        parquet_form::read(bytes.into(), label, check)
+    }
+
+    /// Writes the table in the form that the ending names; the file appears whole or not at all.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let form = Form::of(path)?;
+        let mut file = AtomicFile::create(path)?;
+        match form {
+            Form::Csv => {
+                csv_form::write_header(&mut file, &self.names)
+                    .and_then(|()| csv_form::write_rows(&mut file, &self.columns))
+                    .map_err(|e| RecordingError::new(path, Problem::Io(e)))?;
+                file.commit()
+            }
+            Form::Parquet => {
+                let mut writer = parquet_form::Writer::new(file, &self.names)?;
+                writer.write_group(&self.columns)?;
+                writer.finish()?.commit()
+            }
+        }
+    }
+
+    /// The file this came from.
+    pub fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// Column names in the order of the file.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.columns.first().map_or(0, Vec::len)
+    }
+
+    /// A column by name.
+    pub fn column(&self, name: &str) -> Option<&[f64]> {
+        self.index(name).map(|index| self.columns[index].as_slice())
+    }
+
+    /// Moves a column out, leaving it empty.
+    pub(crate) fn take(&mut self, name: &str) -> Option<Vec<f64>> {
+        self.index(name).map(|index| std::mem::take(&mut self.columns[index]))
+    }
+
+    fn index(&self, name: &str) -> Option<usize> {
+        self.names.iter().position(|known| known == name)
+    }
+
+    /// Where row `row` (from 0) stands in the file.
+    pub fn place(&self, row: usize) -> Place {
+        match &self.lines {
+            Some(lines) => Place::Line(lines.get(row).copied().unwrap_or_default()),
+            None => Place::Row(row as u64 + 1),
+        }
+    }
+
+    /// An error about one cell of this table.
+    pub fn cell_error(&self, row: usize, column: &str, problem: Problem) -> RecordingError {
+        RecordingError::new(&self.file, problem).at(self.place(row)).column(column)
+    }
+
+    /// Fails unless every cell of `column` is finite.
+    pub fn require_finite(&self, column: &str) -> Result<()> {
+        let cells = self.column(column).unwrap_or_default();
+        match cells.iter().position(|value| !value.is_finite()) {
+            Some(row) => Err(self.cell_error(row, column, Problem::NotFinite)),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A header check for exactly these required and optional names.
+pub fn expect_columns<'a>(
+    required: &'a [&'a str],
+    optional: &'a [&'a str],
+) -> impl Fn(&[String]) -> std::result::Result<(), (String, Problem)> + 'a {
+    move |names| {
+        let allowed = || [required, optional].concat().join(", ");
+        for name in names {
+            if !required.contains(&name.as_str()) && !optional.contains(&name.as_str()) {
+                return Err((name.clone(), Problem::UnknownColumn { allowed: allowed() }));
+            }
+        }
+        match required.iter().find(|name| !names.iter().any(|found| found == *name)) {
+            Some(name) => Err(((*name).to_owned(), Problem::MissingColumn { found: names.join(", ") })),
+            None => Ok(()),
+        }
+    }
+}

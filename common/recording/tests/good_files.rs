@@ -1,0 +1,172 @@
+//! What is written is read back; files of other programs and the labelled recordings are read.
+
+use proptest::prelude::*;
+use railgrip_recording::{
+    Optional, Quantity, RailClass, Recording, Row, RunWriter, Strictness, Table, Truth, TruthRow, runs_in,
+};
+use std::path::{Path, PathBuf};
+
+/// A run of plausible values, different in every cell.
+fn run(wheelsets: usize, rows: usize, optional: Optional) -> Recording {
+    let mut recording = Recording::empty("run.wet", Some(RailClass::Wet), wheelsets, optional);
+    for index in 0..rows {
+        let x = index as f64;
+        let each = |scale: f64| std::array::from_fn(|wheelset| scale * (x + 0.1 * wheelset as f64).sin());
+        recording.push(&Row {
+            t_s: x / 100.0,
+            v_m_s: 20.0 + (0.3 * x).sin(),
+            wheel_speed_rad_s: each(50.0),
+            pressing_force_n: each(1e3),
+            drive_torque_nm: each(7e3),
+            grade_rad: 1e-3 * x.cos(),
+            sanding: f64::from(index % 7 == 0),
+            position_m: 0.2 * x,
+            wsp_active: [f64::from(index % 3 == 0); 4],
+        });
+    }
+    recording
+}
+
+#[test]
+fn both_forms_return_the_same_bits() {
+    let folder = tempfile::tempdir().expect("folder");
+    for (wheelsets, optional) in
+        [(2, Optional::MEASURED), (2, Optional::ALL), (4, Optional::ALL), (1, Optional::ALL)]
+    {
+        let written = run(wheelsets, 300, optional);
+        for ending in ["csv", "parquet"] {
+            let path = folder.path().join(format!("run.wet.{ending}"));
+            written.write(&path).expect("write");
+            let read = Recording::read(&path, Strictness::Strict).expect("read");
+            assert_eq!(read, written, "{wheelsets} wheelsets, {ending}");
+        }
+    }
+    let left: Vec<_> = std::fs::read_dir(folder.path()).expect("list").collect();
+    assert_eq!(left.len(), 2, "no temporary file is left: {left:?}");
+}
+
+#[test]
+fn missing_cells_stay_missing_in_both_forms() {
+    let folder = tempfile::tempdir().expect("folder");
+    let mut written = run(2, 200, Optional::MEASURED);
+    written.v_m_s[7] = f64::NAN;
+    written.wheel_speed_rad_s[1][199] = f64::NAN;
+    for ending in ["csv", "parquet"] {
+        let path = folder.path().join(format!("run.wet.{ending}"));
+        written.write(&path).expect("write");
+        let error = Recording::read(&path, Strictness::Strict).expect_err("a hole").to_string();
+        let place = if ending == "csv" { "line 9" } else { "row 8" };
+        assert!(error.contains(place) && error.contains("column v_m_s"), "{error}");
+        let read = Recording::read(&path, Strictness::Tolerant).expect("tolerant");
+        assert!(read.v_m_s[7].is_nan() && read.wheel_speed_rad_s[1][199].is_nan());
+        let shown = |run: &Recording| format!("{:?}", run.row(6));
+        assert_eq!(shown(&read), shown(&written), "the wheel-slide protection columns are absent in both");
+    }
+}
+
+#[test]
+fn the_row_writer_equals_the_whole_writer_across_groups() {
+    let folder = tempfile::tempdir().expect("folder");
+    let written = run(2, 70_000, Optional::ALL);
+    for ending in ["csv", "parquet"] {
+        let path = folder.path().join(format!("run.wet.{ending}"));
+        let mut writer = RunWriter::create(&path, 2, Optional::ALL).expect("create");
+        for row in written.rows() {
+            writer.push(&row).expect("push");
+        }
+        assert!(!path.exists(), "the file appears when it is finished");
+        writer.finish().expect("finish");
+        assert_eq!(Recording::read(&path, Strictness::Strict).expect("read"), written);
+    }
+    let abandoned = RunWriter::create(&folder.path().join("x.csv"), 2, Optional::ALL).expect("create");
+    drop(abandoned);
+    assert_eq!(std::fs::read_dir(folder.path()).expect("list").count(), 2, "an abandoned run leaves nothing");
+}
+
+#[test]
+fn truth_goes_both_ways() {
+    let folder = tempfile::tempdir().expect("folder");
+    for wheelsets in [1, 2, 4] {
+        let mut truth = Truth::empty(wheelsets);
+        for index in 0..10 {
+            let x = f64::from(index);
+            let mu_b = [if index < 5 { f64::NAN } else { 0.3 }; 4];
+            truth.push(&TruthRow { t_s: x, v_m_s: 2.0 * x, mu_w: -0.1, mu_w_wheelset: [-0.01 * x; 4], mu_b });
+        }
+        let path = folder.path().join(format!("{wheelsets}.csv"));
+        truth.write(&path).expect("write");
+        let read = Truth::read(&path).expect("read");
+        assert_eq!(format!("{read:?}"), format!("{truth:?}"));
+        if wheelsets == 2 {
+            let text = std::fs::read_to_string(&path).expect("text");
+            assert!(
+                text.starts_with("t_s,v_m_s,mu_w,mu_w_f,mu_w_r,mu_b_f,mu_b_r\n0.0,0.0,-0.1,-0.0,-0.0,,\n")
+            );
+        }
+    }
+}
+
+#[test]
+fn a_file_written_by_pandas_is_read() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/pandas.parquet");
+    let table = Table::read(&path).expect("read");
+    assert_eq!(table.names(), ["t_s", "creepage", "force_n"], "the row index is no column");
+    assert_eq!(table.column("t_s"), Some([0.0, 1.0, 2.0, 3.0].as_slice()));
+    let creepage = table.column("creepage").expect("column");
+    assert!(creepage[1] == 0.25 && creepage[2].is_nan());
+}
+
+#[test]
+fn a_byte_order_mark_spaces_and_windows_lines_are_no_obstacle() {
+    let text = "\u{feff}t_s, v_m_s ,omega_f_rad_s,omega_r_rad_s,f_perp_f_n,f_perp_r_n,m_w_f_nm,m_w_r_nm\r\n\
+                0.0, 1.5 ,3,3,0,0,0,0\r\n\r\n0.01,1.5,3,3,0,0,0,0\r\n";
+    let read =
+        Recording::read_csv(text.as_bytes(), Path::new("pipe.csv"), Strictness::Tolerant).expect("read");
+    assert_eq!((read.len(), read.v_m_s[0], read.grade_rad), (2, 1.5, None));
+}
+
+#[test]
+fn the_labelled_recordings_pass_the_strict_checks() {
+    let open = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/gap/open");
+    if !open.is_dir() {
+        println!("SKIPPED: no labelled recordings at {}", open.display());
+        return;
+    }
+    let mut count = 0;
+    for case in ["case00", "case05"] {
+        let folders: [PathBuf; 2] = [open.join(case).join("fit"), open.join(case).join("holdout")];
+        for run in folders.iter().flat_map(|folder| runs_in(folder).expect("runs")) {
+            let read =
+                Recording::read(&run.path, Strictness::Strict).unwrap_or_else(|error| panic!("{error}"));
+            read.require_rate(&run.path, 100.0).expect("rate");
+            assert!(run.rail.is_some() && read.column(Quantity::Position, 0).is_some());
+            count += 1;
+        }
+        for file in std::fs::read_dir(open.join(case).join("truth")).expect("truth") {
+            assert!(!Truth::read(&file.expect("entry").path()).expect("truth").is_empty());
+        }
+    }
+    println!("{count} recordings read");
+    assert_eq!(count, 20);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, rng_seed: proptest::test_runner::RngSeed::Fixed(7), failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_numbers_survive_both_forms(cells in prop::collection::vec(any::<f64>(), 1..40)) {
+        let finite: Vec<f64> = cells.into_iter().map(|cell| if cell.is_finite() { cell } else { f64::NAN }).collect();
+        let table = Table::new(vec![("a".into(), finite.clone()), ("b".into(), finite)]).expect("table");
+        let folder = tempfile::tempdir().expect("folder");
+        for ending in ["csv", "parquet"] {
+            let path = folder.path().join(format!("t.{ending}"));
+            table.write(&path).expect("write");
+            let read = Table::read(&path).expect("read");
+            let bits = |table: &Table| -> Vec<u64> {
+                let cells = table.column("a").unwrap_or_default().iter();
+                cells.map(|cell| if cell.is_nan() { u64::MAX } else { cell.to_bits() }).collect()
+            };
+            prop_assert_eq!(bits(&read), bits(&table));
+        }
+    }
+}
