@@ -433,8 +433,94 @@ impl WagonModel {
         self.solve_stage(&base, &first, loading, stage_s, acceleration_m_s2)
     }
 
-    /// Solves `u = base + stage_s · f(u)`, starting from `guess`.
+    /// Solves `u = base + stage_s · f(u)`, starting from `guess`: by Newton's method on all speeds at once where
+    /// that converges at once (rolling, steady slides), else by the guarded nested iteration.
     fn solve_stage(
+        &self,
+        base: &WagonState,
+        guess: &WagonState,
+        loading: &Loading,
+        stage_s: f64,
+        acceleration_m_s2: &mut f64,
+    ) -> WagonState {
+        let mut state = *guess;
+        state.v_m_s = base.v_m_s + stage_s * *acceleration_m_s2;
+        for i in 0..self.constants.wheelsets {
+            // A guess that keeps the slip is close both in rolling and in a steady slide.
+            state.wheel_speed_rad_s[i] += (state.v_m_s - guess.v_m_s) / self.constants.wheel_radius_m[i];
+        }
+        self.solve_jointly(base, &state, loading, stage_s, acceleration_m_s2)
+            .unwrap_or_else(|| self.solve_nested(base, &state, loading, stage_s, acceleration_m_s2))
+    }
+
+    /// Newton's method on body and wheelset speeds together; the Jacobian is an arrow, so that the body speed can be
+    /// eliminated first. `None` when a brake may hold its wheelset or the iteration does not converge quickly.
+    fn solve_jointly(
+        &self,
+        base: &WagonState,
+        guess: &WagonState,
+        loading: &Loading,
+        stage_s: f64,
+        acceleration_m_s2: &mut f64,
+    ) -> Option<WagonState> {
+        let constants = &self.constants;
+        let per_mass = stage_s / constants.mass_kg;
+        let mut state = *guess;
+        let mut acceleration = *acceleration_m_s2;
+        let mut target = [0.0; MAX_WHEELSETS];
+        let mut gain = [0.0; MAX_WHEELSETS];
+        let load_n = self.loads.loads_n(acceleration);
+        for i in 0..constants.wheelsets {
+            gain[i] = stage_s / constants.inertia_kg_m2[i];
+            target[i] = base.wheel_speed_rad_s[i]
+                + gain[i] * (loading.drive_torque_nm[i] - loading.brake_torque_nm[i]);
+            let reach = gain[i] * constants.wheel_radius_m[i] * load_n[i] * loading.adhesion_peak[i].max(0.0);
+            if target[i] <= 1.1 * reach {
+                return None;
+            }
+        }
+        for _ in 0..6 {
+            let load_n = self.loads.loads_n(acceleration);
+            let resistance = running_resistance(&constants.resistance, state.v_m_s, loading.wind_m_s);
+            let (mut force, mut stiffness, mut coupling) = (loading.other_n - resistance, 0.0, 0.0);
+            let mut correction = [0.0; MAX_WHEELSETS];
+            let mut follow = [0.0; MAX_WHEELSETS];
+            for i in 0..constants.wheelsets {
+                let contact = self.contact(i, &state, loading, &load_n);
+                let radius = constants.wheel_radius_m[i];
+                let residual = state.wheel_speed_rad_s[i] - target[i] + gain[i] * radius * contact.force_n;
+                let stiff = gain[i] * radius * contact.slope_n_s_per_m;
+                let slope = 1.0 + radius * stiff;
+                if slope < 0.2 {
+                    return None;
+                }
+                correction[i] = residual / slope;
+                follow[i] = stiff / slope;
+                force += contact.force_n;
+                stiffness += contact.slope_n_s_per_m / slope;
+                coupling += contact.slope_n_s_per_m * radius * correction[i];
+            }
+            let residual = state.v_m_s - base.v_m_s - per_mass * (force - coupling);
+            let change = residual / (1.0 + per_mass * stiffness);
+            state.v_m_s -= change;
+            acceleration = (state.v_m_s - base.v_m_s) / stage_s;
+            let mut largest = change.abs();
+            for i in 0..constants.wheelsets {
+                let change = correction[i] + follow[i] * change;
+                state.wheel_speed_rad_s[i] -= change;
+                largest = largest.max(change.abs());
+            }
+            // Quadratic convergence: what is left after a change of 1e-5 is below 1e-9.
+            if largest < 1e-5 {
+                *acceleration_m_s2 = acceleration;
+                return Some(state);
+            }
+        }
+        None
+    }
+
+    /// The guarded iteration: wheelsets one by one for a given body speed, and Newton's method on that speed.
+    fn solve_nested(
         &self,
         base: &WagonState,
         guess: &WagonState,
@@ -444,7 +530,6 @@ impl WagonModel {
     ) -> WagonState {
         let constants = &self.constants;
         let mut state = *guess;
-        state.v_m_s = base.v_m_s + stage_s * *acceleration_m_s2;
         for _ in 0..8 {
             let load_n = self.loads.loads_n(*acceleration_m_s2);
             let mut force =
