@@ -1,1 +1,50 @@
-//! railgrip bus.
+//! The channels between the processes of a train, and the only user of the iceoryx2 runtime.
+//!
+//! # Who does what
+//! * The **holder** ([`Holder`], one process a train) creates every channel of [`CHANNELS`] and outlives all others.
+//!   Creating channels is not safe against `SIGKILL` in iceoryx2 0.10, opening them is; so exactly one process
+//!   creates, under an instance lock, after wiping what a predecessor left.
+//! * **Every other process** opens a [`Bus`] and takes typed ports from it. A missing or dead holder and a payload of
+//!   another version are refused in words.
+//!
+//! # What can be relied on
+//! * Nothing blocks a publisher: overflow drops the oldest batch of a slow reader, a dead reader costs nothing.
+//! * A reader of a channel that counts its items knows what it missed: [`Subscriber::missed`].
+//! * Any number of trains and test runs share a machine: each has its own folder and prefix ([`BusConfig`]).
+//! * If the holder dies, [`Bus::check_holder`] fails; a process that sees this leaves, and its supervisor restarts all.
+//!
+//! # How a service is built on it
+//! A service library exposes `run(config, &Lifecycle) -> Result<(), Error>` and calls, in this order: open the bus, take
+//! the ports, [`Lifecycle::ready`], then loop until [`Lifecycle::should_stop`], each round at most 100 ms long:
+//! [`Subscriber::wait`], [`Subscriber::receive`], publish, [`Lifecycle::beat`], and about every 500 ms
+//! [`Bus::check_holder`]. Publishers of channels with history call [`Publisher::refresh`] about every 100 ms, so that
+//! late joiners get the last value soon. Ports stay on the thread that opened them.
+//!
+//! # Glossary
+//! * **instance**: one running train on this machine: its folder, lock, channels.
+//! * **batch**: the slice of items that one message carries.
+//! * **history**: the last batches of a publisher, delivered to those who join late.
+
+mod channels;
+mod clock;
+mod config;
+mod error;
+mod holder;
+mod lifecycle;
+mod node;
+mod open;
+mod ports;
+mod presence;
+
+pub use channels::{CHANNELS, Channel, Scope, channel};
+pub use clock::{monotonic_ns, now};
+pub use config::{BusConfig, Limits, MAX_TRAIN_NAME, default_runtime_dir};
+pub use error::BusError;
+pub use holder::Holder;
+pub use lifecycle::Lifecycle;
+pub use open::Bus;
+pub use ports::{
+    EstimatePublisher, EstimateSubscriber, EventPublisher, EventSubscriber, HealthPublisher,
+    HealthSubscriber, HeartbeatPublisher, HeartbeatSubscriber, InnovationPublisher, InnovationSubscriber,
+    Publisher, SamplePublisher, SampleSubscriber, Subscriber, Wake,
+};

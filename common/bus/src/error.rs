@@ -1,0 +1,135 @@
+//! What can go wrong on the bus, in words for whoever runs the train.
+
+use std::path::PathBuf;
+
+/// Why a bus operation failed.
+#[derive(Debug, thiserror::Error)]
+pub enum BusError {
+    /// The train's name cannot name a folder.
+    #[error("train name \"{name}\": {reason}; allowed are 1 to {max} of a-z, A-Z, 0-9, - and _", max = crate::MAX_TRAIN_NAME)]
+    TrainName {
+        /// The name.
+        name: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// Socket paths have little room.
+    #[error(
+        "runtime folder {folder} is too long: with the channel prefix it makes {length} characters, \
+         at most {max} fit into a socket path; choose a shorter --runtime-dir or train name"
+    )]
+    PathTooLong {
+        /// The folder of the instance.
+        folder: PathBuf,
+        /// Characters of folder and prefix.
+        length: usize,
+        /// Characters that fit.
+        max: usize,
+    },
+    /// A limit or a wagon number makes no sense.
+    #[error("{what} = {value}: allowed is {allowed}")]
+    Limit {
+        /// The setting.
+        what: &'static str,
+        /// Its value.
+        value: u64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// A file of the instance could not be used.
+    #[error("{path}: {source}")]
+    File {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// Another holder has this train.
+    #[error("train \"{train}\" is already running on this machine (holder process {pid}, folder {folder})")]
+    AlreadyHeld {
+        /// The train.
+        train: String,
+        /// The process id of its holder, or "?".
+        pid: String,
+        /// The folder of the instance.
+        folder: PathBuf,
+    },
+    /// Nobody holds this train.
+    #[error(
+        "train \"{train}\" has no holder on this machine (folder {folder}); start it with `railgrip up` or `railgrip hold`"
+    )]
+    NoHolder {
+        /// The train.
+        train: String,
+        /// The folder of the instance.
+        folder: PathBuf,
+    },
+    /// The holder that created our channels is gone; whoever holds now has others.
+    #[error("the holder of train \"{train}\" is gone; this process must start anew")]
+    HolderGone {
+        /// The train.
+        train: String,
+    },
+    /// This process already uses another instance; iceoryx2 allows one configuration a process.
+    #[error("this process is bound to the instance in {bound} and cannot use {wanted}")]
+    OtherInstance {
+        /// The configuration in use.
+        bound: PathBuf,
+        /// The one asked for.
+        wanted: PathBuf,
+    },
+    /// The holder created this channel with another payload.
+    #[error(
+        "channel {channel}: this program speaks {ours}, the running train speaks {theirs}; use programs of one version"
+    )]
+    Version {
+        /// The channel.
+        channel: String,
+        /// Our payload.
+        ours: String,
+        /// Their payload.
+        theirs: String,
+    },
+    /// The holder did not create this channel, for example for a wagon that the train does not have.
+    #[error("channel {channel} does not exist in train \"{train}\"")]
+    NoChannel {
+        /// The channel.
+        channel: String,
+        /// The train.
+        train: String,
+    },
+    /// All places of a channel are taken, and none came free.
+    #[error("channel {channel}: every place for a {port} is taken")]
+    NoPlace {
+        /// The channel.
+        channel: String,
+        /// Publisher or subscriber.
+        port: &'static str,
+    },
+    /// iceoryx2 refused.
+    #[error("channel {channel}: cannot {action} ({reason})")]
+    Transport {
+        /// The channel.
+        channel: String,
+        /// What was tried.
+        action: &'static str,
+        /// What iceoryx2 says.
+        reason: String,
+    },
+    /// The node of this process could not be created.
+    #[error("cannot join train \"{train}\" in {folder} ({reason}); all its processes must run as one user")]
+    Node {
+        /// The train.
+        train: String,
+        /// The folder of the instance.
+        folder: PathBuf,
+        /// What iceoryx2 says.
+        reason: String,
+    },
+}
+
+impl BusError {
+    pub(crate) fn transport(channel: &str, action: &'static str, reason: impl std::fmt::Debug) -> Self {
+        Self::Transport { channel: channel.to_owned(), action, reason: format!("{reason:?}") }
+    }
+}

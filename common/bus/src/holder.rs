@@ -1,0 +1,278 @@
+//! The one process that creates channels.
+//!
+//! Start: take the instance lock; take away the sign of readiness; wait until no process of an earlier incarnation has
+//! ports; wipe the root folder and everything of this instance in `/dev/shm`; create all channels; show readiness.
+//! End: take away the sign of readiness; wait for the others; drop all channels; wipe again.
+
+use std::any::Any;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use iceoryx2::prelude::{Node, ipc};
+use iceoryx2::service::builder::publish_subscribe::PublishSubscribeCreateError;
+use railgrip_messages::Payload;
+
+use crate::presence::{self, Kind, Lock};
+use crate::{BusConfig, BusError, CHANNELS, Channel, Lifecycle, Scope, clock, node};
+
+/// How often the holder cleans up after dead processes.
+const CLEANUP_PERIOD: Duration = Duration::from_millis(250);
+/// How long the holder waits for processes of the train to leave before it wipes.
+const LEAVE_PATIENCE: Duration = Duration::from_secs(3);
+/// Processes that may have one channel open at a time, beside its publishers and subscribers.
+const SPARE_NODES: usize = 8;
+/// Processes that publish on a channel of the train, beside one a wagon.
+const SPARE_PUBLISHERS: usize = 8;
+/// Where POSIX shared memory lives on Linux.
+const SHARED_MEMORY: &str = "/dev/shm";
+
+/// A created channel, kept for the sake of its existence.
+pub(crate) type Kept = Box<dyn Any>;
+
+/// Keeps every channel of one train alive; dropping it removes them.
+pub struct Holder {
+    kept: Vec<Kept>,
+    node: Option<Node<ipc::Service>>,
+    config: BusConfig,
+    _lock: Lock,
+}
+
+impl Holder {
+    /// Creates every channel of `config`. A predecessor that is about to leave gets `patience`.
+    ///
+    /// # Errors
+    /// [`BusError::AlreadyHeld`] if another holder lives; otherwise what the system or iceoryx2 refused.
+    pub fn start(config: BusConfig, patience: Duration) -> Result<Self, BusError> {
+        Self::start_with(config, patience, |creator| creator.all())
+    }
+
+    fn start_with(
+        config: BusConfig,
+        patience: Duration,
+        create: impl Fn(&Creator<'_>) -> Result<Vec<Kept>, BusError>,
+    ) -> Result<Self, BusError> {
+        config.validate()?;
+        create_private_folder(&config.folder())?;
+        let Some(lock) = Lock::acquire(&presence::holder_lock_file(&config), Kind::Exclusive, patience)?
+        else {
+            return Err(BusError::AlreadyHeld {
+                train: config.train.clone(),
+                pid: presence::holder_pid(&config),
+                folder: config.folder(),
+            });
+        };
+        remove_file(&presence::holder_file(&config))?;
+        let alone = alone(&config)?;
+        wipe(&config)?;
+        write_file(&config.transport_file(), &config.transport_text())?;
+        config.install()?;
+        let node = node::create(&config, "holder")?;
+        let kept = create(&Creator { node: &node, config: &config })?;
+        write_file(
+            &presence::holder_file(&config),
+            &format!("{} {}\n", std::process::id(), clock::now().unix_ns),
+        )?;
+        drop(alone);
+        Ok(Self { kept, node: Some(node), config, _lock: lock })
+    }
+
+    /// Cleans up after the dead until asked to stop.
+    pub fn run(&self, lifecycle: &Lifecycle) {
+        lifecycle.ready();
+        let mut last = Instant::now();
+        while !lifecycle.should_stop() {
+            std::thread::sleep(Duration::from_millis(50));
+            if last.elapsed() >= CLEANUP_PERIOD {
+                self.clean_up();
+                last = Instant::now();
+            }
+            lifecycle.beat();
+        }
+    }
+
+    /// Removes what dead processes left in the channels; returns how many were cleaned up.
+    pub fn clean_up(&self) -> u64 {
+        let Some(node) = &self.node else { return 0 };
+        let state = node.try_cleanup_dead_nodes();
+        if state.cleanups > 0 {
+            tracing::debug!(processes = state.cleanups, "cleaned up after the dead");
+        }
+        state.cleanups
+    }
+
+    /// How many channels exist.
+    #[must_use]
+    pub fn channels(&self) -> usize {
+        self.kept.len()
+    }
+}
+
+impl Drop for Holder {
+    fn drop(&mut self) {
+        let result = remove_file(&presence::holder_file(&self.config)).and_then(|()| {
+            let _alone = alone(&self.config)?;
+            self.clean_up();
+            self.kept.clear();
+            self.node = None;
+            wipe(&self.config)
+        });
+        if let Err(error) = result {
+            tracing::warn!(%error, "could not clean up the channels");
+        }
+    }
+}
+
+/// Creates channels on the node of the holder.
+pub(crate) struct Creator<'a> {
+    node: &'a Node<ipc::Service>,
+    config: &'a BusConfig,
+}
+
+impl Creator<'_> {
+    fn all(&self) -> Result<Vec<Kept>, BusError> {
+        let mut kept = Vec::new();
+        for row in CHANNELS {
+            match row.scope {
+                Scope::Train => self.row(row, railgrip_messages::NO_WAGON, &mut kept)?,
+                Scope::Wagon => {
+                    self.config.wagons.iter().try_for_each(|wagon| self.row(row, *wagon, &mut kept))?
+                }
+            }
+        }
+        Ok(kept)
+    }
+
+    fn row(&self, row: &Channel, wagon: u32, kept: &mut Vec<Kept>) -> Result<(), BusError> {
+        kept.push((row.create)(self, row, wagon)?);
+        if row.wakes {
+            kept.push(self.wake(row, wagon)?);
+        }
+        Ok(())
+    }
+
+    fn publishers(&self, row: &Channel) -> usize {
+        match row.scope {
+            Scope::Wagon => self.config.limits.publishers,
+            Scope::Train => self.config.wagons.len() + SPARE_PUBLISHERS,
+        }
+    }
+
+    /// Creates the channel that carries `T`.
+    pub(crate) fn channel<T: Payload>(&self, row: &Channel, wagon: u32) -> Result<Kept, BusError> {
+        let name = row.service_name(wagon);
+        let limits = &self.config.limits;
+        let service = self
+            .node
+            .service_builder(&node::service_name(&name)?)
+            .publish_subscribe::<[T]>()
+            .max_publishers(self.publishers(row))
+            .max_subscribers(limits.subscribers)
+            .max_nodes(self.publishers(row) + limits.subscribers + SPARE_NODES)
+            .history_size(row.history)
+            .subscriber_max_buffer_size(limits.buffer)
+            .subscriber_max_borrowed_samples(1)
+            .enable_safe_overflow(true)
+            .create()
+            .map_err(|error: PublishSubscribeCreateError| BusError::transport(&name, "create it", error))?;
+        Ok(Box::new(service))
+    }
+
+    fn wake(&self, row: &Channel, wagon: u32) -> Result<Kept, BusError> {
+        let name = row.service_name(wagon);
+        let limits = &self.config.limits;
+        let service = self
+            .node
+            .service_builder(&node::service_name(&name)?)
+            .event()
+            .max_notifiers(self.publishers(row))
+            .max_listeners(limits.subscribers)
+            .max_nodes(self.publishers(row) + limits.subscribers + SPARE_NODES)
+            .create()
+            .map_err(|error| BusError::transport(&name, "create its event", error))?;
+        Ok(Box::new(service))
+    }
+}
+
+/// Waits until no process of this instance has ports; goes on without after [`LEAVE_PATIENCE`], because a stopped
+/// process may never leave. It notices by [`crate::Bus::check_holder`] as soon as it runs again.
+fn alone(config: &BusConfig) -> Result<Option<Lock>, BusError> {
+    let lock = Lock::acquire(&presence::ports_lock_file(config), Kind::Exclusive, LEAVE_PATIENCE)?;
+    if lock.is_none() {
+        tracing::warn!(
+            train = config.train,
+            "a process of an earlier run does not leave; its channels are removed now"
+        );
+    }
+    Ok(lock)
+}
+
+/// Removes everything that iceoryx2 keeps for this instance.
+fn wipe(config: &BusConfig) -> Result<(), BusError> {
+    let root = config.root();
+    let failed = |path: &Path| {
+        let path = path.to_owned();
+        move |source| BusError::File { path, source }
+    };
+    match std::fs::remove_dir_all(&root) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(failed(&root)(error)),
+        _ => {}
+    }
+    let prefix = config.prefix();
+    let folder = Path::new(SHARED_MEMORY);
+    for entry in std::fs::read_dir(folder).map_err(failed(folder))?.flatten() {
+        if entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()) {
+            remove_file(&entry.path())?;
+        }
+    }
+    Ok(())
+}
+
+fn create_private_folder(folder: &Path) -> Result<(), BusError> {
+    use std::os::unix::fs::DirBuilderExt;
+    std::fs::DirBuilder::new()
+        .recursive(true)
+        .mode(0o700)
+        .create(folder)
+        .map_err(|source| BusError::File { path: folder.to_owned(), source })
+}
+
+fn remove_file(path: &Path) -> Result<(), BusError> {
+    match std::fs::remove_file(path) {
+        Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
+            Err(BusError::File { path: path.to_owned(), source })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes beside and renames, so that nobody reads half a file.
+fn write_file(path: &Path, text: &str) -> Result<(), BusError> {
+    let beside = path.with_extension("new");
+    std::fs::write(&beside, text)
+        .and_then(|()| std::fs::rename(&beside, path))
+        .map_err(|source| BusError::File { path: path.to_owned(), source })
+}
+
+#[cfg(test)]
+mod tests {
+    use railgrip_messages::{Estimate, ProcessKind};
+
+    use super::*;
+    use crate::{Bus, channel};
+
+    #[test]
+    fn a_payload_of_another_version_is_refused_with_both_names() {
+        let folder = tempfile::Builder::new().prefix("rg").tempdir_in("/tmp").expect("folder");
+        let config = BusConfig::new("mixed", 1).in_dir(folder.path());
+        let samples = channel("samples").expect("row");
+        let holder = Holder::start_with(config.clone(), Duration::ZERO, |creator| {
+            Ok(vec![creator.channel::<Estimate>(samples, 1)?])
+        })
+        .expect("holder");
+        let bus = Bus::open(config, ProcessKind::Estimator, 1).expect("bus");
+        let error = bus.sample_subscriber(1).err().expect("must be refused").to_string();
+        println!("{error}");
+        assert!(error.contains("railgrip/Sample/v1") && error.contains("railgrip/Estimate/v1"), "{error}");
+        drop((bus, holder));
+    }
+}

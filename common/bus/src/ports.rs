@@ -1,0 +1,227 @@
+//! The typed ends of a channel.
+
+use std::time::Duration;
+
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::port::{publisher, subscriber};
+use iceoryx2::prelude::{CallbackProgression, SignalHandlingMode, WaitSet, WaitSetBuilder, ipc};
+use railgrip_messages::{Estimate, Event, Health, Heartbeat, Innovation, Payload, Sample};
+
+use crate::BusError;
+
+/// Sends samples of one wagon.
+pub type SamplePublisher = Publisher<Sample>;
+/// Receives samples of one wagon.
+pub type SampleSubscriber = Subscriber<Sample>;
+/// Sends estimates of one wagon.
+pub type EstimatePublisher = Publisher<Estimate>;
+/// Receives estimates of one wagon.
+pub type EstimateSubscriber = Subscriber<Estimate>;
+/// Sends innovations of one wagon.
+pub type InnovationPublisher = Publisher<Innovation>;
+/// Receives innovations of one wagon.
+pub type InnovationSubscriber = Subscriber<Innovation>;
+/// Sends the indicators of one wagon.
+pub type HealthPublisher = Publisher<Health>;
+/// Receives the indicators of one wagon.
+pub type HealthSubscriber = Subscriber<Health>;
+/// Sends events.
+pub type EventPublisher = Publisher<Event>;
+/// Receives events.
+pub type EventSubscriber = Subscriber<Event>;
+/// Sends heartbeats.
+pub type HeartbeatPublisher = Publisher<Heartbeat>;
+/// Receives heartbeats.
+pub type HeartbeatSubscriber = Subscriber<Heartbeat>;
+
+/// The sending end of a channel. It never waits for a reader.
+pub struct Publisher<T: Payload> {
+    name: String,
+    port: publisher::Publisher<ipc::Service, [T], ()>,
+    notifier: Option<Notifier<ipc::Service>>,
+    max_batch: usize,
+}
+
+impl<T: Payload> Publisher<T> {
+    pub(crate) const fn new(
+        name: String,
+        port: publisher::Publisher<ipc::Service, [T], ()>,
+        notifier: Option<Notifier<ipc::Service>>,
+        max_batch: usize,
+    ) -> Self {
+        Self { name, port, notifier, max_batch }
+    }
+
+    /// Items that travel in one message, at most; [`Publisher::publish`] splits longer slices.
+    #[must_use]
+    pub const fn max_batch(&self) -> usize {
+        self.max_batch
+    }
+
+    /// Sends the items in order and wakes the readers once. Without readers this is cheap.
+    ///
+    /// # Errors
+    /// If iceoryx2 has no memory for the batch or cannot reach a reader.
+    pub fn publish(&self, items: &[T]) -> Result<(), BusError> {
+        for batch in items.chunks(self.max_batch) {
+            let failed = |error: &dyn std::fmt::Debug| BusError::transport(&self.name, "send", error);
+            let loan = self.port.loan_slice_uninit(batch.len()).map_err(|error| failed(&error))?;
+            loan.write_from_slice(batch).send().map_err(|error| failed(&error))?;
+        }
+        match &self.notifier {
+            Some(notifier) if !items.is_empty() => {
+                notifier.notify().map_err(|error| BusError::transport(&self.name, "wake readers", error))?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Finds readers that joined since the last message and gives them the history.
+    ///
+    /// # Errors
+    /// If a reader cannot be reached.
+    pub fn refresh(&self) -> Result<(), BusError> {
+        self.port
+            .update_connections()
+            .map_err(|error| BusError::transport(&self.name, "look for new readers", error))
+    }
+}
+
+/// Why [`Subscriber::wait`] came back.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wake {
+    /// Something arrived.
+    Data,
+    /// The time is over (or a signal came): look at the stop flag and at timers.
+    Timeout,
+}
+
+/// The receiving end of a channel.
+pub struct Subscriber<T: Payload> {
+    name: String,
+    port: subscriber::Subscriber<ipc::Service, [T], ()>,
+    waking: Option<Waking>,
+    sequence: Option<Sequence>,
+}
+
+struct Waking {
+    listener: Listener<ipc::Service>,
+    waitset: WaitSet<ipc::Service>,
+}
+
+/// Counts what is missing in a running number.
+#[derive(Debug, Default)]
+struct Sequence {
+    next: Option<u64>,
+    missed: u64,
+    restarts: u64,
+}
+
+impl Sequence {
+    /// A number ahead of the expected one is a gap; one behind it is a source that began again.
+    fn take(&mut self, sequence: u64) {
+        match self.next {
+            Some(next) if sequence > next => self.missed += sequence - next,
+            Some(next) if sequence < next => self.restarts += 1,
+            _ => {}
+        }
+        self.next = Some(sequence.wrapping_add(1));
+    }
+}
+
+impl<T: Payload> Subscriber<T> {
+    pub(crate) fn new(
+        name: String,
+        port: subscriber::Subscriber<ipc::Service, [T], ()>,
+        listener: Option<Listener<ipc::Service>>,
+        counted: bool,
+    ) -> Result<Self, BusError> {
+        let waking = match listener {
+            None => None,
+            Some(listener) => {
+                let waitset = WaitSetBuilder::new()
+                    .signal_handling_mode(SignalHandlingMode::Disabled)
+                    .create::<ipc::Service>()
+                    .map_err(|error| BusError::transport(&name, "prepare to wait", error))?;
+                Some(Waking { listener, waitset })
+            }
+        };
+        Ok(Self { name, port, waking, sequence: counted.then(Sequence::default) })
+    }
+
+    /// Sleeps until something arrives or `timeout` is over. On a channel without wake-ups it only sleeps.
+    ///
+    /// # Errors
+    /// If the system refuses to wait.
+    pub fn wait(&self, timeout: Duration) -> Result<Wake, BusError> {
+        let Some(Waking { listener, waitset }) = &self.waking else {
+            std::thread::sleep(timeout);
+            return Ok(Wake::Timeout);
+        };
+        let failed = |error: &dyn std::fmt::Debug| BusError::transport(&self.name, "wait", error);
+        // Attached for this wait only: an attachment borrows set and listener, and two system calls are cheap
+        // beside the wake-up itself.
+        let _attached = waitset.attach_notification(listener).map_err(|error| failed(&error))?;
+        let mut wake = Wake::Timeout;
+        waitset
+            .wait_and_process_once_with_timeout(
+                |_| {
+                    wake = Wake::Data;
+                    CallbackProgression::Continue
+                },
+                timeout,
+            )
+            .map_err(|error| failed(&error))?;
+        Ok(wake)
+    }
+
+    /// Hands every batch that waits to `take`, oldest first, and says how many items there were.
+    ///
+    /// # Errors
+    /// If a publisher cannot be reached; what was received before stays valid.
+    pub fn receive(&mut self, mut take: impl FnMut(&[T])) -> Result<usize, BusError> {
+        let failed = |error: &dyn std::fmt::Debug| BusError::transport(&self.name, "receive", error);
+        if let Some(waking) = &self.waking {
+            waking.listener.try_wait(|_| {}).map_err(|error| failed(&error))?;
+        }
+        let mut items = 0;
+        while let Some(batch) = self.port.receive().map_err(|error| failed(&error))? {
+            let batch = batch.payload();
+            if let Some(sequence) = &mut self.sequence {
+                batch.iter().for_each(|item| sequence.take(item.sequence()));
+            }
+            items += batch.len();
+            take(batch);
+        }
+        Ok(items)
+    }
+
+    /// Items that never arrived, so far; 0 on channels that do not count.
+    #[must_use]
+    pub fn missed(&self) -> u64 {
+        self.sequence.as_ref().map_or(0, |sequence| sequence.missed)
+    }
+
+    /// How often the source began to count again.
+    #[must_use]
+    pub fn restarts(&self) -> u64 {
+        self.sequence.as_ref().map_or(0, |sequence| sequence.restarts)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gaps_count_as_missed_and_steps_back_as_restarts() {
+        let mut sequence = Sequence::default();
+        for number in [100, 101, 105, 106, 0, 1, 2, 4] {
+            sequence.take(number);
+        }
+        assert_eq!((sequence.missed, sequence.restarts), (3 + 1, 1));
+    }
+}

@@ -1,0 +1,105 @@
+//! Who is there: file locks that the kernel releases at any death, `kill -9` included.
+//!
+//! * `holder.lock` – exclusive while a holder lives.
+//! * `ports.lock` – shared by every process with ports; the holder takes it exclusively while it wipes and creates,
+//!   so nobody opens a channel that is about to vanish, and waits for it before it cleans up.
+//! * `holder` – process id and incarnation of the holder, present only once all channels exist.
+
+use std::fs::{File, OpenOptions, TryLockError};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use crate::{BusConfig, BusError};
+
+const POLL: Duration = Duration::from_millis(5);
+
+/// A lock on a file of the instance, held until dropped.
+#[derive(Debug)]
+pub(crate) struct Lock {
+    _file: File,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Shared,
+    Exclusive,
+}
+
+impl Lock {
+    /// Tries until `patience` is over; `None` if somebody else kept it.
+    pub(crate) fn acquire(path: &Path, kind: Kind, patience: Duration) -> Result<Option<Self>, BusError> {
+        let failed = |source| BusError::File { path: path.to_owned(), source };
+        let file = OpenOptions::new()
+            .create(true)
+            .truncate(false)
+            .write(true)
+            .read(true)
+            .open(path)
+            .map_err(failed)?;
+        let deadline = Instant::now() + patience;
+        loop {
+            let result = match kind {
+                Kind::Shared => file.try_lock_shared(),
+                Kind::Exclusive => file.try_lock(),
+            };
+            match result {
+                Ok(()) => return Ok(Some(Self { _file: file })),
+                Err(TryLockError::WouldBlock) if Instant::now() >= deadline => return Ok(None),
+                Err(TryLockError::WouldBlock) => std::thread::sleep(POLL),
+                Err(TryLockError::Error(source)) => return Err(failed(source)),
+            }
+        }
+    }
+}
+
+pub(crate) fn holder_lock_file(config: &BusConfig) -> PathBuf {
+    config.folder().join("holder.lock")
+}
+
+pub(crate) fn ports_lock_file(config: &BusConfig) -> PathBuf {
+    config.folder().join("ports.lock")
+}
+
+pub(crate) fn holder_file(config: &BusConfig) -> PathBuf {
+    config.folder().join("holder")
+}
+
+/// True while some process has the holder's lock.
+pub(crate) fn holder_alive(config: &BusConfig) -> Result<bool, BusError> {
+    let path = holder_lock_file(config);
+    if !path.exists() {
+        return Ok(false);
+    }
+    Ok(Lock::acquire(&path, Kind::Shared, Duration::ZERO)?.is_none())
+}
+
+/// What the holder wrote once all channels existed: process id, blank, start time.
+pub(crate) fn incarnation(config: &BusConfig) -> Option<String> {
+    std::fs::read_to_string(holder_file(config)).ok().filter(|text| text.ends_with('\n'))
+}
+
+/// The process id of the holder, in words.
+pub(crate) fn holder_pid(config: &BusConfig) -> String {
+    incarnation(config)
+        .and_then(|text| text.split(' ').next().map(str::to_owned))
+        .unwrap_or_else(|| "?".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn locks_exclude_and_share_as_they_should() {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("lock");
+        let take = |kind| Lock::acquire(&path, kind, Duration::ZERO).expect("usable");
+        let first = take(Kind::Shared);
+        let second = take(Kind::Shared);
+        assert!(first.is_some() && second.is_some());
+        assert!(take(Kind::Exclusive).is_none());
+        drop((first, second));
+        let writer = take(Kind::Exclusive);
+        assert!(writer.is_some() && take(Kind::Shared).is_none());
+    }
+}

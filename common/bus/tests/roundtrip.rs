@@ -1,0 +1,150 @@
+//! Holder and ports in one process: what is sent arrives, what is lost is counted, what does not fit is refused.
+//! One test, because iceoryx2 knows one instance a process.
+
+use std::time::{Duration, Instant};
+
+use railgrip_bus::{Bus, BusConfig, BusError, Holder, Limits, Wake, now};
+use railgrip_messages::{Event, EventKind, Health, ProcessKind, Sample, Text};
+
+const WAGONS: u32 = 3;
+
+fn samples(from: u64, count: u64) -> Vec<Sample> {
+    (from..from + count)
+        .map(|sequence| Sample { sequence, acquired: now(), wheelsets: 2, ..Sample::default() })
+        .collect()
+}
+
+#[test]
+fn everything_a_channel_promises() {
+    let folder = tempfile::Builder::new().prefix("rg").tempdir_in("/tmp").expect("folder");
+    let mut config = BusConfig::new("bench", WAGONS).in_dir(folder.path());
+    config.limits = Limits { max_batch: 8, buffer: 16, ..Limits::default() };
+
+    refuses_without_holder(&config);
+    let started = Instant::now();
+    let holder = Holder::start(config.clone(), Duration::ZERO).expect("holder");
+    println!("{} channels created in {:.1} ms", holder.channels(), started.elapsed().as_secs_f64() * 1e3);
+    refuses_second_holder(&config);
+
+    let bus = Bus::open(config.clone(), ProcessKind::Record, 0).expect("bus");
+    bus.check_holder().expect("holder is there");
+    refuses_unknown_wagon(&bus);
+    batches_arrive_in_order(&bus);
+    slow_reader_misses_and_counts(&bus);
+    late_joiner_gets_history(&bus);
+    small_channels_work(&bus);
+    a_crowd_of_restarts_finds_its_place(&bus);
+
+    let prefix = config.prefix();
+    drop(bus);
+    drop(holder);
+    assert_eq!(leftovers(&prefix), Vec::<String>::new(), "shared memory must be clean");
+    assert!(!config.folder().join("iox").exists());
+    refuses_without_holder(&config);
+}
+
+fn refuses_without_holder(config: &BusConfig) {
+    let error = Bus::open(config.clone(), ProcessKind::Ingest, 0).err().expect("must fail");
+    assert!(matches!(error, BusError::NoHolder { .. }), "{error}");
+    assert!(error.to_string().contains("railgrip hold"), "{error}");
+}
+
+fn refuses_second_holder(config: &BusConfig) {
+    let error = Holder::start(config.clone(), Duration::from_millis(20)).err().expect("must fail");
+    assert!(
+        matches!(&error, BusError::AlreadyHeld { pid, .. } if *pid == std::process::id().to_string()),
+        "{error}"
+    );
+}
+
+fn refuses_unknown_wagon(bus: &Bus) {
+    let error = bus.sample_publisher(WAGONS + 1).err().expect("must fail");
+    assert_eq!(error.to_string(), "channel samples/4 does not exist in train \"bench\"");
+}
+
+fn batches_arrive_in_order(bus: &Bus) {
+    let mut subscriber = bus.sample_subscriber(1).expect("subscriber");
+    let publisher = bus.sample_publisher(1).expect("publisher");
+    assert_eq!(subscriber.wait(Duration::from_millis(5)).expect("wait"), Wake::Timeout);
+    publisher.publish(&samples(0, 20)).expect("publish");
+    assert_eq!(subscriber.wait(Duration::from_secs(5)).expect("wait"), Wake::Data);
+    let mut batches = Vec::new();
+    let count = subscriber
+        .receive(|batch| batches.push(batch.iter().map(|sample| sample.sequence).collect::<Vec<_>>()))
+        .expect("receive");
+    assert_eq!(count, 20);
+    assert_eq!(batches.iter().map(Vec::len).collect::<Vec<_>>(), [8, 8, 4]);
+    assert_eq!(batches.concat(), (0..20).collect::<Vec<_>>());
+    assert_eq!(subscriber.wait(Duration::from_millis(5)).expect("wait"), Wake::Timeout);
+}
+
+fn slow_reader_misses_and_counts(bus: &Bus) {
+    let mut slow = bus.sample_subscriber(2).expect("slow");
+    let mut quick = bus.sample_subscriber(2).expect("quick");
+    let publisher = bus.sample_publisher(2).expect("publisher");
+    let mut seen_by_quick = 0;
+    for batch in 0..100 {
+        publisher.publish(&samples(batch * 8, 8)).expect("a slow reader must not stop the publisher");
+        seen_by_quick += quick.receive(|_| {}).expect("receive");
+    }
+    assert_eq!((seen_by_quick, quick.missed()), (800, 0));
+    let first = slow.receive(|_| {}).expect("receive");
+    publisher.publish(&samples(800, 8)).expect("publish");
+    let second = slow.receive(|_| {}).expect("receive");
+    println!("slow reader: {first} + {second} of 808 received");
+    assert_eq!((first, second), (16 * 8, 8), "overflow must keep the newest batches");
+    // What was lost before the first item it ever saw is not known to it.
+    assert_eq!(slow.missed(), 0);
+    for batch in 0..20 {
+        publisher.publish(&samples(808 + batch * 8, 8)).expect("publish");
+    }
+    slow.receive(|_| {}).expect("receive");
+    assert_eq!(slow.missed(), 4 * 8);
+}
+
+fn late_joiner_gets_history(bus: &Bus) {
+    let publisher = bus.health_publisher(3).expect("publisher");
+    for sequence in 1..=5 {
+        publisher.publish(&[Health { sequence, wagon: 3, ..Health::default() }]).expect("publish");
+    }
+    let mut late = bus.health_subscriber(3).expect("subscriber");
+    publisher.refresh().expect("refresh");
+    let mut seen = Vec::new();
+    late.receive(|batch| seen.extend(batch.iter().map(|health| health.sequence))).expect("receive");
+    assert_eq!(seen, [5], "exactly the last value");
+}
+
+fn small_channels_work(bus: &Bus) {
+    let mut subscriber = bus.event_subscriber().expect("subscriber");
+    let publishers = [bus.event_publisher().expect("first"), bus.event_publisher().expect("second")];
+    for (wagon, publisher) in (1..).zip(&publishers) {
+        let event = Event {
+            kind: EventKind::SlideBegan.code(),
+            wagon,
+            text: Text::new("wheelset 1 slides"),
+            ..Event::default()
+        };
+        publisher.publish(&[event]).expect("publish");
+    }
+    let mut wagons = Vec::new();
+    subscriber.receive(|batch| wagons.extend(batch.iter().map(|event| event.wagon))).expect("receive");
+    wagons.sort_unstable();
+    assert_eq!(wagons, [1, 2]);
+}
+
+fn a_crowd_of_restarts_finds_its_place(bus: &Bus) {
+    for _ in 0..50 {
+        let publisher = bus.sample_publisher(3).expect("publisher");
+        let _subscriber = bus.sample_subscriber(3).expect("subscriber");
+        publisher.publish(&samples(0, 1)).expect("publish");
+    }
+}
+
+fn leftovers(prefix: &str) -> Vec<String> {
+    std::fs::read_dir("/dev/shm")
+        .expect("shared memory")
+        .flatten()
+        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .filter(|name| name.starts_with(prefix))
+        .collect()
+}
