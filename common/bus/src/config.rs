@@ -1,19 +1,15 @@
 //! Where a train lives on this machine, and how large its channels are.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
 use iceoryx2::prelude::{Config, FilePath, SemanticString};
+use railgrip_settings::TrainSettings;
 
 use crate::BusError;
 
-/// The longest name of a train.
-pub const MAX_TRAIN_NAME: usize = 24;
 /// Characters of iceoryx2 root and prefix that fit into the path of a socket.
 const MAX_ROOT_AND_PREFIX: usize = 68;
-/// The environment variable that moves all instances elsewhere.
-const RUNTIME_DIR_VARIABLE: &str = "RAILGRIP_RUNTIME_DIR";
-
 /// Sizes of the channels; the holder's count, the others find the channels as they are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
@@ -36,102 +32,47 @@ impl Default for Limits {
 /// One instance of a train on this machine.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BusConfig {
-    /// Folder of all instances, see [`default_runtime_dir`].
-    pub runtime_dir: PathBuf,
-    /// Name of the train.
+    /// Name of the train, for people.
     pub train: String,
+    /// Folder of this instance: locks, configuration, sockets.
+    pub dir: PathBuf,
+    /// Start of the names of everything this instance has in `/dev/shm`; each folder needs its own.
+    pub prefix: String,
     /// Numbers of its wagons.
     pub wagons: Vec<u32>,
     /// Sizes of the channels.
     pub limits: Limits,
 }
 
-/// `$RAILGRIP_RUNTIME_DIR`, else `$XDG_RUNTIME_DIR/railgrip`, else `/tmp/railgrip-UID`.
-#[must_use]
-pub fn default_runtime_dir() -> PathBuf {
-    let folder =
-        |variable: &str| std::env::var_os(variable).filter(|value| !value.is_empty()).map(PathBuf::from);
-    folder(RUNTIME_DIR_VARIABLE)
-        .or_else(|| folder("XDG_RUNTIME_DIR").filter(|path| path.is_dir()).map(|path| path.join("railgrip")))
-        .unwrap_or_else(|| format!("/tmp/railgrip-{}", rustix::process::getuid().as_raw()).into())
-}
-
 impl BusConfig {
-    /// A train with wagons 1 to `wagons` in the default place.
+    /// The instance that the settings of a train name.
     #[must_use]
-    pub fn new(train: &str, wagons: u32) -> Self {
+    pub fn of(settings: &TrainSettings) -> Self {
         Self {
-            runtime_dir: default_runtime_dir(),
-            train: train.to_owned(),
-            wagons: (1..=wagons).collect(),
+            train: settings.name.clone(),
+            dir: settings.instance.dir.clone(),
+            prefix: settings.instance.prefix.clone(),
+            wagons: settings.wagons.iter().map(|wagon| wagon.number).collect(),
             limits: Limits::default(),
         }
     }
 
-    /// The same train with its folder elsewhere.
-    #[must_use]
-    pub fn in_dir(mut self, runtime_dir: &Path) -> Self {
-        runtime_dir.clone_into(&mut self.runtime_dir);
-        self
-    }
-
-    /// Folder of this instance: locks, configuration, sockets, and small files such as [`BusConfig::http_file`].
-    #[must_use]
-    pub fn folder(&self) -> PathBuf {
-        self.runtime_dir.join(&self.train)
-    }
-
-    /// Where the health service writes the address it serves, for example `http://127.0.0.1:8080`.
-    #[must_use]
-    pub fn http_file(&self) -> PathBuf {
-        self.folder().join("http")
-    }
-
-    /// Where a service may keep state that survives its restart (but not a restart of the machine).
-    #[must_use]
-    pub fn state_dir(&self) -> PathBuf {
-        self.folder().join("state")
-    }
-
     pub(crate) fn root(&self) -> PathBuf {
-        self.folder().join("iox")
+        self.dir.join("ipc")
     }
 
     pub(crate) fn transport_file(&self) -> PathBuf {
-        self.folder().join("iceoryx2.toml")
+        self.dir.join("iceoryx2.toml")
     }
 
-    /// Start of the names of everything this instance has in `/dev/shm`; other folders have other prefixes.
-    #[must_use]
-    pub fn prefix(&self) -> String {
-        let folder = self.folder();
-        let folder = std::path::absolute(&folder).unwrap_or(folder);
-        // FNV-1a: stable across builds, unlike the hashes of the standard library.
-        let hash =
-            folder.as_os_str().as_encoded_bytes().iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-                (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
-            });
-        format!("rg{:08x}_", (hash >> 32) ^ (hash & 0xffff_ffff))
-    }
-
-    /// Checks names, numbers and lengths.
+    /// Checks numbers and lengths.
     ///
     /// # Errors
     /// Names what is wrong and what is allowed.
     pub fn validate(&self) -> Result<(), BusError> {
-        let name_error = |reason| BusError::TrainName { name: self.train.clone(), reason };
-        if self.train.is_empty() {
-            return Err(name_error("is empty"));
-        }
-        if self.train.len() > MAX_TRAIN_NAME {
-            return Err(name_error("is too long"));
-        }
-        if !self.train.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'-' || byte == b'_') {
-            return Err(name_error("has other characters"));
-        }
-        let length = self.root().as_os_str().len() + self.prefix().len();
+        let length = self.root().as_os_str().len() + self.prefix.len();
         if length > MAX_ROOT_AND_PREFIX {
-            return Err(BusError::PathTooLong { folder: self.folder(), length, max: MAX_ROOT_AND_PREFIX });
+            return Err(BusError::PathTooLong { folder: self.dir.clone(), length, max: MAX_ROOT_AND_PREFIX });
         }
         self.validate_numbers()
     }
@@ -165,7 +106,7 @@ impl BusConfig {
              [global.service]\ncleanup-dead-nodes-on-open = false\n\n\
              [global.node]\ncleanup-dead-nodes-on-creation = false\ncleanup-dead-nodes-on-destruction = false\n",
             root = self.root().display(),
-            prefix = self.prefix()
+            prefix = self.prefix
         )
     }
 
@@ -195,22 +136,20 @@ mod tests {
     use super::*;
 
     fn config() -> BusConfig {
-        BusConfig::new("demo", 8).in_dir(Path::new("/run/user/1000/railgrip"))
+        BusConfig {
+            train: "demo".into(),
+            dir: "/run/user/1000/railgrip/demo".into(),
+            prefix: "rg0123abcd_".into(),
+            wagons: (1..=8).collect(),
+            limits: Limits::default(),
+        }
     }
 
     #[test]
-    fn the_longest_train_name_fits_into_a_user_runtime_folder() {
-        let name = "t".repeat(MAX_TRAIN_NAME);
-        let config = BusConfig { train: name, ..config() };
-        config.validate().expect("must fit");
-    }
-
-    #[test]
-    fn refuses_names_paths_and_numbers_in_words() {
-        let cases: [(BusConfig, &str); 6] = [
-            (BusConfig { train: "a/b".into(), ..config() }, "has other characters"),
-            (BusConfig { train: "x".repeat(25), ..config() }, "is too long"),
-            (config().in_dir(Path::new(&format!("/{}", "d".repeat(60)))), "at most 68"),
+    fn refuses_paths_and_numbers_in_words() {
+        config().validate().expect("good");
+        let cases: [(BusConfig, &str); 4] = [
+            (BusConfig { dir: format!("/{}", "d".repeat(60)).into(), ..config() }, "at most 68"),
             (BusConfig { wagons: vec![], ..config() }, "1 to 256 wagons"),
             (BusConfig { wagons: vec![1, 2, 1], ..config() }, "each number once"),
             (BusConfig { limits: Limits { max_batch: 0, ..Limits::default() }, ..config() }, "max_batch = 0"),
@@ -219,14 +158,5 @@ mod tests {
             let text = config.validate().expect_err(words).to_string();
             assert!(text.contains(words), "{text}");
         }
-    }
-
-    #[test]
-    fn equal_names_in_other_folders_have_other_prefixes() {
-        let here = config();
-        let there = config().in_dir(Path::new("/run/user/1001/railgrip"));
-        assert_ne!(here.prefix(), there.prefix());
-        assert_eq!(here.prefix(), config().prefix());
-        assert_eq!(here.prefix().len(), 11);
     }
 }

@@ -5,18 +5,10 @@ use std::path::PathBuf;
 /// Why a bus operation failed.
 #[derive(Debug, thiserror::Error)]
 pub enum BusError {
-    /// The train's name cannot name a folder.
-    #[error("train name \"{name}\": {reason}; allowed are 1 to {max} of a-z, A-Z, 0-9, - and _", max = crate::MAX_TRAIN_NAME)]
-    TrainName {
-        /// The name.
-        name: String,
-        /// What is wrong with it.
-        reason: &'static str,
-    },
     /// Socket paths have little room.
     #[error(
-        "runtime folder {folder} is too long: with the channel prefix it makes {length} characters, \
-         at most {max} fit into a socket path; choose a shorter --runtime-dir or train name"
+        "instance folder {folder} is too long: with the channel prefix it makes {length} characters, \
+         at most {max} fit into a socket path; choose a shorter folder"
     )]
     PathTooLong {
         /// The folder of the instance.

@@ -52,13 +52,13 @@ impl Holder {
         create: impl Fn(&Creator<'_>) -> Result<Vec<Kept>, BusError>,
     ) -> Result<Self, BusError> {
         config.validate()?;
-        create_private_folder(&config.folder())?;
+        create_private_folder(&config.dir)?;
         let Some(lock) = Lock::acquire(&presence::holder_lock_file(&config), Kind::Exclusive, patience)?
         else {
             return Err(BusError::AlreadyHeld {
                 train: config.train.clone(),
                 pid: presence::holder_pid(&config),
-                folder: config.folder(),
+                folder: config.dir.clone(),
             });
         };
         remove_file(&presence::holder_file(&config))?;
@@ -217,10 +217,9 @@ fn wipe(config: &BusConfig) -> Result<(), BusError> {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(failed(&root)(error)),
         _ => {}
     }
-    let prefix = config.prefix();
     let folder = Path::new(SHARED_MEMORY);
     for entry in std::fs::read_dir(folder).map_err(failed(folder))?.flatten() {
-        if entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()) {
+        if entry.file_name().as_encoded_bytes().starts_with(config.prefix.as_bytes()) {
             remove_file(&entry.path())?;
         }
     }
@@ -263,7 +262,13 @@ mod tests {
     #[test]
     fn a_payload_of_another_version_is_refused_with_both_names() {
         let folder = tempfile::Builder::new().prefix("rg").tempdir_in("/tmp").expect("folder");
-        let config = BusConfig::new("mixed", 1).in_dir(folder.path());
+        let config = BusConfig {
+            train: "mixed".into(),
+            dir: folder.path().into(),
+            prefix: format!("rgm{}_", std::process::id()),
+            wagons: vec![1],
+            limits: crate::Limits::default(),
+        };
         let samples = channel("samples").expect("row");
         let holder = Holder::start_with(config.clone(), Duration::ZERO, |creator| {
             Ok(vec![creator.channel::<Estimate>(samples, 1)?])

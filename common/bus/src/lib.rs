@@ -38,7 +38,7 @@ mod presence;
 
 pub use channels::{CHANNELS, Channel, Scope, channel};
 pub use clock::{monotonic_ns, now};
-pub use config::{BusConfig, Limits, MAX_TRAIN_NAME, default_runtime_dir};
+pub use config::{BusConfig, Limits};
 pub use error::BusError;
 pub use holder::Holder;
 pub use lifecycle::Lifecycle;

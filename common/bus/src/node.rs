@@ -7,7 +7,7 @@ use crate::{BusConfig, BusError};
 /// Joins the instance whose configuration is installed. Signals stay with the program.
 pub(crate) fn create(config: &BusConfig, name: &str) -> Result<Node<ipc::Service>, BusError> {
     let failed =
-        |reason: String| BusError::Node { train: config.train.clone(), folder: config.folder(), reason };
+        |reason: String| BusError::Node { train: config.train.clone(), folder: config.dir.clone(), reason };
     let name = NodeName::new(name).map_err(|error| failed(format!("{error:?}")))?;
     NodeBuilder::new()
         .name(&name)

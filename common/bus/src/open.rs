@@ -40,7 +40,7 @@ impl Bus {
     /// [`BusError::NoHolder`] if no holder runs; what the system or iceoryx2 refused otherwise.
     pub fn open(config: BusConfig, process: ProcessKind, wagon: u32) -> Result<Self, BusError> {
         config.validate()?;
-        let no_holder = || BusError::NoHolder { train: config.train.clone(), folder: config.folder() };
+        let no_holder = || BusError::NoHolder { train: config.train.clone(), folder: config.dir.clone() };
         let deadline = Instant::now() + PATIENCE;
         loop {
             if !presence::holder_alive(&config)? {

@@ -53,15 +53,15 @@ impl Lock {
 }
 
 pub(crate) fn holder_lock_file(config: &BusConfig) -> PathBuf {
-    config.folder().join("holder.lock")
+    config.dir.join("holder.lock")
 }
 
 pub(crate) fn ports_lock_file(config: &BusConfig) -> PathBuf {
-    config.folder().join("ports.lock")
+    config.dir.join("ports.lock")
 }
 
 pub(crate) fn holder_file(config: &BusConfig) -> PathBuf {
-    config.folder().join("holder")
+    config.dir.join("holder")
 }
 
 /// True while some process has the holder's lock.

@@ -1,6 +1,8 @@
 //! Holder and ports in one process: what is sent arrives, what is lost is counted, what does not fit is refused.
 //! One test, because iceoryx2 knows one instance a process.
 
+#![allow(clippy::print_stdout, reason = "tests print what they measure")]
+
 use std::time::{Duration, Instant};
 
 use railgrip_bus::{Bus, BusConfig, BusError, Holder, Limits, Wake, now};
@@ -17,8 +19,13 @@ fn samples(from: u64, count: u64) -> Vec<Sample> {
 #[test]
 fn everything_a_channel_promises() {
     let folder = tempfile::Builder::new().prefix("rg").tempdir_in("/tmp").expect("folder");
-    let mut config = BusConfig::new("bench", WAGONS).in_dir(folder.path());
-    config.limits = Limits { max_batch: 8, buffer: 16, ..Limits::default() };
+    let config = BusConfig {
+        train: "bench".into(),
+        dir: folder.path().into(),
+        prefix: format!("rgb{}_", std::process::id()),
+        wagons: (1..=WAGONS).collect(),
+        limits: Limits { max_batch: 8, buffer: 16, ..Limits::default() },
+    };
 
     refuses_without_holder(&config);
     let started = Instant::now();
@@ -35,11 +42,11 @@ fn everything_a_channel_promises() {
     small_channels_work(&bus);
     a_crowd_of_restarts_finds_its_place(&bus);
 
-    let prefix = config.prefix();
+    let prefix = config.prefix.clone();
     drop(bus);
     drop(holder);
     assert_eq!(leftovers(&prefix), Vec::<String>::new(), "shared memory must be clean");
-    assert!(!config.folder().join("iox").exists());
+    assert!(!config.dir.join("ipc").exists());
     refuses_without_holder(&config);
 }
 
