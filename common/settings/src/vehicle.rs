@@ -69,7 +69,8 @@ pub fn parse(path: &Path, text: &str) -> Result<VehicleParameters, VehicleFileEr
         line: line_of_key(text, source.key),
         source,
     })?;
-    WagonModel::new(&parameters).map_err(|source| VehicleFileError::Effect { path: path.to_owned(), source })?;
+    WagonModel::new(&parameters)
+        .map_err(|source| VehicleFileError::Effect { path: path.to_owned(), source })?;
     Ok(parameters)
 }
 
@@ -160,7 +161,8 @@ pressing_force_sigma_n = 150.0
     fn unknown_effects_and_parameters_are_named() {
         let said = message(&format!("{COACH}[[effect]]\nid = \"brake_fad\"\n"));
         assert!(said.contains("brake_fad"), "{said}");
-        let said = message(&format!("{COACH}[[effect]]\nid = \"brake_fade\"\nparameters = {{ alpha = 1.0 }}\n"));
+        let said =
+            message(&format!("{COACH}[[effect]]\nid = \"brake_fade\"\nparameters = {{ alpha = 1.0 }}\n"));
         assert!(said.contains("`alpha`"), "{said}");
     }
 }

@@ -1,0 +1,237 @@
+//! How indicators are computed and from where on they are worth a look (watch) or need action (act).
+//! Each table has defaults, so that a config names only what differs.
+
+use serde::{Deserialize, Serialize};
+
+/// Declares a table of numbers: fields with default, least and greatest value, and its check.
+macro_rules! table {
+    ($(#[$meta:meta])* $name:ident { $($(#[$field_meta:meta])* $field:ident = $default:literal in $low:literal..$high:literal;)+ }) => {
+        $(#[$meta])*
+        #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct $name { $($(#[$field_meta])* pub $field: f64,)+ }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $default,)+ }
+            }
+        }
+
+        impl $name {
+            fn check(&self, table: &'static str) -> Result<(), SettingError> {
+                $(if !($low..=$high).contains(&self.$field) {
+                    return Err(SettingError {
+                        key: format!("{table}.{}", stringify!($field)),
+                        value: self.$field,
+                        allowed: format!("{} to {}", $low, $high),
+                    });
+                })+
+                Ok(())
+            }
+        }
+    };
+}
+
+table! {
+    /// Pad friction of each wheelset and of the wagon.
+    BrakeFrictionSettings {
+        /// Braking that the mean remembers, s.
+        memory_s = 120.0 in 1.0..100000.0;
+        /// Estimates closer than this say the same thing twice, s.
+        correlation_s = 5.0 in 0.1..600.0;
+        /// Less braking than this gives no verdict, s.
+        min_braking_s = 3.0 in 0.1..3600.0;
+        /// A wheelset brakes from this pressing force on, N.
+        min_pressing_force_n = 2000.0 in 0.0..1000000.0;
+        /// 1 σ of what the estimate cannot know (mass, radii), as a share of the friction.
+        systematic_share = 0.01 in 0.0..0.5;
+        /// Watch below this ratio to nominal.
+        ratio_watch_low = 0.85 in 0.0..1.0;
+        /// Act below this ratio to nominal.
+        ratio_act_low = 0.70 in 0.0..1.0;
+        /// Watch above this ratio to nominal.
+        ratio_watch_high = 1.20 in 1.0..10.0;
+        /// Act above this ratio to nominal.
+        ratio_act_high = 1.40 in 1.0..10.0;
+    }
+}
+
+table! {
+    /// Pad friction of the front against the rear wheelsets.
+    AsymmetrySettings {
+        /// Watch above this difference over the mean.
+        watch = 0.15 in 0.0..2.0;
+        /// Act above this difference over the mean.
+        act = 0.30 in 0.0..2.0;
+    }
+}
+
+table! {
+    /// Adhesion and the condition of the rail.
+    AdhesionSettings {
+        /// Adhesion utilised is the largest of so many seconds, s.
+        window_s = 10.0 in 1.0..60.0;
+        /// What a slide showed of the adhesion available holds for so long, s.
+        slide_hold_s = 20.0 in 0.0..3600.0;
+        /// Without news the belief about the rail fades to the prior in about so long, s.
+        memory_s = 60.0 in 1.0..100000.0;
+        /// Probability of dry rail before anything is known; wet, low and very low rail share the rest 25 : 12 : 3.
+        prior_dry = 0.60 in 0.01..0.99;
+        /// Watch when low or very low rail is at least so probable.
+        low_probability_watch = 0.60 in 0.0..1.0;
+        /// Act when very low rail is at least so probable.
+        very_low_probability_act = 0.60 in 0.0..1.0;
+        /// Ok when low or very low rail is at most so probable; unknown in between.
+        low_probability_ok = 0.10 in 0.0..1.0;
+    }
+}
+
+table! {
+    /// Slides and their energy: the risk of wheel flats.
+    SlideSettings {
+        /// Shorter slides are not counted, s.
+        min_duration_s = 0.10 in 0.0..60.0;
+        /// Slides and energy count towards the grade for about so long, s.
+        memory_s = 3600.0 in 1.0..10000000.0;
+        /// Watch above this energy, J.
+        energy_watch_j = 2000000.0 in 0.0..1000000000.0;
+        /// Act above this energy, J.
+        energy_act_j = 10000000.0 in 0.0..1000000000.0;
+        /// Watch above this time with the wheelset locked, s.
+        locked_watch_s = 1.0 in 0.0..3600.0;
+        /// Act above this time with the wheelset locked, s.
+        locked_act_s = 4.0 in 0.0..3600.0;
+    }
+}
+
+table! {
+    /// Wheel-slide protection.
+    WspSettings {
+        /// Braking that the share remembers, s.
+        memory_s = 120.0 in 1.0..100000.0;
+        /// Watch above this share of the braking time.
+        share_watch = 0.25 in 0.0..1.0;
+        /// Act above this share of the braking time.
+        share_act = 0.75 in 0.0..1.0;
+    }
+}
+
+table! {
+    /// Whether the sensors deliver.
+    SensorSettings {
+        /// The share is over about so long, s.
+        memory_s = 10.0 in 0.5..3600.0;
+        /// Watch above this share of values missing or refused.
+        faulty_share_watch = 0.02 in 0.0..1.0;
+        /// Act above this share of values missing or refused.
+        faulty_share_act = 0.20 in 0.0..1.0;
+    }
+}
+
+table! {
+    /// Whether the filter's expectation and the data agree.
+    FilterSettings {
+        /// The mean is over about so long, s.
+        memory_s = 10.0 in 0.5..3600.0;
+        /// Watch below this mean normalised innovation squared over its degrees of freedom.
+        nis_watch_low = 0.4 in 0.0..1.0;
+        /// Watch above it.
+        nis_watch_high = 1.8 in 1.0..1000.0;
+        /// Act above it.
+        nis_act_high = 5.0 in 1.0..1000.0;
+    }
+}
+
+/// All tables of a config's `[indicators]`.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct IndicatorSettings {
+    /// Pad friction.
+    pub brake_friction: BrakeFrictionSettings,
+    /// Front against rear.
+    pub asymmetry: AsymmetrySettings,
+    /// Adhesion and rail.
+    pub adhesion: AdhesionSettings,
+    /// Slides.
+    pub slides: SlideSettings,
+    /// Wheel-slide protection.
+    pub wsp: WspSettings,
+    /// Sensors.
+    pub sensors: SensorSettings,
+    /// Filter.
+    pub filter: FilterSettings,
+}
+
+/// A setting out of its range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SettingError {
+    /// Dotted key below `[indicators]`.
+    pub key: String,
+    /// What stands there.
+    pub value: f64,
+    /// What may stand there.
+    pub allowed: String,
+}
+
+impl std::fmt::Display for SettingError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "`{}` is {}, allowed is {}", self.key, self.value, self.allowed)
+    }
+}
+
+impl std::error::Error for SettingError {}
+
+impl IndicatorSettings {
+    /// Checks every value, and that act lies beyond watch.
+    ///
+    /// # Errors
+    /// The first value out of its range.
+    pub fn check(&self) -> Result<(), SettingError> {
+        self.brake_friction.check("brake_friction")?;
+        self.asymmetry.check("asymmetry")?;
+        self.adhesion.check("adhesion")?;
+        self.slides.check("slides")?;
+        self.wsp.check("wsp")?;
+        self.sensors.check("sensors")?;
+        self.filter.check("filter")?;
+        let friction = &self.brake_friction;
+        let pairs = [
+            ("brake_friction.ratio_watch_low", friction.ratio_act_low, friction.ratio_watch_low),
+            ("brake_friction.ratio_act_high", friction.ratio_watch_high, friction.ratio_act_high),
+            ("asymmetry.act", self.asymmetry.watch, self.asymmetry.act),
+            ("slides.energy_act_j", self.slides.energy_watch_j, self.slides.energy_act_j),
+            ("slides.locked_act_s", self.slides.locked_watch_s, self.slides.locked_act_s),
+            ("wsp.share_act", self.wsp.share_watch, self.wsp.share_act),
+            ("sensors.faulty_share_act", self.sensors.faulty_share_watch, self.sensors.faulty_share_act),
+            ("filter.nis_act_high", self.filter.nis_watch_high, self.filter.nis_act_high),
+        ];
+        match pairs.into_iter().find(|(_, low, high)| low > high) {
+            None => Ok(()),
+            Some((key, low, value)) => {
+                Err(SettingError { key: key.to_owned(), value, allowed: format!("{low} and more") })
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn defaults_pass_their_own_check() {
+        assert_eq!(IndicatorSettings::default().check(), Ok(()));
+    }
+
+    #[test]
+    fn a_value_out_of_range_and_crossed_thresholds_are_named() {
+        let mut settings = IndicatorSettings::default();
+        settings.wsp.share_watch = 1.5;
+        assert_eq!(settings.check().unwrap_err().to_string(), "`wsp.share_watch` is 1.5, allowed is 0 to 1");
+        settings.wsp.share_watch = 0.9;
+        assert_eq!(
+            settings.check().unwrap_err().to_string(),
+            "`wsp.share_act` is 0.75, allowed is 0.9 and more"
+        );
+    }
+}

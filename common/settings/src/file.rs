@@ -1,0 +1,150 @@
+//! The form of a train's config file, key by key, before its values are checked. Units stand in the keys.
+
+use railgrip_indicators::IndicatorSettings;
+use serde::Deserialize;
+
+/// The whole file.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TrainFile {
+    pub schema: u32,
+    pub train: TrainTable,
+    #[serde(default)]
+    pub wagon: Vec<WagonTable>,
+    #[serde(default)]
+    pub instance: InstanceTable,
+    pub source: SourceTable,
+    #[serde(default)]
+    pub samples: SamplesTable,
+    #[serde(default)]
+    pub reporting: ReportingTable,
+    #[serde(default)]
+    pub indicators: IndicatorSettings,
+    #[serde(default)]
+    pub http: HttpTable,
+    #[serde(default)]
+    pub alerts: AlertTable,
+    #[serde(default)]
+    pub logging: LoggingTable,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TrainTable {
+    pub name: String,
+    pub wagons: Option<u32>,
+    pub vehicle: Option<String>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct WagonTable {
+    pub name: Option<String>,
+    pub vehicle: Option<String>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct InstanceTable {
+    pub dir: Option<String>,
+    pub prefix: Option<String>,
+    pub snapshot_dir: Option<String>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SourceTable {
+    pub kind: SourceKind,
+    pub scenario: Option<String>,
+    pub seed: Option<u64>,
+    pub sample_rate_hz: Option<f64>,
+    pub runs: Option<Vec<String>>,
+    pub speed: Option<f64>,
+    #[serde(rename = "loop")]
+    pub repeat: Option<bool>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum SourceKind {
+    Simulate,
+    Replay,
+    Stdin,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct SamplesTable {
+    pub batch_ms: f64,
+}
+
+impl Default for SamplesTable {
+    fn default() -> Self {
+        Self { batch_ms: 10.0 }
+    }
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct ReportingTable {
+    pub snapshot_period_s: f64,
+    pub health_rate_hz: f64,
+}
+
+impl Default for ReportingTable {
+    fn default() -> Self {
+        Self { snapshot_period_s: 1.0, health_rate_hz: 5.0 }
+    }
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct HttpTable {
+    pub listen: String,
+    pub refresh_ms: f64,
+    pub stale_after_s: f64,
+}
+
+impl Default for HttpTable {
+    fn default() -> Self {
+        Self { listen: "127.0.0.1:8080".to_owned(), refresh_ms: 150.0, stale_after_s: 2.0 }
+    }
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct AlertTable {
+    pub raise_after_s: f64,
+    pub clear_after_s: f64,
+}
+
+impl Default for AlertTable {
+    fn default() -> Self {
+        Self { raise_after_s: 2.0, clear_after_s: 10.0 }
+    }
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct LoggingTable {
+    pub level: String,
+    pub format: LogFormat,
+}
+
+impl Default for LoggingTable {
+    fn default() -> Self {
+        Self { level: "info".to_owned(), format: LogFormat::Auto }
+    }
+}
+
+/// How log lines look.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LogFormat {
+    /// Text on a terminal, JSON otherwise.
+    Auto,
+    /// Text.
+    Text,
+    /// One JSON object a line.
+    Json,
+}

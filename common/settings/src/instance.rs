@@ -1,0 +1,123 @@
+//! Where one running train keeps its channels and files, apart from every other train on the machine.
+
+use crate::SettingsError;
+use crate::file::InstanceTable;
+use crate::place::ConfigText;
+use std::path::{Path, PathBuf};
+
+/// Longest path of channels plus prefix; socket paths end there.
+const MAX_ROOT_AND_PREFIX: usize = 68;
+
+/// Folders and names of one running train.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Instance {
+    /// Folder of everything that lives while the train runs.
+    pub dir: PathBuf,
+    /// Prefix of its shared-memory files.
+    pub prefix: String,
+    /// Where estimators keep their snapshots.
+    pub snapshot_dir: PathBuf,
+}
+
+impl Instance {
+    /// Root of the channels; the holder wipes it.
+    #[must_use]
+    pub fn channel_root(&self) -> PathBuf {
+        self.dir.join("ipc")
+    }
+
+    /// File with the address that the HTTP service listens on, for example `127.0.0.1:8080`.
+    #[must_use]
+    pub fn http_address_file(&self) -> PathBuf {
+        self.dir.join("http.address")
+    }
+
+    /// Snapshot of a wagon's estimator.
+    #[must_use]
+    pub fn snapshot_file(&self, wagon: u32) -> PathBuf {
+        self.snapshot_dir.join(format!("wagon-{wagon}.snapshot"))
+    }
+
+    pub(crate) fn of(
+        at: &ConfigText<'_>,
+        table: &InstanceTable,
+        train: &str,
+        dir_override: Option<&Path>,
+    ) -> Result<Self, SettingsError> {
+        let given = dir_override.map(Path::to_owned).or_else(|| table.dir.as_ref().map(PathBuf::from));
+        let dir = given.unwrap_or_else(|| runtime_folder().join(train));
+        let dir = std::path::absolute(&dir)
+            .map_err(|error| at.refuse("instance.dir", dir.display(), format!("a folder ({error})")))?;
+        let prefix = match &table.prefix {
+            Some(prefix) => check_prefix(at, prefix)?,
+            None => format!("rg{:08x}_", fingerprint(&dir)),
+        };
+        let snapshot_dir = match &table.snapshot_dir {
+            Some(given) => at.file.parent().unwrap_or(Path::new("")).join(given),
+            None => dir.join("snapshots"),
+        };
+        let instance = Self { dir, prefix, snapshot_dir };
+        let length = instance.channel_root().as_os_str().len() + instance.prefix.len();
+        if length > MAX_ROOT_AND_PREFIX {
+            let allowed = format!("a path that is {} bytes shorter", length - MAX_ROOT_AND_PREFIX);
+            return Err(at.refuse("instance.dir", instance.dir.display(), allowed));
+        }
+        Ok(instance)
+    }
+}
+
+fn check_prefix(at: &ConfigText<'_>, prefix: &str) -> Result<String, SettingsError> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
+    if (1..=16).contains(&prefix.len()) && prefix.chars().all(plain) {
+        return Ok(prefix.to_owned());
+    }
+    Err(at.refuse("instance.prefix", format!("{prefix:?}"), "1 to 16 letters, digits, `-`, `_`"))
+}
+
+/// `$XDG_RUNTIME_DIR/railgrip`, else a folder of this user among the temporary ones.
+fn runtime_folder() -> PathBuf {
+    match std::env::var_os("XDG_RUNTIME_DIR") {
+        Some(dir) if !dir.is_empty() => PathBuf::from(dir).join("railgrip"),
+        _ => std::env::temp_dir().join(format!("railgrip-{}", rustix::process::getuid().as_raw())),
+    }
+}
+
+/// FNV-1a over the path: two folders get two prefixes, one folder always the same.
+fn fingerprint(path: &Path) -> u32 {
+    path.as_os_str()
+        .as_encoded_bytes()
+        .iter()
+        .fold(0x811c_9dc5, |hash: u32, byte| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn instance(dir: Option<&str>, prefix: Option<&str>) -> Result<Instance, SettingsError> {
+        let table = InstanceTable {
+            dir: dir.map(str::to_owned),
+            prefix: prefix.map(str::to_owned),
+            snapshot_dir: None,
+        };
+        Instance::of(&ConfigText { file: Path::new("x.toml"), text: "" }, &table, "demo", None)
+    }
+
+    #[test]
+    fn two_folders_have_two_prefixes() {
+        let (one, two) =
+            (instance(Some("/tmp/one"), None).unwrap(), instance(Some("/tmp/two"), None).unwrap());
+        assert_ne!(one.prefix, two.prefix);
+        assert_eq!(one, instance(Some("/tmp/one"), None).unwrap());
+        assert_eq!(one.channel_root(), Path::new("/tmp/one/ipc"));
+        assert_eq!(one.snapshot_file(3), Path::new("/tmp/one/snapshots/wagon-3.snapshot"));
+    }
+
+    #[test]
+    fn a_path_too_long_for_sockets_is_refused_with_what_to_cut() {
+        let said = instance(Some(&format!("/tmp/{}", "x".repeat(80))), None).unwrap_err().to_string();
+        assert!(said.contains("instance.dir") && said.contains("shorter"), "{said}");
+        let said = instance(None, Some("a/b")).unwrap_err().to_string();
+        assert!(said.contains("instance.prefix"), "{said}");
+    }
+}

@@ -1,0 +1,95 @@
+//! Finds keys in the text of a config file, so that an error about a value can name its line.
+
+use crate::SettingsError;
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+use std::path::Path;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// A config file while it is checked.
+#[derive(Clone, Copy)]
+pub(crate) struct ConfigText<'a> {
+    /// Its path, for messages.
+    pub file: &'a Path,
+    /// What it says.
+    pub text: &'a str,
+}
+
+impl ConfigText<'_> {
+    /// Parses the text into the form `T`.
+    pub fn parse<T: serde::de::DeserializeOwned>(&self) -> Result<T, SettingsError> {
+        toml::from_str(self.text).map_err(|error| {
+            let (line, column) = position(self.text, error.span().map_or(0, |span| span.start));
+            let message = error.message().replace('\n', "; ");
+            SettingsError::Form { file: self.file.to_owned(), line, column, message }
+        })
+    }
+
+    /// Refuses the value of a dotted key such as `http.listen` or `wagon.2.name`.
+    pub fn refuse(&self, key: &str, value: impl Display, allowed: impl Display) -> SettingsError {
+        SettingsError::Value {
+            file: self.file.to_owned(),
+            line: line_of(self.text, key),
+            key: key.to_owned(),
+            value: value.to_string(),
+            allowed: allowed.to_string(),
+        }
+    }
+
+    /// Passes a number that lies in its range.
+    pub fn within(&self, key: &str, value: f64, range: RangeInclusive<f64>) -> Result<f64, SettingsError> {
+        if range.contains(&value) {
+            return Ok(value);
+        }
+        Err(self.refuse(key, value, format!("{} to {}", range.start(), range.end())))
+    }
+}
+
+fn position(text: &str, offset: usize) -> (usize, usize) {
+    let before = &text[..text.floor_char_boundary(offset)];
+    let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+}
+
+/// Line of a dotted key, or of the innermost table on the way to it; 1 if nothing of it is there.
+fn line_of(text: &str, dotted: &str) -> usize {
+    let Ok(root) = DeTable::parse(text) else { return 1 };
+    let mut offset = 0;
+    let mut parts = dotted.split('.');
+    let Some((key, value)) = parts.next().and_then(|part| root.get_ref().get_key_value(part)) else {
+        return 1;
+    };
+    offset = offset.max(key.span().start);
+    let mut value: &Spanned<DeValue<'_>> = value;
+    for part in parts {
+        let next = match value.get_ref() {
+            DeValue::Table(table) => table.get_key_value(part).map(|(key, value)| (key.span().start, value)),
+            DeValue::Array(array) => part
+                .parse::<usize>()
+                .ok()
+                .and_then(|number| array.get(number.wrapping_sub(1)))
+                .map(|value| (value.span().start, value)),
+            _ => None,
+        };
+        let Some((start, inner)) = next else { break };
+        (offset, value) = (start, inner);
+    }
+    position(text, offset).0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_found_in_tables_and_lists() {
+        let text =
+            "a = 1\n[http]\n# note\nlisten = \"x\"\n[[wagon]]\nname = \"one\"\n[[wagon]]\nname = \"two\"\n";
+        assert_eq!(line_of(text, "http.listen"), 4);
+        assert_eq!(line_of(text, "http.absent"), 2);
+        assert_eq!(line_of(text, "wagon.2.name"), 8);
+        assert_eq!(line_of(text, "nothing.here"), 1);
+        assert_eq!(position("ab\nµx", 5), (2, 2));
+    }
+}

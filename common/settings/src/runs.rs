@@ -1,0 +1,142 @@
+//! The recordings of a replay: one run a wagon, each with the vehicle file that belongs to it.
+
+use std::path::{Path, PathBuf};
+
+/// A recording that plays one wagon.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ReplayRun {
+    /// The recording.
+    pub path: PathBuf,
+    /// Vehicle file beside it or one level up, if there is one.
+    pub vehicle_file: Option<PathBuf>,
+    /// Name for people: what tells this run from the others.
+    pub name: String,
+}
+
+/// Name of the vehicle file that belongs to the recordings beside and below it.
+const VEHICLE_FILE: &str = "vehicle.toml";
+
+/// Finds the runs of `patterns`: recordings, folders of recordings, or globs of either, in the order of their paths.
+///
+/// # Errors
+/// In words: a pattern that is none, that finds nothing, or a folder without recordings.
+pub(crate) fn find(patterns: &[String], base: &Path) -> Result<Vec<ReplayRun>, String> {
+    let mut paths = Vec::new();
+    for pattern in patterns {
+        let full = base.join(pattern);
+        let text = full.to_string_lossy();
+        let found: Vec<PathBuf> = if full.exists() {
+            vec![full.clone()]
+        } else {
+            glob::glob(&text)
+                .map_err(|error| format!("`{pattern}` is no pattern: {}", error.msg))?
+                .filter_map(Result::ok)
+                .collect()
+        };
+        if found.is_empty() {
+            return Err(format!("`{}` finds no recording and no folder", full.display()));
+        }
+        for path in found {
+            if path.is_dir() { paths.extend(in_folder(&path)?) } else { paths.push(path) }
+        }
+    }
+    paths.retain(|path| is_recording(path));
+    paths.sort();
+    paths.dedup();
+    if paths.is_empty() {
+        return Err(format!("`{}`: no .csv or .parquet file", patterns.join("`, `")));
+    }
+    let names = names(&paths);
+    Ok(paths
+        .into_iter()
+        .zip(names)
+        .map(|(path, name)| ReplayRun { vehicle_file: vehicle_file(&path), path, name })
+        .collect())
+}
+
+fn in_folder(folder: &Path) -> Result<Vec<PathBuf>, String> {
+    let entries = std::fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let runs: Vec<PathBuf> =
+        entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| is_recording(path)).collect();
+    if runs.is_empty() { Err(format!("{}: no .csv or .parquet file", folder.display())) } else { Ok(runs) }
+}
+
+fn is_recording(path: &Path) -> bool {
+    let hidden = path.file_name().is_none_or(|name| name.to_string_lossy().starts_with('.'));
+    let extension = path.extension().is_some_and(|ending| ending == "csv" || ending == "parquet");
+    !hidden && extension && path.is_file()
+}
+
+fn vehicle_file(run: &Path) -> Option<PathBuf> {
+    run.ancestors().skip(1).take(2).map(|folder| folder.join(VEHICLE_FILE)).find(|file| file.is_file())
+}
+
+/// The parts of each path that differ between the paths, joined; the file's stem alone where that suffices.
+fn names(paths: &[PathBuf]) -> Vec<String> {
+    let parts = |path: &PathBuf| -> Vec<String> {
+        path.with_extension("")
+            .components()
+            .map(|component| component.as_os_str().to_string_lossy().into_owned())
+            .collect()
+    };
+    let all: Vec<Vec<String>> = paths.iter().map(parts).collect();
+    let depth = all.iter().map(Vec::len).min().unwrap_or(0);
+    let differs: Vec<bool> = (0..depth)
+        .map(|level| all.iter().any(|path| from_end(path, level) != from_end(&all[0], level)))
+        .collect();
+    let named = |path: &Vec<String>| {
+        let telling = (0..depth).rev().filter(|level| *level == 0 || differs[*level]);
+        telling.map(|level| from_end(path, level)).collect::<Vec<_>>().join("/")
+    };
+    all.iter().map(named).collect()
+}
+
+fn from_end(path: &[String], level: usize) -> &str {
+    &path[path.len() - 1 - level]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tree() -> tempfile::TempDir {
+        let dir = tempfile::tempdir().unwrap();
+        for file in
+            ["a/fit/x.dry.csv", "a/fit/y.wet.csv", "a/vehicle.toml", "b/fit/x.dry.csv", "b/fit/notes.txt"]
+        {
+            let path = dir.path().join(file);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, "").unwrap();
+        }
+        dir
+    }
+
+    #[test]
+    fn a_glob_of_folders_gives_every_run_with_its_vehicle() {
+        let dir = tree();
+        let runs = find(&["*/fit".to_owned()], dir.path()).unwrap();
+        let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
+        assert_eq!(names, ["a/x.dry", "a/y.wet", "b/x.dry"]);
+        assert_eq!(runs[0].vehicle_file, Some(dir.path().join("a/vehicle.toml")));
+        assert_eq!(runs[2].vehicle_file, None);
+    }
+
+    #[test]
+    fn one_folder_and_one_file_are_patterns_too() {
+        let dir = tree();
+        let names = |pattern: &str| -> Vec<String> {
+            find(&[pattern.to_owned()], dir.path()).unwrap().into_iter().map(|run| run.name).collect()
+        };
+        assert_eq!(names("a/fit"), ["x.dry", "y.wet"]);
+        assert_eq!(names("b/fit/x.dry.csv"), ["x.dry"]);
+    }
+
+    #[test]
+    fn what_finds_nothing_is_named() {
+        let dir = tree();
+        let said = find(&["nowhere/*".to_owned()], dir.path()).unwrap_err();
+        assert!(said.contains("nowhere/*"), "{said}");
+        let said = find(&["a".to_owned()], dir.path()).unwrap_err();
+        assert!(said.contains("no .csv or .parquet"), "{said}");
+    }
+}

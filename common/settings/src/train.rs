@@ -1,0 +1,385 @@
+//! The settings of a train, checked once and then trusted everywhere.
+
+use crate::file::{LogFormat, SourceKind, SourceTable, TrainFile};
+use crate::place::ConfigText;
+use crate::runs::{self, ReplayRun};
+use crate::{SettingsError, instance::Instance, vehicle};
+use railgrip_indicators::IndicatorSettings;
+use railgrip_vehicle::VehicleParameters;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+
+/// Most wagons of one train.
+pub const MAX_WAGONS: u32 = 200;
+
+/// The default config, `config/railgrip.toml`, built in so that the program runs without any file.
+const DEFAULT_CONFIG: &str = include_str!("../../../config/railgrip.toml");
+/// The vehicle file that the default config names.
+const DEFAULT_VEHICLE: &str = include_str!("../../../config/vehicle.toml");
+/// Where the default config lies, seen from the directory in which people call the program.
+const DEFAULT_PATH: &str = "config/railgrip.toml";
+
+/// A train: its wagons, where their samples come from, and how each process behaves.
+#[derive(Debug, Clone)]
+pub struct TrainSettings {
+    /// The config file; its folder is the base of the paths in it.
+    pub file: PathBuf,
+    /// Name of the train.
+    pub name: String,
+    /// The wagons from the front; wagon number `n` stands at index `n − 1`.
+    pub wagons: Vec<WagonSettings>,
+    /// Where this instance keeps its channels and files.
+    pub instance: Instance,
+    /// Where samples come from.
+    pub source: Source,
+    /// Samples of so many seconds travel as one batch.
+    pub batch_s: f64,
+    /// How often estimators report and save.
+    pub reporting: ReportingSettings,
+    /// How indicators are computed and judged.
+    pub indicators: IndicatorSettings,
+    /// The HTTP service.
+    pub http: HttpSettings,
+    /// When an alert is raised and cleared.
+    pub alerts: AlertSettings,
+    /// Log lines.
+    pub logging: LoggingSettings,
+}
+
+/// One wagon.
+#[derive(Debug, Clone)]
+pub struct WagonSettings {
+    /// Number in the train, 1 first.
+    pub number: u32,
+    /// Name for people.
+    pub name: String,
+    /// What it is.
+    pub vehicle: VehicleParameters,
+}
+
+/// Where samples come from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Source {
+    /// The simulated train.
+    Simulate {
+        /// Name of a built-in scenario, or a scenario file.
+        scenario: String,
+        /// Base of relative scenario files.
+        base: PathBuf,
+        /// Seed of everything random.
+        seed: u64,
+        /// Samples per second; that of each vehicle's sensors if absent.
+        sample_rate_hz: Option<f64>,
+        /// Simulated seconds in a second.
+        speed: f64,
+    },
+    /// Recordings, one a wagon.
+    Replay {
+        /// In the order of the wagons.
+        runs: Vec<ReplayRun>,
+        /// Recorded seconds in a second.
+        speed: f64,
+        /// Begin again at the end.
+        repeat: bool,
+    },
+    /// One JSON object a line on the standard input.
+    Stdin,
+}
+
+/// How often estimators report and save.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReportingSettings {
+    /// Time between two snapshots, s.
+    pub snapshot_period_s: f64,
+    /// Indicators are published so often, Hz.
+    pub health_rate_hz: f64,
+}
+
+/// The HTTP service.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HttpSettings {
+    /// Address and port to listen on; port 0 takes any free one.
+    pub listen: SocketAddr,
+    /// What is served is renewed after so many seconds.
+    pub refresh_s: f64,
+    /// A wagon without news for so many seconds is stale.
+    pub stale_after_s: f64,
+}
+
+/// When an alert is raised and cleared.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AlertSettings {
+    /// A cause must last so many seconds before an alert is raised.
+    pub raise_after_s: f64,
+    /// A cause must be gone for so many seconds before its alert is cleared.
+    pub clear_after_s: f64,
+}
+
+/// Log lines.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoggingSettings {
+    /// Level, or a filter such as `info,railgrip_bus=debug`.
+    pub level: String,
+    /// How lines look.
+    pub format: LogFormat,
+}
+
+/// What the command line overrides. Every process of a train must be given the same.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Overrides {
+    /// Replays these recordings: files, folders or globs, relative to the working directory.
+    pub runs: Vec<String>,
+    /// Plays or simulates so many seconds in a second.
+    pub speed: Option<f64>,
+    /// Listens here instead.
+    pub listen: Option<SocketAddr>,
+    /// Keeps the instance here instead.
+    pub instance_dir: Option<PathBuf>,
+}
+
+impl TrainSettings {
+    /// Reads a config file; without one `config/railgrip.toml`, and where that is missing the same settings built in.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with file, line, key and what is allowed.
+    pub fn load(file: Option<&Path>, overrides: &Overrides) -> Result<Self, SettingsError> {
+        let path = file.unwrap_or(Path::new(DEFAULT_PATH));
+        match std::fs::read_to_string(path) {
+            Ok(text) => Self::parse(path, &text, overrides),
+            Err(error) if file.is_none() && error.kind() == std::io::ErrorKind::NotFound => {
+                Self::parse(Path::new(DEFAULT_PATH), DEFAULT_CONFIG, overrides)
+            }
+            Err(source) => Err(SettingsError::Read { file: path.to_owned(), source }),
+        }
+    }
+
+    /// Parses and checks the text of a config file; paths in it are relative to the folder of `file`.
+    ///
+    /// # Errors
+    /// As [`TrainSettings::load`].
+    pub fn parse(file: &Path, text: &str, overrides: &Overrides) -> Result<Self, SettingsError> {
+        let at = ConfigText { file, text };
+        let form: TrainFile = at.parse()?;
+        at.within("schema", f64::from(form.schema), 1.0..=1.0)?;
+        let name = name(&at, "train.name", &form.train.name)?;
+        let source = source(&at, &form.source, overrides)?;
+        let wagons = wagons(&at, &form, &source)?;
+        form.indicators
+            .check()
+            .map_err(|wrong| at.refuse(&format!("indicators.{}", wrong.key), wrong.value, wrong.allowed))?;
+        let listen = match overrides.listen {
+            Some(listen) => listen,
+            None => form.http.listen.parse().map_err(|_| {
+                at.refuse("http.listen", &form.http.listen, "ADDRESS:PORT, for example 127.0.0.1:8080")
+            })?,
+        };
+        Ok(Self {
+            file: file.to_owned(),
+            instance: Instance::of(&at, &form.instance, &name, overrides.instance_dir.as_deref())?,
+            name,
+            wagons,
+            source,
+            batch_s: at.within("samples.batch_ms", form.samples.batch_ms, 0.0..=1000.0)? * 1e-3,
+            reporting: ReportingSettings {
+                snapshot_period_s: at.within(
+                    "reporting.snapshot_period_s",
+                    form.reporting.snapshot_period_s,
+                    0.1..=60.0,
+                )?,
+                health_rate_hz: at.within(
+                    "reporting.health_rate_hz",
+                    form.reporting.health_rate_hz,
+                    0.2..=50.0,
+                )?,
+            },
+            indicators: form.indicators,
+            http: HttpSettings {
+                listen,
+                refresh_s: at.within("http.refresh_ms", form.http.refresh_ms, 20.0..=5000.0)? * 1e-3,
+                stale_after_s: at.within("http.stale_after_s", form.http.stale_after_s, 0.2..=600.0)?,
+            },
+            alerts: AlertSettings {
+                raise_after_s: at.within("alerts.raise_after_s", form.alerts.raise_after_s, 0.0..=3600.0)?,
+                clear_after_s: at.within("alerts.clear_after_s", form.alerts.clear_after_s, 0.0..=3600.0)?,
+            },
+            logging: LoggingSettings { level: form.logging.level, format: form.logging.format },
+        })
+    }
+
+    /// The wagon of that number.
+    #[must_use]
+    pub fn wagon(&self, number: u32) -> Option<&WagonSettings> {
+        self.wagons.get((number as usize).checked_sub(1)?)
+    }
+}
+
+/// Letters, digits, `-`, `_` and `.`, at most 32 of them: fit for names of files.
+fn name(at: &ConfigText<'_>, key: &str, name: &str) -> Result<String, SettingsError> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    if (1..=32).contains(&name.len()) && name.chars().all(plain) && !name.starts_with('.') {
+        return Ok(name.to_owned());
+    }
+    Err(at.refuse(key, format!("{name:?}"), "1 to 32 letters, digits, `-`, `_`, `.`"))
+}
+
+fn source(at: &ConfigText<'_>, table: &SourceTable, overrides: &Overrides) -> Result<Source, SettingsError> {
+    let speed = match overrides.speed {
+        Some(speed) if (0.01..=1000.0).contains(&speed) => speed,
+        Some(speed) => {
+            let problem = "allowed is 0.01 to 1000".to_owned();
+            return Err(SettingsError::Option { option: "--speed", value: speed.to_string(), problem });
+        }
+        None => at.within("source.speed", table.speed.unwrap_or(1.0), 0.01..=1000.0)?,
+    };
+    if !overrides.runs.is_empty() {
+        let runs = runs::find(&overrides.runs, Path::new("")).map_err(|problem| SettingsError::Option {
+            option: "--runs",
+            value: overrides.runs.join(" "),
+            problem,
+        })?;
+        return Ok(Source::Replay { runs, speed, repeat: table.repeat.unwrap_or(true) });
+    }
+    check_keys_of_kind(at, table)?;
+    match table.kind {
+        SourceKind::Stdin => Ok(Source::Stdin),
+        SourceKind::Simulate => {
+            if let Some(rate) = table.sample_rate_hz {
+                at.within("source.sample_rate_hz", rate, 10.0..=2000.0)?;
+            }
+            Ok(Source::Simulate {
+                scenario: table.scenario.clone().unwrap_or_else(|| "demo".to_owned()),
+                base: folder(at.file),
+                seed: table.seed.unwrap_or(1),
+                sample_rate_hz: table.sample_rate_hz,
+                speed,
+            })
+        }
+        SourceKind::Replay => {
+            let patterns = table.runs.clone().unwrap_or_default();
+            if patterns.is_empty() {
+                return Err(at.refuse("source.runs", "absent", "recordings, folders of them, or globs"));
+            }
+            let runs = runs::find(&patterns, &folder(at.file))
+                .map_err(|problem| at.refuse("source.runs", problem, "what finds recordings"))?;
+            Ok(Source::Replay { runs, speed, repeat: table.repeat.unwrap_or(true) })
+        }
+    }
+}
+
+/// A key that another kind of source understands is as wrong as an unknown one.
+fn check_keys_of_kind(at: &ConfigText<'_>, table: &SourceTable) -> Result<(), SettingsError> {
+    let kind = table.kind;
+    let keys = [
+        ("source.scenario", table.scenario.is_some(), kind == SourceKind::Simulate),
+        ("source.seed", table.seed.is_some(), kind == SourceKind::Simulate),
+        ("source.sample_rate_hz", table.sample_rate_hz.is_some(), kind == SourceKind::Simulate),
+        ("source.runs", table.runs.is_some(), kind == SourceKind::Replay),
+        ("source.loop", table.repeat.is_some(), kind == SourceKind::Replay),
+        ("source.speed", table.speed.is_some(), kind != SourceKind::Stdin),
+    ];
+    match keys.into_iter().find(|(_, given, fits)| *given && !fits) {
+        None => Ok(()),
+        Some((key, ..)) => {
+            let kind = format!("{kind:?}").to_lowercase();
+            Err(at.refuse(key, "given", format!("nothing here for kind = \"{kind}\"")))
+        }
+    }
+}
+
+fn wagons(
+    at: &ConfigText<'_>,
+    form: &TrainFile,
+    source: &Source,
+) -> Result<Vec<WagonSettings>, SettingsError> {
+    let runs: &[ReplayRun] = if let Source::Replay { runs, .. } = source { runs } else { &[] };
+    let count = count(at, form, runs)?;
+    let mut cache = VehicleFiles { base: folder(at.file), read: Vec::new() };
+    let mut wagons: Vec<WagonSettings> = Vec::with_capacity(count as usize);
+    for number in 1..=count {
+        let index = number as usize - 1;
+        let table = form.wagon.get(index);
+        let wagon_name = match (table.and_then(|wagon| wagon.name.as_deref()), runs.get(index)) {
+            (Some(given), _) => name(at, &format!("wagon.{number}.name"), given)?,
+            (None, Some(run)) => run.name.clone(),
+            (None, None) => format!("wagon-{number}"),
+        };
+        if wagons.iter().any(|other| other.name == wagon_name) {
+            let key = format!("wagon.{number}.name");
+            return Err(at.refuse(&key, wagon_name, "a name that no other wagon has"));
+        }
+        let own = table.and_then(|wagon| wagon.vehicle.as_deref());
+        let beside = runs.get(index).and_then(|run| run.vehicle_file.clone());
+        let vehicle = match (own, beside, form.train.vehicle.as_deref()) {
+            (Some(own), _, _) => cache.load(at, &format!("wagon.{number}.vehicle"), own)?,
+            (None, Some(file), _) => cache.load_path(&file)?,
+            (None, None, Some(common)) => cache.load(at, "train.vehicle", common)?,
+            (None, None, None) => {
+                return Err(at.refuse("train.vehicle", "absent", "a vehicle file, relative to this file"));
+            }
+        };
+        wagons.push(WagonSettings { number, name: wagon_name, vehicle });
+    }
+    Ok(wagons)
+}
+
+/// How many wagons: as many as there are recordings, else as listed, else as counted.
+fn count(at: &ConfigText<'_>, form: &TrainFile, runs: &[ReplayRun]) -> Result<u32, SettingsError> {
+    let listed = u32::try_from(form.wagon.len()).unwrap_or(u32::MAX);
+    let (key, count) = match (form.train.wagons, listed, runs.len()) {
+        (_, _, recordings @ 1..) => ("source.runs", u32::try_from(recordings).unwrap_or(u32::MAX)),
+        (Some(count), 0, 0) => ("train.wagons", count),
+        (None, 1.., 0) => ("wagon", listed),
+        (Some(count), listed, 0) if count == listed => ("train.wagons", count),
+        (Some(count), listed, 0) => {
+            return Err(at.refuse(
+                "train.wagons",
+                count,
+                format!("{listed}, the number of [[wagon]] tables"),
+            ));
+        }
+        (None, 0, 0) => {
+            return Err(at.refuse("train.wagons", "absent", "a number of wagons, or [[wagon]] tables"));
+        }
+    };
+    if (1..=MAX_WAGONS).contains(&count) {
+        return Ok(count);
+    }
+    Err(at.refuse(key, format!("{count} wagons"), format!("1 to {MAX_WAGONS} wagons")))
+}
+
+/// Vehicle files read so far; the wagons of a train mostly share one.
+struct VehicleFiles {
+    base: PathBuf,
+    read: Vec<(PathBuf, VehicleParameters)>,
+}
+
+impl VehicleFiles {
+    fn load(
+        &mut self,
+        at: &ConfigText<'_>,
+        key: &str,
+        file: &str,
+    ) -> Result<VehicleParameters, SettingsError> {
+        let path = self.base.join(file);
+        if path.is_file() {
+            return self.load_path(&path);
+        }
+        if at.text == DEFAULT_CONFIG && !path.exists() {
+            return Ok(vehicle::parse(&path, DEFAULT_VEHICLE)?);
+        }
+        Err(at.refuse(key, format!("{file:?}"), format!("a vehicle file; {} is none", path.display())))
+    }
+
+    fn load_path(&mut self, path: &Path) -> Result<VehicleParameters, SettingsError> {
+        if let Some((_, vehicle)) = self.read.iter().find(|(read, _)| read == path) {
+            return Ok(vehicle.clone());
+        }
+        let vehicle = vehicle::load(path)?;
+        self.read.push((path.to_owned(), vehicle.clone()));
+        Ok(vehicle)
+    }
+}
+
+fn folder(file: &Path) -> PathBuf {
+    file.parent().map_or_else(PathBuf::new, Path::to_owned)
+}

@@ -1,0 +1,116 @@
+//! A train's config: the defaults, and what each mistake is answered with.
+
+use railgrip_settings::{Overrides, SettingsError, Source, TrainSettings};
+use std::path::{Path, PathBuf};
+
+/// The default config as it stands in the repository.
+fn default_file() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/railgrip.toml")
+}
+
+fn parse(text: &str) -> Result<TrainSettings, SettingsError> {
+    TrainSettings::parse(&default_file(), text, &Overrides::default())
+}
+
+const SMALL: &str = "schema = 1\n[train]\nname = \"demo\"\nwagons = 8\nvehicle = \"vehicle.toml\"\n[source]\nkind = \"simulate\"\n";
+
+fn refused(from: &str, to: &str) -> String {
+    assert!(SMALL.contains(from), "the test looks for {from}");
+    let said = parse(&SMALL.replace(from, to)).expect_err("must be refused").to_string();
+    println!("{said}");
+    said
+}
+
+#[test]
+fn the_built_in_default_is_the_default_file() {
+    let file = TrainSettings::load(Some(&default_file()), &Overrides::default()).unwrap();
+    assert_eq!(file.wagons.len(), 8);
+    let nowhere = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(default_file()).unwrap();
+    let built_in =
+        TrainSettings::parse(&nowhere.path().join("config/railgrip.toml"), &text, &Overrides::default())
+            .expect("without any file beside it the built-in vehicle serves");
+    assert_eq!(built_in.wagons[7].vehicle, file.wagons[7].vehicle);
+}
+
+#[test]
+fn what_the_default_file_spells_out_is_what_absent_keys_mean() {
+    let spelled = TrainSettings::load(Some(&default_file()), &Overrides::default()).unwrap();
+    let absent = parse(SMALL).unwrap();
+    assert_eq!(format!("{spelled:?}"), format!("{absent:?}"));
+}
+
+#[test]
+fn mistakes_are_answered_with_file_line_key_and_what_is_allowed() {
+    let said = refused("wagons = 8", "wagons = 0");
+    assert!(said.contains("railgrip.toml:4: `train.wagons` is 0 wagons, allowed is 1 to 200 wagons"));
+    let said = refused("wagons = 8", "wagon = 8");
+    assert!(said.contains("railgrip.toml:4:1: unknown field `wagon`"));
+    let said = refused("\"demo\"", "\"a/b\"");
+    assert!(said.contains(":3: `train.name`"));
+    let said = refused("\"simulate\"", "\"simulte\"");
+    assert!(said.contains(":7:8:") && said.contains("simulate"));
+    let said = refused("\"vehicle.toml\"", "\"nowhere.toml\"");
+    assert!(said.contains(":5: `train.vehicle`") && said.contains("nowhere.toml"));
+    let said = refused("\"simulate\"\n", "\"simulate\"\nspeed = 0\n");
+    assert!(said.contains(":8: `source.speed` is 0, allowed is 0.01 to 1000"));
+    let said = refused("\"simulate\"\n", "\"simulate\"\nloop = true\n");
+    assert!(said.contains(":8: `source.loop`"));
+    let said = refused("\"simulate\"\n", "\"simulate\"\n[http]\nlisten = \"8080\"\n");
+    assert!(said.contains(":9: `http.listen` is 8080"));
+    let said = refused("\"simulate\"\n", "\"simulate\"\n[indicators.wsp]\nshare_act = 7\n");
+    assert!(said.contains(":9: `indicators.wsp.share_act` is 7, allowed is 0 to 1"));
+    let said = refused("schema = 1", "schema = 2");
+    assert!(said.contains(":1: `schema` is 2"));
+}
+
+#[test]
+fn wagons_can_be_listed_with_their_own_vehicles() {
+    let dir = tempfile::tempdir().unwrap();
+    let coach = std::fs::read_to_string(default_file().with_file_name("vehicle.toml")).unwrap();
+    std::fs::write(dir.path().join("coach.toml"), &coach).unwrap();
+    std::fs::write(dir.path().join("heavy.toml"), coach.replace("40000.0", "90000.0")).unwrap();
+    let text = SMALL
+        .replace("wagons = 8\n", "")
+        .replace("vehicle.toml", "coach.toml")
+        .replace("[source]", "[[wagon]]\nname = \"leader\"\nvehicle = \"heavy.toml\"\n[[wagon]]\n[source]");
+    let read = |text: &str| {
+        TrainSettings::parse(&dir.path().join("train.toml"), text, &Overrides::default())
+            .map_err(|error| error.to_string())
+    };
+    let train = read(&text).unwrap();
+    let masses: Vec<f64> = train.wagons.iter().map(|wagon| wagon.vehicle.body.mass_kg).collect();
+    assert_eq!(masses, [90000.0, 40000.0]);
+    assert_eq!(train.wagon(1).unwrap().name, "leader");
+    assert_eq!(train.wagon(2).unwrap().name, "wagon-2");
+    assert!(train.wagon(0).is_none() && train.wagon(3).is_none());
+    let twice = text.replace("[[wagon]]\n[source]", "[[wagon]]\nname = \"leader\"\n[source]");
+    let said = read(&twice).unwrap_err();
+    assert!(said.contains("`wagon.2.name`") && said.contains(":9:"), "{said}");
+    let broken = read(&text.replace("coach.toml", "broken.toml")).unwrap_err();
+    assert!(broken.contains("`train.vehicle`"), "{broken}");
+}
+
+#[test]
+fn recordings_on_the_command_line_replace_the_source() {
+    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/gap/open");
+    if !shared.is_dir() {
+        println!("SKIPPED: no recordings at {}", shared.display());
+        return;
+    }
+    let overrides = Overrides {
+        runs: vec![format!("{}/*/fit", shared.display())],
+        speed: Some(4.0),
+        ..Overrides::default()
+    };
+    let train = TrainSettings::load(Some(&default_file()), &overrides).unwrap();
+    let Source::Replay { runs, speed, repeat } = &train.source else { panic!("{:?}", train.source) };
+    println!("{} runs, first {:?}, last {:?}", runs.len(), runs[0].name, runs[runs.len() - 1].name);
+    assert_eq!((train.wagons.len(), *speed, *repeat), (runs.len(), 4.0, true));
+    assert!(runs.iter().all(|run| run.vehicle_file.is_some()));
+    assert!(train.wagons.len() >= 8);
+
+    let overrides = Overrides { runs: vec!["nowhere/*.csv".to_owned()], ..Overrides::default() };
+    let said = TrainSettings::load(Some(&default_file()), &overrides).unwrap_err().to_string();
+    assert!(said.contains("--runs nowhere/*.csv"), "{said}");
+}
