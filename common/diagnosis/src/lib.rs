@@ -1,1 +1,4 @@
 //! railgrip diagnosis.
+
+pub mod html;
+pub mod report;

@@ -1,0 +1,3 @@
+//! The report for people: one self-contained HTML file.
+
+pub mod detail;

@@ -1,0 +1,212 @@
+//! What a diagnosis says: the structure of `report.json`, the same for wagon cases and for law-level cases.
+//!
+//! Key names and their order are an interface: other programs read them.
+//!
+//! # Glossary
+//! * *gap* – RMS over windows or points of (prediction − measurement) / sensor sigma; 1 is as good as the sensors tell.
+//! * *nominal* – the model as the case states it; *calibrated* – with its nuisances fitted on the fit runs;
+//!   *extended* – nuisances and found effects fitted together.
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Name and version of the report's form.
+pub const SCHEMA: &str = "railgrip.gap.report/1";
+
+/// A closed interval, as `[low, high]`.
+pub type Interval = [f64; 2];
+
+/// The whole report.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// [`SCHEMA`].
+    pub schema: String,
+    /// The answer in one word.
+    pub verdict: Verdict,
+    /// Where the gap lies.
+    #[serde(rename = "where")]
+    pub location: Location,
+    /// Effects that were found, strongest first.
+    pub effects: Vec<FoundEffect>,
+    /// Every candidate that was tried, best predictor first.
+    pub candidates: Vec<Candidate>,
+    /// How large the gap is before and after.
+    pub gap: Gap,
+    /// What the best model leaves, if that is more than chance.
+    pub unexplained: Option<Unexplained>,
+    /// The run that would separate candidates that tie, in words.
+    pub next_run: Option<String>,
+    /// Wall-clock time of the diagnosis, s.
+    pub seconds: f64,
+}
+
+/// The answer in one word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Verdict {
+    /// Nothing beyond the nuisances.
+    #[serde(rename = "none")]
+    None,
+    /// The effects named explain the gap.
+    #[serde(rename = "effects")]
+    Effects,
+    /// Something is missing that no candidate describes.
+    #[serde(rename = "unknown")]
+    Unknown,
+    /// The effects named explain a part, and something else is missing.
+    #[serde(rename = "effects+unknown")]
+    EffectsAndUnknown,
+}
+
+impl Verdict {
+    /// The word in the report.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Effects => "effects",
+            Self::Unknown => "unknown",
+            Self::EffectsAndUnknown => "effects+unknown",
+        }
+    }
+}
+
+/// Where the gap of the calibrated model lies.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Location {
+    /// Place in the equations; absent where nothing is missing.
+    pub term: Option<String>,
+    /// Gap of each output on the fit runs.
+    pub signals: Vec<SignalShare>,
+    /// Operating region that holds most of it; absent where nothing is missing or no region stands out.
+    pub regime: Option<Regime>,
+    /// Gap of each fit run.
+    pub runs: Vec<RunGap>,
+}
+
+/// An output's part in the gap.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SignalShare {
+    /// Column name.
+    pub name: String,
+    /// Gap of the calibrated model.
+    pub gap: f64,
+    /// Share of the squared excess gap, 0 to 1; the shares add up to 1 unless there is no excess.
+    pub share: f64,
+}
+
+/// A range of a variable in which the gap is larger than elsewhere.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Regime {
+    /// Name of the variable, such as `temperature` or `speed`.
+    pub variable: String,
+    /// The range, in SI units (temperatures in °C).
+    pub range: Interval,
+    /// Gap of the calibrated model inside.
+    pub gap_inside: f64,
+    /// And outside of it.
+    pub gap_outside: f64,
+}
+
+/// Gap of one run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunGap {
+    /// Name of the run's file without its ending.
+    pub name: String,
+    /// Gap of the calibrated model.
+    pub gap: f64,
+}
+
+/// An effect that was found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FoundEffect {
+    /// Id in the catalogue.
+    pub id: String,
+    /// Place in the equations.
+    pub term: String,
+    /// Probability that this is right.
+    pub confidence: f64,
+    /// Ids that the data cannot tell from this one.
+    pub equivalent: Vec<String>,
+    /// Fitted parameters by name; the unit is in the name.
+    pub parameters: BTreeMap<String, ParameterEstimate>,
+}
+
+/// A fitted value.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParameterEstimate {
+    /// Best value.
+    pub value: f64,
+    /// 95 % confidence interval.
+    pub ci95: Interval,
+}
+
+/// A candidate that was tried.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Candidate {
+    /// Id in the catalogue.
+    pub id: String,
+    /// Gap on the fit runs with this candidate alone, nuisances refitted.
+    pub fit_gap: f64,
+    /// Share of the calibrated model's squared error on left-out data that the candidate removes; negative if it predicts worse.
+    pub cv_gain: f64,
+    /// Probability that the best of the whole library scores as well where no effect is present.
+    pub p_value: f64,
+    /// Whether the optimiser settled, from the best of several starts.
+    pub converged: bool,
+}
+
+/// Gaps before and after.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Gap {
+    /// On the runs that the models were fitted to.
+    pub fit: ThreeGaps,
+    /// On the runs that they only predict.
+    pub holdout: HoldoutGap,
+}
+
+/// Gaps of the three models on one set of runs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ThreeGaps {
+    /// As the case states the model.
+    pub nominal: f64,
+    /// With fitted nuisances.
+    pub calibrated: f64,
+    /// With fitted nuisances and effects.
+    pub extended: f64,
+}
+
+/// Gaps of the three models on the holdout runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HoldoutGap {
+    /// As the case states the model.
+    pub nominal: f64,
+    /// With fitted nuisances.
+    pub calibrated: f64,
+    /// With fitted nuisances and effects.
+    pub extended: f64,
+    /// `1 − extended / calibrated`.
+    pub reduction: f64,
+    /// Its 95 % interval by block bootstrap.
+    pub reduction_ci95: Interval,
+    /// The same by output.
+    pub by_signal: BTreeMap<String, SignalGap>,
+}
+
+/// Gap of one output on the holdout runs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SignalGap {
+    /// With fitted nuisances.
+    pub calibrated: f64,
+    /// With fitted nuisances and effects.
+    pub extended: f64,
+}
+
+/// What the best model leaves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Unexplained {
+    /// Gap of the extended model on the fit runs.
+    pub gap: f64,
+    /// Place in the equations at which the rest would help most.
+    pub term: String,
+    /// What is missing there, over the variable that describes it best.
+    pub curve: Vec<[f64; 2]>,
+}
