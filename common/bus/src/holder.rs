@@ -46,6 +46,20 @@ impl Holder {
         Self::start_with(config, patience, |creator| creator.all())
     }
 
+    /// Removes what a holder left that died without cleaning up. Does nothing while one lives.
+    ///
+    /// # Errors
+    /// If files cannot be removed.
+    pub fn sweep(config: &BusConfig) -> Result<(), BusError> {
+        if !config.dir.exists() {
+            return Ok(());
+        }
+        let path = presence::holder_lock_file(config);
+        let Some(_lock) = Lock::acquire(&path, Kind::Exclusive, Duration::ZERO)? else { return Ok(()) };
+        remove_file(&presence::holder_file(config))?;
+        wipe(config)
+    }
+
     fn start_with(
         config: BusConfig,
         patience: Duration,
@@ -120,6 +134,12 @@ impl Drop for Holder {
             tracing::warn!(%error, "could not clean up the channels");
         }
     }
+}
+
+/// Process id of the holder, once all its channels exist.
+#[must_use]
+pub fn holder_pid(config: &BusConfig) -> Option<u32> {
+    presence::incarnation(config).and_then(|text| text.split(' ').next()?.parse().ok())
 }
 
 /// Creates channels on the node of the holder.

@@ -14,7 +14,10 @@
 //! * If the holder dies, [`Bus::check_holder`] fails; a process that sees this leaves, and its supervisor restarts all.
 //!
 //! # How a service is built on it
-//! A service library exposes `run(config, &Lifecycle) -> Result<(), Error>` and calls, in this order: open the bus, take
+//! The service libraries expose
+//! `railgrip_ingest::run(&TrainSettings, &Lifecycle)`, `railgrip_estimator::run(&TrainSettings, wagon, &Lifecycle)` and
+//! `railgrip_health::run(&TrainSettings, &Lifecycle)`, each `-> Result<(), its Error>`; the command line calls them with
+//! a [`Lifecycle`] that signals and systemd drive. Ingest returns `Ok` when its source ends. They call, in this order: open the bus, take
 //! the ports, [`Lifecycle::ready`], then loop until [`Lifecycle::should_stop`], each round at most 100 ms long:
 //! [`Subscriber::wait`], [`Subscriber::receive`], publish, [`Lifecycle::beat`], and about every 500 ms
 //! [`Bus::check_holder`]. Publishers of channels with history call [`Publisher::refresh`] about every 100 ms, so that
@@ -40,7 +43,7 @@ pub use channels::{CHANNELS, Channel, Scope, channel};
 pub use clock::{monotonic_ns, now};
 pub use config::{BusConfig, Limits};
 pub use error::BusError;
-pub use holder::Holder;
+pub use holder::{Holder, holder_pid};
 pub use lifecycle::Lifecycle;
 pub use open::Bus;
 pub use ports::{
