@@ -1,1 +1,23 @@
-//! railgrip truth-plant.
+//! An independent wagon, to judge a diagnosis with: it shares no formula code with the models under test.
+//!
+//! **Glossary.** *Sheet*: what a simulator believes about a vehicle. *Nuisances*: tolerances that every real wagon has.
+//! *Departure*: one way in which the wagon is not what its sheet says, in this plant's own functional form. *Clutter*:
+//! wander, gusts and noise. *Order*: a run before it is driven. *Case*: a sheet and ten runs. *Twin*: the same case, the
+//! same clutter, without the departure; what is left of the gap there is the floor that no diagnosis can beat.
+//!
+//! **Invariants.** Depends on no crate of this workspace. Everything follows from one seed.
+
+pub mod case;
+pub mod departure;
+pub mod departures;
+pub mod dynamics;
+pub mod files;
+pub mod gap;
+pub mod plant;
+pub mod programme;
+pub mod protection;
+pub mod random;
+pub mod sheet;
+pub mod wagon;
+
+pub use case::{Case, Label, Recipe};
