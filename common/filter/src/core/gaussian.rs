@@ -147,6 +147,14 @@ impl<const N: usize> Gaussian<N> {
         self.symmetrise();
     }
 
+    /// Forgets component `index`: it takes a new value and sigma, and its ties to the others are cut.
+    pub fn reset_component(&mut self, index: usize, value: f64, sigma: f64) {
+        self.mean[index] = value;
+        self.covariance.row_mut(index).fill(0.0);
+        self.covariance.column_mut(index).fill(0.0);
+        self.covariance[(index, index)] = sigma * sigma;
+    }
+
     /// What measuring `h · x` would say when its innovation is `innovation`.
     #[inline]
     pub fn expect_row(&self, h: &SVector<f64, N>, innovation: f64, r: f64) -> ScalarUpdate {

@@ -62,7 +62,8 @@ mod tests {
         let (dt, sigma) = (0.1, 0.5);
         let f = Matrix2::new(1.0, dt, 0.0, 1.0);
         let q = Matrix2::new(1e-4, 0.0, 0.0, 1e-2);
-        let (mut truth, mut belief) = (Vector2::zeros(), Gaussian::<2>::independent(Vector2::zeros(), &Vector2::new(1.0, 1.0)));
+        let (mut truth, mut belief) =
+            (Vector2::zeros(), Gaussian::<2>::independent(Vector2::zeros(), &Vector2::new(1.0, 1.0)));
         let (mut steps, mut truths) = (Vec::new(), Vec::new());
         for _ in 0..400 {
             truth = f * truth + Vector2::new(1e-2 * normal(), 1e-1 * normal());

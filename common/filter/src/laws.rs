@@ -1,0 +1,118 @@
+//! The effects that a vehicle file names, as the filters see them: as a factor on brake torque, a force on the body and
+//! a correction of what the sensors read. Within a step they count as constant.
+
+use crate::EstimatorOutput;
+use crate::models::DrivenSample;
+use railgrip_vehicle::effects::Operating;
+use railgrip_vehicle::{GRAVITY_M_S2, VehicleParameters, WagonInput, WagonModel};
+
+/// The model's laws along a run.
+#[derive(Clone, Debug)]
+pub(crate) struct Laws {
+    model: WagonModel,
+    period_s: f64,
+    at: Operating,
+    pub(crate) hidden: Vec<f64>,
+    started: bool,
+}
+
+/// Time, place and track of one sample.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Place {
+    pub(crate) time_s: f64,
+    pub(crate) grade_rad: f64,
+    pub(crate) position_m: f64,
+}
+
+impl Laws {
+    pub(crate) fn new(vehicle: &VehicleParameters, model: WagonModel) -> Self {
+        let period_s = 1.0 / vehicle.sensors.sample_rate_hz;
+        Self { model, period_s, at: Operating::default(), hidden: Vec::new(), started: false }
+    }
+
+    /// Takes up hidden states of a snapshot; false if they do not fit the model.
+    pub(crate) fn restore(&mut self, hidden: &[f64]) -> bool {
+        let expected: usize = self.model.effects().iter().map(|e| e.hidden_len(self.period_s)).sum();
+        let fits = hidden.is_empty() || hidden.len() == expected;
+        if fits && hidden.iter().all(|value| value.is_finite()) {
+            self.started = !hidden.is_empty() || expected == 0;
+            self.hidden = hidden.to_vec();
+            return true;
+        }
+        false
+    }
+
+    /// Fills in what the model says about torque, body force and sensors at the last estimate.
+    pub(crate) fn apply(&mut self, sample: &mut DrivenSample, place: &Place, last: &EstimatorOutput) {
+        sample.other_acceleration_m_s2 = -GRAVITY_M_S2 * place.grade_rad.sin();
+        if self.model.effects().is_empty() {
+            return;
+        }
+        let constants = self.model.constants();
+        self.at = Operating {
+            time_s: place.time_s,
+            v_m_s: last.v_m_s,
+            position_m: place.position_m,
+            sanding: sample.sanding,
+            grade_rad: place.grade_rad,
+            pressing_force_n: sample.step_force_n,
+            drive_torque_nm: sample.drive_torque_nm,
+            ..self.at
+        };
+        if !self.started {
+            self.hidden = self.model.start_hidden(&self.at, self.period_s);
+            self.started = true;
+        }
+        let mut input = WagonInput {
+            time_s: place.time_s,
+            pressing_force_n: sample.step_force_n,
+            drive_torque_nm: sample.drive_torque_nm,
+            grade_rad: place.grade_rad,
+            sanding: sample.sanding,
+            position_m: place.position_m,
+            ..WagonInput::default()
+        };
+        for i in 0..constants.wheelsets {
+            input.brake_friction_factor[i] = 1.0;
+        }
+        let loading = self.model.loading(&self.at, &input, self.period_s, &self.hidden);
+        sample.other_acceleration_m_s2 = loading.other_n / constants.mass_kg;
+        sample.wind_m_s = loading.wind_m_s;
+        for i in 0..constants.wheelsets {
+            let plain = constants.brake_friction[i] * sample.step_force_n[i] * constants.brake_radius_m;
+            let least = 0.001 * constants.mass_kg * GRAVITY_M_S2 * constants.wheel_radius_m[i];
+            if plain > least {
+                sample.torque_factor[i] = loading.brake_torque_nm[i] / plain;
+            } else {
+                sample.torque_factor[i] = loading.brake_friction[i] / constants.brake_friction[i];
+                let unasked = loading.brake_torque_nm[i] - sample.torque_factor[i] * plain;
+                sample.drive_torque_nm[i] -= unasked.max(0.0);
+            }
+        }
+        let reading = self.model.observe(&self.at, self.period_s, &self.hidden);
+        sample.v_m_s -= reading.v_m_s - self.at.v_m_s;
+        for i in 0..constants.wheelsets {
+            sample.wheel_speed_rad_s[i] -= reading.wheel_speed_rad_s[i] - self.at.wheel_speed_rad_s[i];
+        }
+    }
+
+    /// Lets temperatures, films and delays of the effects move on.
+    pub(crate) fn advance(&mut self, sample: &DrivenSample, estimate: &EstimatorOutput, dt_s: f64) {
+        if self.model.effects().is_empty() {
+            return;
+        }
+        let constants = self.model.constants();
+        self.at.acceleration_m_s2 = (estimate.v_m_s - self.at.v_m_s) / dt_s.max(1e-4);
+        self.at.v_m_s = estimate.v_m_s;
+        for i in 0..constants.wheelsets {
+            let rim = estimate.v_m_s * (1.0 + estimate.slip[i]);
+            let speed = rim / constants.wheel_radius_m[i];
+            let torque = estimate.mu_b[i] * sample.pressing_force_n[i] * constants.brake_radius_m;
+            let force = estimate.mu_w_wheelset[i] * estimate.normal_load_n[i];
+            self.at.wheel_speed_rad_s[i] = speed;
+            self.at.brake_power_w[i] = (torque * speed).max(0.0);
+            self.at.slip_power_w[i] = (force * (rim - estimate.v_m_s)).max(0.0);
+        }
+        self.model.advance_hidden(&self.at, dt_s, &mut self.hidden);
+    }
+}

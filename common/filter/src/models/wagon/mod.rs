@@ -1,0 +1,261 @@
+//! The default filter: an extended Kalman filter of a wagon with one adhesion and one pad friction a wheelset, which
+//! does not claim what speeds cannot show.
+//!
+//! It mends what one common adhesion (Schwarz & Keck (2)) hides: while wheelsets roll, each contact force follows its
+//! own brake, and speeds show only the sum of the brake torques. The split between wheelsets then enters through what
+//! can be known: the difference of their creepages, as far as the creep law and the wheel radii (learnt while
+//! coasting) are known; and in sliding, where each wheelset has a torque balance of its own. Everything constant but
+//! unknown (radii, mass) is a state, so that the reported sigmas contain it.
+//!
+//! Files: `physics` (equations), `layout` (where a component stands), `schedule` (rolling or sliding), `noise`
+//! (process noise), `tie` (creepage difference), `readout`.
+
+mod layout;
+mod noise;
+mod physics;
+mod readout;
+mod schedule;
+mod tie;
+
+pub use physics::{StepInput, WagonPhysics};
+
+use super::{DrivenSample, FilterState, WagonFilter, pack, unpack};
+use crate::core::{Gaussian, ScalarUpdate};
+use crate::{EstimatorConfig, EstimatorOutput, FilterError, SensorSigmas};
+use layout::Layout;
+use nalgebra::{SMatrix, SVector};
+use railgrip_vehicle::{VehicleParameters, WagonModel};
+use schedule::{ChangeWatch, Contact};
+
+/// The default filter for `W` wheelsets and `N = 4 + 4 W` states.
+#[derive(Clone, Debug)]
+pub struct WagonEkf<const W: usize, const N: usize> {
+    physics: WagonPhysics<W>,
+    sensors: SensorSigmas,
+    config: EstimatorConfig,
+    /// Belief about the state.
+    pub belief: Gaussian<N>,
+    contacts: [Contact; W],
+    watches: [ChangeWatch; W],
+    /// Derivative of the speeds with respect to adhesions (columns `..W`) and pads (`W..`) over the last step.
+    sensitivity: [[f64; 8]; 5],
+    step_s: f64,
+    since_tie_s: f64,
+    tied: u32,
+}
+
+/// Builds the default filter for the wheelsets of `model`.
+pub(super) fn boxed(
+    config: &EstimatorConfig,
+    vehicle: &VehicleParameters,
+    model: &WagonModel,
+) -> Result<Box<dyn WagonFilter>, FilterError> {
+    match model.constants().wheelsets {
+        1 => Ok(Box::new(WagonEkf::<1, 8>::new(config, vehicle, model))),
+        2 => Ok(Box::new(WagonEkf::<2, 12>::new(config, vehicle, model))),
+        3 => Ok(Box::new(WagonEkf::<3, 16>::new(config, vehicle, model))),
+        4 => Ok(Box::new(WagonEkf::<4, 20>::new(config, vehicle, model))),
+        wheelsets => Err(FilterError::Wheelsets { filter: "default", wheelsets }),
+    }
+}
+
+impl<const W: usize, const N: usize> WagonEkf<W, N> {
+    /// The filter of a vehicle; `model` must have `W` wheelsets.
+    pub fn new(config: &EstimatorConfig, vehicle: &VehicleParameters, model: &WagonModel) -> Self {
+        let physics = WagonPhysics::new(model);
+        let belief = Self::prior(&physics, config);
+        Self {
+            physics,
+            sensors: SensorSigmas::new(config, vehicle),
+            config: config.clone(),
+            belief,
+            contacts: [Contact { rolling: 1.0, secant: 1.0, slip_m_s: 0.0, excess_m_s: 0.0 }; W],
+            watches: [ChangeWatch::default(); W],
+            sensitivity: [[0.0; 8]; 5],
+            step_s: 0.0,
+            since_tie_s: 0.0,
+            tied: 0,
+        }
+    }
+
+    fn prior(physics: &WagonPhysics<W>, config: &EstimatorConfig) -> Gaussian<N> {
+        let at = Layout::<W, N>::INDICES;
+        let priors = &config.priors;
+        let (mut mean, mut sigma) = (SVector::<f64, N>::zeros(), SVector::<f64, N>::repeat(1.0));
+        sigma[at.lag] = 1e-3;
+        sigma[at.mass] = priors.mass;
+        for i in 0..W {
+            mean[at.pad + i] = physics.brake_friction[i];
+            sigma[at.adhesion + i] = priors.adhesion;
+            sigma[at.radius + i] = priors.wheel_radius;
+        }
+        let mut belief = Gaussian::independent(mean, &sigma);
+        let (common, split) = noise::pad_prior_variances::<W>(priors, physics.brake_friction[0]);
+        for i in 0..W {
+            for j in 0..W {
+                belief.covariance[(at.pad + i, at.pad + j)] = noise::pad_entry::<W>(common, split, i == j);
+            }
+        }
+        belief
+    }
+
+    /// Puts the motion to what the sample says, and adhesions to unknown.
+    fn set_motion(&mut self, sample: &DrivenSample) {
+        let at = Layout::<W, N>::INDICES;
+        let v_m_s = sample.speed_or_rim_m_s(&self.physics.wheel_radius_m);
+        let v_sigma = if sample.v_m_s.is_finite() { self.sensors.speed_m_s } else { 1.0 };
+        self.belief.reset_component(0, v_m_s, v_sigma);
+        for i in 0..W {
+            let measured = sample.wheel_speed_rad_s[i];
+            let rolling = v_m_s / self.physics.wheel_radius_m[i];
+            let (speed, sigma) = if measured.is_finite() {
+                (measured, self.sensors.wheel_speed_rad_s)
+            } else {
+                (rolling, 3.0)
+            };
+            self.belief.reset_component(at.wheel + i, speed, sigma);
+            let braking = sample.pressing_force_n[i] > self.force_floor_n(i);
+            let sigma = if braking { 0.1 } else { self.config.priors.adhesion };
+            self.belief.reset_component(at.adhesion + i, 0.0, sigma);
+        }
+        self.belief.reset_component(at.lag, 0.0, 1e-3);
+        self.belief.reset_component(at.disturbance, self.belief.mean[at.disturbance], 1.0);
+        self.watches = [ChangeWatch::default(); W];
+        self.since_tie_s = 0.0;
+    }
+
+    /// Pressing force below which a sample says nothing about the pads of wheelset `i`, N.
+    fn force_floor_n(&self, i: usize) -> f64 {
+        let physics = &self.physics;
+        self.config.priors.braking_adhesion * physics.static_load_n[i] * physics.wheel_radius_m[i]
+            / (physics.brake_friction[i] * physics.brake_radius_m)
+    }
+
+    /// Inputs of one step from a sample.
+    fn step_input(&self, sample: &DrivenSample, dt_s: f64) -> StepInput<W> {
+        let rates = &self.config.rates;
+        let standing = self.is_standing();
+        StepInput {
+            dt_s,
+            torque_per_friction_nm: std::array::from_fn(|i| {
+                let force = if standing { 0.0 } else { sample.step_force_n[i] };
+                sample.torque_factor[i] * force * self.physics.brake_radius_m
+            }),
+            drive_torque_nm: std::array::from_fn(|i| if standing { 0.0 } else { sample.drive_torque_nm[i] }),
+            other_force_n: if standing { 0.0 } else { sample.other_acceleration_m_s2 * self.physics.mass_kg },
+            wind_m_s: if standing { 0.0 } else { sample.wind_m_s },
+            disturbance_m_s2: self.disturbance_m_s2(sample),
+            lag_kept: (-dt_s / rates.brake_lag_s).exp(),
+            disturbance_kept: (-dt_s / rates.disturbance_s).exp(),
+            relaxation_per_s: std::array::from_fn(|i| {
+                let known = if sample.knows_force(i) { 1.0 } else { 0.0 };
+                let rolling = self.contacts[i].rolling * (1.0 - self.watches[i].certainty(dt_s));
+                self.physics.rolling_relaxation_per_s(i, self.belief.mean[0]) * rolling * known
+            }),
+        }
+    }
+
+    /// Too slow for the balance of forces to mean anything: brakes hold the wagon.
+    fn is_standing(&self) -> bool {
+        self.belief.mean[0].abs() < 0.3
+    }
+
+    /// Wheelsets cannot turn backwards under their brake: a predicted reversal is a locked wheelset.
+    fn hold_locked(&self, next: &mut SVector<f64, N>, f: &mut SMatrix<f64, N, N>) {
+        let at = Layout::<W, N>::INDICES;
+        for i in 0..W {
+            if next[at.wheel + i] < 0.0 && self.belief.mean[0] > 0.3 {
+                next[at.wheel + i] = 0.0;
+                f.row_mut(at.wheel + i).fill(0.0);
+                f[(at.wheel + i, at.wheel + i)] = 0.1;
+            }
+        }
+    }
+}
+
+impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
+    fn start(&mut self, sample: &DrivenSample) {
+        self.belief = Self::prior(&self.physics, &self.config);
+        self.set_motion(sample);
+    }
+
+    fn restart_motion(&mut self, sample: &DrivenSample, gap_s: f64) {
+        self.set_motion(sample);
+        self.age_pads(&[true; W], gap_s);
+    }
+
+    fn predict(&mut self, sample: &DrivenSample, dt_s: f64) {
+        let at = Layout::<W, N>::INDICES;
+        let input = self.step_input(sample, dt_s);
+        let (mut next, mut f) = self.physics.propagate(&self.belief.mean, &input);
+        self.hold_locked(&mut next, &mut f);
+        let q = self.process_noise(sample, &input, &next);
+        for (row, line) in self.sensitivity.iter_mut().enumerate().take(1 + W) {
+            for i in 0..W {
+                line[i] = f[(row, at.adhesion + i)];
+                line[W + i] = f[(row, at.pad + i)];
+            }
+        }
+        self.step_s = dt_s;
+        self.belief.predict_leading(next, &f, at.moving, &q);
+        let held: [bool; W] =
+            std::array::from_fn(|i| self.is_standing() || sample.pressing_force_n[i] < self.force_floor_n(i));
+        self.age_pads(&held, dt_s);
+    }
+
+    fn expect(&self, output: usize, measured: f64) -> ScalarUpdate {
+        self.belief.expect_component(output, measured, self.sensors.variance(output))
+    }
+
+    fn accept(&mut self, output: usize, update: &ScalarUpdate) {
+        self.belief.update_component(output, update, self.sensors.variance(output));
+        if output > 0 {
+            let normalised = update.innovation / update.innovation_variance.sqrt();
+            self.watches[output - 1].note(normalised, self.step_s);
+        }
+    }
+
+    fn believe(&mut self, output: usize, measured: f64) {
+        let at = Layout::<W, N>::INDICES;
+        let sigma = self.sensors.variance(output).sqrt();
+        self.belief.reset_component(output, measured, 3.0 * sigma);
+        if output > 0 {
+            let adhesion = at.adhesion + output - 1;
+            self.belief.covariance[(adhesion, adhesion)] += 0.05 * 0.05;
+        }
+    }
+
+    fn conclude(&mut self, sample: &DrivenSample, dt_s: f64) {
+        for i in 0..W {
+            self.contacts[i] = schedule::judge(&self.physics, &self.belief, i);
+        }
+        self.since_tie_s += dt_s;
+        if self.since_tie_s >= tie::INTERVAL_S {
+            self.tie_creepages(sample);
+            self.since_tie_s = 0.0;
+        }
+    }
+
+    fn read(&self, sample: &DrivenSample, out: &mut EstimatorOutput) {
+        self.read_out(sample, out);
+    }
+
+    fn save(&self) -> FilterState {
+        let mut memory: Vec<f64> = self.watches.iter().map(|watch| watch.mean).collect();
+        memory.extend(self.contacts.iter().flat_map(|c| [c.rolling, c.secant, c.slip_m_s, c.excess_m_s]));
+        memory.extend([self.since_tie_s, f64::from(self.tied)]);
+        pack(&self.belief, memory)
+    }
+
+    fn load(&mut self, state: &FilterState) -> Result<(), FilterError> {
+        self.belief = unpack(state, 5 * W + 2)?;
+        for i in 0..W {
+            self.watches[i].mean = state.memory[i];
+            let c = &state.memory[W + 4 * i..];
+            self.contacts[i] = Contact { rolling: c[0], secant: c[1], slip_m_s: c[2], excess_m_s: c[3] };
+        }
+        self.since_tie_s = state.memory[5 * W];
+        self.tied = state.memory[5 * W + 1] as u32;
+        Ok(())
+    }
+}

@@ -1,0 +1,64 @@
+//! From the belief of the default filter to an estimate.
+
+use super::layout::Layout;
+use super::{DrivenSample, WagonEkf};
+use crate::EstimatorOutput;
+use crate::observability::scaled_rank;
+use nalgebra::{SMatrix, SVector};
+
+/// Slip velocity beyond noise and creep from which a wheelset is said to slide, m/s.
+const SLIDE_M_S: f64 = 0.1;
+/// Slope of the creep law below which it is said to slide.
+const SLIDE_ROLLING: f64 = 0.1;
+
+impl<const W: usize, const N: usize> WagonEkf<W, N> {
+    pub(super) fn read_out(&self, sample: &DrivenSample, out: &mut EstimatorOutput) {
+        let at = Layout::<W, N>::INDICES;
+        let x = &self.belief.mean;
+        let adhesion: [f64; W] = std::array::from_fn(|i| x[at.adhesion + i]);
+        let input = self.step_input(sample, 0.0);
+        let loads = self.physics.loads_n(self.physics.acceleration(x[0], &adhesion, &input).0);
+        let total: f64 = loads.iter().sum();
+        let pressing: f64 = (0..W).map(|i| sample.pressing_force_n[i].max(1.0)).sum();
+        let (mut wagon, mut pads) = (SVector::<f64, N>::zeros(), SVector::<f64, N>::zeros());
+        out.wheelsets = W as u32;
+        out.v_m_s = x[0];
+        for i in 0..W {
+            wagon[at.adhesion + i] = loads[i] / total;
+            pads[at.pad + i] = sample.torque_factor[i] * sample.pressing_force_n[i].max(1.0) / pressing;
+            out.mu_w_wheelset[i] = adhesion[i];
+            out.mu_w_wheelset_sigma[i] = self.belief.sigma(at.adhesion + i);
+            out.mu_b[i] = sample.torque_factor[i] * x[at.pad + i];
+            out.mu_b_sigma[i] = sample.torque_factor[i] * self.belief.sigma(at.pad + i);
+            out.slip[i] = railgrip_vehicle::creepage(self.contacts[i].slip_m_s + x[0], x[0]);
+            out.normal_load_n[i] = loads[i] * (1.0 + x[at.mass]);
+            let contact = &self.contacts[i];
+            if contact.rolling < SLIDE_ROLLING && contact.excess_m_s > SLIDE_M_S {
+                out.sliding |= 1 << i;
+            }
+            let braking = sample.pressing_force_n[i] > self.force_floor_n(i);
+            if braking && out.mu_b_sigma[i] < self.config.priors.observable_sigma && sample.knows_force(i) {
+                out.observable |= 1 << i;
+            }
+        }
+        out.mu_w = wagon.dot(x);
+        out.mu_w_sigma = self.belief.sigma_along(&wagon);
+        out.mu_b_mean = pads.dot(x);
+        out.mu_b_mean_sigma = self.belief.sigma_along(&pads);
+        out.observability_rank = self.rank();
+    }
+
+    /// Rank of (speeds, their derivatives) with respect to (speeds, adhesions, pads), and one for each tie.
+    fn rank(&self) -> u32 {
+        if self.step_s <= 0.0 {
+            return 1 + W as u32;
+        }
+        let priors = &self.config.priors;
+        let pad = priors.pad_common * self.physics.brake_friction[0];
+        let scaled = SMatrix::<f64, 5, 8>::from_fn(|row, column| {
+            let range = if column < W { 0.05 } else { pad };
+            self.sensitivity[row][column] * range / self.step_s / self.sensors.variance(row).sqrt()
+        });
+        1 + W as u32 + (scaled_rank(scaled) + self.tied).min(2 * W as u32)
+    }
+}
