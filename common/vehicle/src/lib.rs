@@ -22,6 +22,7 @@ pub mod load;
 mod parameters;
 pub mod resistance;
 pub mod roller_rig;
+pub mod traction_rig;
 mod wagon;
 
 pub use parameters::{

@@ -41,14 +41,27 @@ pub fn creep_force(
     normal_load_n: f64,
     adhesion_peak: f64,
 ) -> ContactForce {
-    let slip_velocity = rim_speed_m_s - v_m_s;
+    let reference_speed = v_m_s.max(crate::CREEPAGE_SPEED_FLOOR_M_S);
+    creep_force_at(contact, rim_speed_m_s - v_m_s, reference_speed, normal_load_n, adhesion_peak)
+}
+
+/// [`creep_force`] at a slip velocity r ω − v and the speed that its creepage is referred to: another contact
+/// partner (a roller) may define that speed otherwise.
+#[inline]
+pub fn creep_force_at(
+    contact: &Contact,
+    slip_velocity_m_s: f64,
+    reference_speed_m_s: f64,
+    normal_load_n: f64,
+    adhesion_peak: f64,
+) -> ContactForce {
+    let slip_velocity = slip_velocity_m_s;
     let (mu, mu_slope) = friction(contact, adhesion_peak, slip_velocity.abs());
     let limit = normal_load_n * mu;
     if limit <= 0.0 {
         return ContactForce::default();
     }
-    let reference_speed = v_m_s.max(crate::CREEPAGE_SPEED_FLOOR_M_S);
-    let gain = contact.stiffness_n / (limit * reference_speed);
+    let gain = contact.stiffness_n / (limit * reference_speed_m_s);
     let epsilon = gain * slip_velocity.abs();
     let adhesion_part = contact.k_a * epsilon;
     let slip_part = contact.k_s * epsilon;
