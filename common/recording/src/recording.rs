@@ -62,6 +62,21 @@ impl Row {
             Quantity::WspActive => self.wsp_active[wheelset],
         }
     }
+
+    /// The value of one column, to change it.
+    pub fn get_mut(&mut self, quantity: Quantity, wheelset: usize) -> &mut f64 {
+        match quantity {
+            Quantity::Time => &mut self.t_s,
+            Quantity::Speed => &mut self.v_m_s,
+            Quantity::WheelSpeed => &mut self.wheel_speed_rad_s[wheelset],
+            Quantity::PressingForce => &mut self.pressing_force_n[wheelset],
+            Quantity::DriveTorque => &mut self.drive_torque_nm[wheelset],
+            Quantity::Grade => &mut self.grade_rad,
+            Quantity::Sanding => &mut self.sanding,
+            Quantity::Position => &mut self.position_m,
+            Quantity::WspActive => &mut self.wsp_active[wheelset],
+        }
+    }
 }
 
 /// Which optional columns a run has.
