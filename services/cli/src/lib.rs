@@ -1,8 +1,84 @@
-//! The command line of railgrip: dispatches to the services and tools, and supervises `up`.
+//! The command line of railgrip: one binary, one module a subcommand.
+//!
+//! `up` supervises; `hold`, `ingest`, `estimator` and `health` are the processes that it (or systemd) starts; the rest
+//! are tools. Exit codes: 0 done, 1 failed, 2 bad input or config.
+
+mod error;
+mod hold;
+mod logging;
+mod output;
+mod record;
+mod runner;
+mod services;
+mod status;
+mod train;
+mod up;
 
 use std::process::ExitCode;
 
+use clap::{Parser, Subcommand};
+
+pub use error::CliError;
+
+/// Brake friction and adhesion of every wagon of a train, live and from recordings.
+#[derive(Debug, Parser)]
+#[command(name = "railgrip", version, propagate_version = true, max_term_width = 120)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Start a whole train, supervised: holder, ingest, one estimator a wagon, HTTP service
+    Up(up::Args),
+    /// Create the channels of a train and keep them (started first, lives longest)
+    Hold(hold::Args),
+    /// Bring samples onto the channels
+    Ingest(services::IngestArgs),
+    /// Estimate one wagon
+    Estimator(services::EstimatorArgs),
+    /// Serve the indicators over HTTP
+    Health(services::HealthArgs),
+    /// Show what the HTTP service of a running train says
+    Status(status::Args),
+    /// Write what a running train measures to recordings
+    Record(record::Args),
+}
+
+impl Command {
+    fn run(self) -> Result<(), CliError> {
+        match self {
+            Self::Up(args) => up::run(&args),
+            Self::Hold(args) => hold::run(&args),
+            Self::Ingest(args) => services::ingest(&args),
+            Self::Estimator(args) => services::estimator(&args),
+            Self::Health(args) => services::health(&args),
+            Self::Status(args) => status::run(&args),
+            Self::Record(args) => record::run(&args),
+        }
+    }
+}
+
 /// Entry point of the binary.
+#[must_use]
 pub fn main() -> ExitCode {
-    ExitCode::SUCCESS
+    let cli = Cli::parse();
+    match cli.command.run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            output::complain(&error);
+            error.exit_code()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_tree_is_consistent() {
+        super::Cli::command().debug_assert();
+    }
 }

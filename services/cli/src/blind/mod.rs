@@ -1,0 +1,130 @@
+//! `railgrip gap blind`: how well the diagnosis does on cases whose effect was withheld.
+//!
+//! Cases come from the truth plant, which shares no formula code with the models under test. Their labels are sealed
+//! (SHA-256 over salt and labels, published before the first diagnosis), each case is diagnosed by a child process that
+//! gets the case folder alone, and labels and salt are opened after the last.
+//!
+//! **Glossary.** *Withheld*: an effect with an id whose id was taken out of the library (`--without`), so that the right
+//! answer is `unknown`. *Nameless*: an effect that no id names. *Twin*: the case without its effect, the same clutter;
+//! the calibrated model's gap there is the *floor*. *Closure*: (calibrated − extended) / (calibrated − floor) on holdout.
+
+mod diagnose;
+mod make;
+mod score;
+mod seal;
+mod table;
+mod verify;
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    sync::atomic::{AtomicUsize, Ordering},
+    thread,
+};
+
+use clap::Args as ClapArgs;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::CliError;
+use make::Made;
+use score::Outcome;
+
+/// Arguments of `railgrip gap blind`.
+#[derive(Debug, Clone, ClapArgs)]
+pub struct Args {
+    /// Number of cases
+    #[arg(long, default_value_t = 100)]
+    cases: usize,
+    /// Everything random follows from this
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Folder for cases, reports, labels and the score; an interrupted run continues there
+    #[arg(long)]
+    out: PathBuf,
+    /// Cases diagnosed at the same time (default: one a core)
+    #[arg(long)]
+    threads: Option<usize>,
+    /// Longest diagnosis of one case, s; a longer one counts as failed
+    #[arg(long, default_value_t = 600)]
+    time_limit: u64,
+}
+
+/// Makes the cases, seals the labels, has every case diagnosed, opens the labels and prints the score.
+pub fn run(args: &Args) -> Result<(), CliError> {
+    if args.cases == 0 {
+        return Err(CliError::bad_input("--cases 0: at least one case is needed"));
+    }
+    let threads = args.threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, usize::from)).max(1);
+    fs::create_dir_all(&args.out).map_err(|error| cannot_write(&args.out, &error))?;
+    let orders = make::orders(args.cases, args.seed);
+    let bar = progress("making cases", orders.len());
+    let made = parallel(threads, orders.len(), |index| {
+        let made = make::make(&args.out, &orders[index]);
+        bar.inc(1);
+        made
+    });
+    bar.finish_and_clear();
+    let made = made.into_iter().collect::<Result<Vec<Made>, CliError>>()?;
+
+    let sealed = seal::Sealed::new(args.seed, &made)?;
+    sealed.publish(&args.out)?;
+
+    let ids = diagnose::library()?;
+    let bar = progress("diagnosing", made.len());
+    let outcomes = parallel(threads, made.len(), |index| {
+        let outcome = diagnose::outcome(args, &made[index], &ids);
+        bar.inc(1);
+        outcome
+    });
+    bar.finish_and_clear();
+    let outcomes: Vec<Outcome> = outcomes.into_iter().collect::<Result<_, CliError>>()?;
+
+    sealed.open(&args.out)?;
+    let score = score::Score::of(&outcomes);
+    let markdown = table::markdown(&score, &outcomes, args.cases, args.seed, sealed.digest());
+    write(&args.out.join("score.md"), &markdown)?;
+    write(&args.out.join("score.json"), &table::json(&score, &outcomes, args.cases, args.seed, sealed.digest())?)?;
+    crate::output::line(&markdown)
+}
+
+/// Runs `work` on every index on so many threads, results in order.
+fn parallel<T: Send>(threads: usize, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let next = AtomicUsize::new(0);
+    let take = || {
+        let mut done = Vec::new();
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            if index >= count {
+                return done;
+            }
+            done.push((index, work(index)));
+        }
+    };
+    let mut all: Vec<(usize, T)> = thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads.min(count)).map(|_| scope.spawn(take)).collect();
+        workers.into_iter().filter_map(|worker| worker.join().ok()).flatten().collect()
+    });
+    all.sort_by_key(|(index, _)| *index);
+    all.into_iter().map(|(_, result)| result).collect()
+}
+
+fn progress(what: &'static str, count: usize) -> ProgressBar {
+    let style = ProgressStyle::with_template("{msg:14} {bar:40} {pos}/{len}  {elapsed} + {eta}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(count as u64).with_style(style).with_message(what)
+}
+
+fn cannot_write(path: &Path, error: &std::io::Error) -> CliError {
+    CliError::failed(format!("cannot write {}: {error}", path.display()))
+}
+
+fn write(path: &Path, text: &str) -> Result<(), CliError> {
+    if let Some(parent) = path.parent() {
+        fs::create_dir_all(parent).map_err(|error| cannot_write(parent, &error))?;
+    }
+    fs::write(path, text).map_err(|error| cannot_write(path, &error))
+}
+
+fn read(path: &Path) -> Result<String, CliError> {
+    fs::read_to_string(path).map_err(|error| CliError::failed(format!("cannot read {}: {error}", path.display())))
+}

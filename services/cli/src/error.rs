@@ -1,0 +1,59 @@
+//! Where the errors of all libraries turn into exit codes.
+
+use std::process::ExitCode;
+
+use railgrip_bus::BusError;
+use railgrip_settings::SettingsError;
+
+/// Why a command ended without success.
+#[derive(Debug, thiserror::Error)]
+pub enum CliError {
+    /// The command could not do its work (exit code 1).
+    #[error("{0}")]
+    Failed(String),
+    /// Input, config or arguments are wrong (exit code 2).
+    #[error("{0}")]
+    BadInput(String),
+}
+
+impl CliError {
+    /// The command could not do its work.
+    pub fn failed(reason: impl std::fmt::Display) -> Self {
+        Self::Failed(reason.to_string())
+    }
+
+    /// Input, config or arguments are wrong.
+    pub fn bad_input(reason: impl std::fmt::Display) -> Self {
+        Self::BadInput(reason.to_string())
+    }
+
+    /// The number that the shell sees.
+    #[must_use]
+    pub fn code(&self) -> u8 {
+        match self {
+            Self::Failed(_) => 1,
+            Self::BadInput(_) => 2,
+        }
+    }
+
+    /// The same for `main`.
+    #[must_use]
+    pub fn exit_code(&self) -> ExitCode {
+        ExitCode::from(self.code())
+    }
+}
+
+impl From<SettingsError> for CliError {
+    fn from(error: SettingsError) -> Self {
+        Self::bad_input(error)
+    }
+}
+
+impl From<BusError> for CliError {
+    fn from(error: BusError) -> Self {
+        match error {
+            BusError::Limit { .. } | BusError::PathTooLong { .. } => Self::bad_input(error),
+            _ => Self::failed(error),
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! The processes of the data path, each as `up` or systemd starts it.
+
+use crate::train::TrainArgs;
+use crate::{CliError, runner};
+
+/// Bring samples onto the channels.
+#[derive(Debug, clap::Args)]
+pub(crate) struct IngestArgs {
+    #[command(flatten)]
+    train: TrainArgs,
+}
+
+/// Estimate one wagon.
+#[derive(Debug, clap::Args)]
+pub(crate) struct EstimatorArgs {
+    #[command(flatten)]
+    train: TrainArgs,
+    /// Number of the wagon, 1 first
+    #[arg(long, value_name = "N")]
+    wagon: u32,
+}
+
+/// Serve the indicators over HTTP.
+#[derive(Debug, clap::Args)]
+pub(crate) struct HealthArgs {
+    #[command(flatten)]
+    train: TrainArgs,
+}
+
+pub(crate) fn ingest(args: &IngestArgs) -> Result<(), CliError> {
+    let train = args.train.load()?;
+    let _span = tracing::info_span!("ingest").entered();
+    runner::run(|lifecycle| railgrip_ingest::run(&train.settings, lifecycle))
+}
+
+pub(crate) fn estimator(args: &EstimatorArgs) -> Result<(), CliError> {
+    let train = args.train.load()?;
+    if train.settings.wagon(args.wagon).is_none() {
+        let count = train.settings.wagons.len();
+        return Err(CliError::bad_input(format!("--wagon {}: allowed is 1 to {count}", args.wagon)));
+    }
+    let _span = tracing::info_span!("estimator", wagon = args.wagon).entered();
+    runner::run(|lifecycle| railgrip_estimator::run(&train.settings, args.wagon, lifecycle))
+}
+
+pub(crate) fn health(args: &HealthArgs) -> Result<(), CliError> {
+    let train = args.train.load()?;
+    let _span = tracing::info_span!("health").entered();
+    runner::run(|lifecycle| railgrip_health::run(&train.settings, lifecycle))
+}

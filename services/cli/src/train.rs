@@ -1,0 +1,74 @@
+//! Which train a command speaks about: the options that all processes of one train share.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+use railgrip_bus::BusConfig;
+use railgrip_settings::{Overrides, TrainSettings};
+
+use crate::{CliError, logging};
+
+/// The options by which every process of a train finds the same settings.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub(crate) struct TrainArgs {
+    /// Config of the train [default: config/railgrip.toml, else built-in settings]
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Replay these recordings, one a wagon: files, folders or globs
+    #[arg(long, value_name = "PATH", num_args = 1..)]
+    runs: Vec<String>,
+    /// Simulate or replay so many seconds in a second
+    #[arg(long, value_name = "FACTOR")]
+    speed: Option<f64>,
+    /// Serve HTTP here; port 0 takes any free one
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    listen: Option<SocketAddr>,
+    /// Keep channels and files of this running train here
+    #[arg(long, value_name = "DIR")]
+    instance: Option<PathBuf>,
+}
+
+/// The settings of a train, and the options that lead a child to the same ones.
+pub(crate) struct Train {
+    pub settings: TrainSettings,
+    pub bus: BusConfig,
+}
+
+impl TrainArgs {
+    /// Reads and checks the settings, and starts logging as they say.
+    pub(crate) fn load(&self) -> Result<Train, CliError> {
+        let overrides = Overrides {
+            runs: self.runs.clone(),
+            speed: self.speed,
+            listen: self.listen,
+            instance_dir: self.instance.clone(),
+        };
+        let settings = TrainSettings::load(self.config.as_deref(), &overrides)?;
+        logging::start(&settings.logging)?;
+        let bus = BusConfig::of(&settings);
+        Ok(Train { settings, bus })
+    }
+
+    /// The same options again, for a child in the same working directory.
+    pub(crate) fn to_options(&self) -> Vec<String> {
+        let mut options = Vec::new();
+        let mut add = |name: &str, value: String| options.extend([name.to_owned(), value]);
+        if let Some(config) = &self.config {
+            add("--config", config.display().to_string());
+        }
+        if let Some(speed) = self.speed {
+            add("--speed", speed.to_string());
+        }
+        if let Some(listen) = self.listen {
+            add("--listen", listen.to_string());
+        }
+        if let Some(instance) = &self.instance {
+            add("--instance", instance.display().to_string());
+        }
+        if !self.runs.is_empty() {
+            options.push("--runs".to_owned());
+            options.extend(self.runs.iter().cloned());
+        }
+        options
+    }
+}

@@ -1,0 +1,127 @@
+//! All processes of one train, in the order in which they depend on each other.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use railgrip_bus::{BusConfig, holder_pid};
+use railgrip_settings::{Source, TrainSettings};
+
+use super::unit::{News, Unit};
+use crate::CliError;
+
+/// How long a process may take to end in order.
+const STOP_PATIENCE: Duration = Duration::from_secs(5);
+/// The holder itself waits for others to leave before it cleans up.
+const HOLDER_STOP_PATIENCE: Duration = Duration::from_secs(8);
+/// How long a new holder waits for an old one that is about to leave.
+const HOLDER_START_PATIENCE: &str = "10";
+const STOP_POLL: Duration = Duration::from_millis(5);
+
+/// The holder and everything that lives on its channels.
+pub(super) struct Fleet {
+    program: PathBuf,
+    bus: BusConfig,
+    address_file: PathBuf,
+    holder: Unit,
+    others: Vec<Unit>,
+}
+
+impl Fleet {
+    pub(super) fn new(
+        bus: &BusConfig,
+        settings: &TrainSettings,
+        options: &[String],
+    ) -> Result<Self, CliError> {
+        let program = std::env::current_exe().map_err(CliError::failed)?;
+        let unit = |name: String, words: &[&str]| {
+            let words = words.iter().map(|word| (*word).to_owned());
+            Unit::new(name, words.chain(options.iter().cloned()).collect())
+        };
+        let reads_stdin = settings.source == Source::Stdin;
+        let mut others = vec![unit("health".into(), &["health"])];
+        for wagon in &bus.wagons {
+            let number = wagon.to_string();
+            others.push(unit(format!("estimator {number}"), &["estimator", "--wagon", &number]));
+        }
+        others.push(unit("ingest".into(), &["ingest"]).with_stdin(reads_stdin).may_finish());
+        let address_file = settings.instance.http_address_file();
+        let _ = std::fs::remove_file(&address_file);
+        Ok(Self {
+            program,
+            bus: bus.clone(),
+            address_file,
+            holder: unit("holder".into(), &["hold", "--patience", HOLDER_START_PATIENCE]),
+            others,
+        })
+    }
+
+    /// Looks at every process once and starts what is due.
+    pub(super) fn look(&mut self) -> Result<(), CliError> {
+        match self.holder.look()? {
+            News::Refused => return Err(refused(&self.holder)),
+            News::Died | News::Finished => self.start_over(),
+            News::None => {}
+        }
+        self.holder.start_if_due(&self.program)?;
+        let held = self.holder.pid().is_some() && holder_pid(&self.bus) == self.holder.pid();
+        for unit in &mut self.others {
+            if unit.look()? == News::Refused {
+                return Err(refused(unit));
+            }
+            if held {
+                unit.start_if_due(&self.program)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The channels are gone with their holder: everybody stops and starts again on new ones.
+    fn start_over(&mut self) {
+        tracing::warn!("the channels are gone with their holder; every process starts again");
+        self.stop_others();
+        for unit in &mut self.others {
+            unit.make_due();
+        }
+    }
+
+    /// Stops all in order; true if nobody had to be killed.
+    pub(super) fn stop(&mut self) -> bool {
+        let others = self.stop_others();
+        self.holder.terminate();
+        let holder = wait_for(std::slice::from_mut(&mut self.holder), HOLDER_STOP_PATIENCE);
+        let _ = std::fs::remove_file(&self.address_file);
+        others && holder
+    }
+
+    fn stop_others(&mut self) -> bool {
+        self.others.iter_mut().rev().for_each(Unit::terminate);
+        wait_for(&mut self.others, STOP_PATIENCE)
+    }
+
+    /// Fails if a process keeps dying.
+    pub(super) fn verdict(&self) -> Result<(), CliError> {
+        let crashing: Vec<String> = std::iter::once(&self.holder)
+            .chain(&self.others)
+            .filter(|unit| unit.crashing())
+            .map(|unit| format!("{} died {} times in a row", unit.name(), unit.deaths()))
+            .collect();
+        if crashing.is_empty() { Ok(()) } else { Err(CliError::failed(crashing.join("; "))) }
+    }
+}
+
+fn refused(unit: &Unit) -> CliError {
+    CliError::bad_input(format!("{} refuses its input or config; see above", unit.name()))
+}
+
+/// Waits until all are gone and kills who is not by then; true if nobody had to be killed.
+fn wait_for(units: &mut [Unit], patience: Duration) -> bool {
+    let deadline = Instant::now() + patience;
+    while Instant::now() < deadline {
+        if units.iter_mut().fold(true, |all, unit| unit.gone() && all) {
+            return true;
+        }
+        std::thread::sleep(STOP_POLL);
+    }
+    units.iter_mut().for_each(Unit::kill);
+    false
+}

@@ -1,0 +1,138 @@
+//! `railgrip up`: a whole train on one command.
+//!
+//! The holder comes first and leaves last. A process that dies is started again after a pause that grows while it keeps
+//! dying; if the holder dies, its channels are gone, so all others are stopped and everything starts anew. A process
+//! that refuses its config (exit code 2) ends the whole: starting it again would change nothing.
+//!
+//! # Glossary
+//! * **unit**: one supervised process ([`unit::Unit`]).
+//! * **fleet**: all units of a train ([`fleet::Fleet`]).
+
+mod fleet;
+mod restart;
+mod unit;
+
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{Read, Seek, Write};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use railgrip_bus::{Holder, Lifecycle};
+use railgrip_settings::{Source, TrainSettings};
+
+use crate::output::say;
+use crate::train::TrainArgs;
+use crate::{CliError, runner};
+use fleet::Fleet;
+
+/// How often the supervisor looks at its children.
+const LOOK_PERIOD: Duration = Duration::from_millis(20);
+
+/// Start a whole train.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    train: TrainArgs,
+    /// End by itself after so many seconds
+    #[arg(long = "for", value_name = "SECONDS")]
+    seconds: Option<f64>,
+}
+
+pub(crate) fn run(args: &Args) -> Result<(), CliError> {
+    let deadline = match args.seconds.map(Duration::try_from_secs_f64) {
+        None => None,
+        Some(Ok(seconds)) => Some(Instant::now() + seconds),
+        Some(Err(_)) => return Err(CliError::bad_input("--for: allowed is a number of seconds, 0 or more")),
+    };
+    let train = args.train.load()?;
+    train.bus.validate()?;
+    let settings = &train.settings;
+    let _lock = claim(settings)?;
+    let lifecycle = runner::prepare()?;
+    let mut fleet = Fleet::new(&train.bus, settings, &args.train.to_options())?;
+    let result = supervise(&mut fleet, settings, &lifecycle, deadline);
+    let clean = fleet.stop();
+    Holder::sweep(&train.bus)?;
+    result?;
+    if clean { Ok(()) } else { Err(CliError::failed("a process had to be killed; see the log above")) }
+}
+
+fn supervise(
+    fleet: &mut Fleet,
+    settings: &TrainSettings,
+    lifecycle: &Lifecycle,
+    deadline: Option<Instant>,
+) -> Result<(), CliError> {
+    let address_file = settings.instance.http_address_file();
+    let mut shown = false;
+    while !lifecycle.should_stop() && deadline.is_none_or(|deadline| Instant::now() < deadline) {
+        fleet.look()?;
+        if !shown && let Some(address) = http_address(&address_file) {
+            shown = true;
+            say(&welcome(settings, &address));
+            lifecycle.ready();
+        }
+        lifecycle.beat();
+        std::thread::sleep(LOOK_PERIOD);
+    }
+    fleet.verdict()
+}
+
+/// What a person wants to know once the train runs.
+fn welcome(settings: &TrainSettings, address: &str) -> String {
+    let source = match &settings.source {
+        Source::Simulate { scenario, .. } => format!("simulated ({scenario})"),
+        Source::Replay { runs, .. } => format!("{} recordings", runs.len()),
+        Source::Stdin => "the standard input".to_owned(),
+    };
+    format!(
+        "train \"{}\": {} wagons, samples from {source}\n  \
+         look   http://{address}/\n  \
+         wagons curl http://{address}/api/v1/wagons\n  \
+         table  railgrip status\n  \
+         stop   Ctrl-C",
+        settings.name,
+        settings.wagons.len()
+    )
+}
+
+/// The address that the health service wrote.
+fn http_address(file: &Path) -> Option<String> {
+    let text = std::fs::read_to_string(file).ok()?;
+    let address = text.trim();
+    (!address.is_empty()).then(|| address.trim_start_matches("http://").to_owned())
+}
+
+/// One `up` a train: a lock that the kernel releases however we die.
+fn claim(settings: &TrainSettings) -> Result<File, CliError> {
+    let dir = &settings.instance.dir;
+    let path = dir.join("up.lock");
+    let failed = |error: std::io::Error| CliError::failed(format!("{}: {error}", path.display()));
+    create_private_folder(dir).map_err(failed)?;
+    let mut file =
+        OpenOptions::new().create(true).truncate(false).read(true).write(true).open(&path).map_err(failed)?;
+    match file.try_lock() {
+        Ok(()) => {
+            let write = file.set_len(0).and_then(|()| file.rewind());
+            write.and_then(|()| writeln!(file, "{}", std::process::id())).map_err(failed)?;
+            Ok(file)
+        }
+        Err(TryLockError::WouldBlock) => {
+            let mut pid = String::new();
+            file.read_to_string(&mut pid).map_err(failed)?;
+            Err(CliError::failed(format!(
+                "train \"{}\" is already up (process {}, folder {}); stop it first, or give this one another \
+                 [train] name or --instance folder",
+                settings.name,
+                pid.trim(),
+                dir.display()
+            )))
+        }
+        Err(TryLockError::Error(error)) => Err(failed(error)),
+    }
+}
+
+fn create_private_folder(dir: &Path) -> std::io::Result<()> {
+    use std::os::unix::fs::DirBuilderExt;
+    std::fs::DirBuilder::new().recursive(true).mode(0o700).create(dir)
+}

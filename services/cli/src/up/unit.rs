@@ -1,0 +1,170 @@
+//! One supervised process.
+
+use std::os::unix::process::CommandExt;
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
+
+use super::restart::Restarts;
+use crate::CliError;
+use crate::runner::SUPERVISOR_VARIABLE;
+
+/// What became of a process since the last look.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum News {
+    /// Nothing to tell.
+    None,
+    /// It died (or ended against expectation) and waits to be started again.
+    Died,
+    /// It did all its work and ended.
+    Finished,
+    /// It refused its config.
+    Refused,
+}
+
+/// One process, started again when it dies.
+pub(super) struct Unit {
+    name: String,
+    options: Vec<String>,
+    stdin: bool,
+    may_finish: bool,
+    child: Option<Child>,
+    started: Option<Instant>,
+    next_start: Option<Instant>,
+    restarts: Restarts,
+}
+
+impl Unit {
+    pub(super) fn new(name: impl Into<String>, options: Vec<String>) -> Self {
+        Self {
+            name: name.into(),
+            options,
+            stdin: false,
+            may_finish: false,
+            child: None,
+            started: None,
+            next_start: Some(Instant::now()),
+            restarts: Restarts::default(),
+        }
+    }
+
+    /// The process reads our standard input.
+    pub(super) fn with_stdin(mut self, stdin: bool) -> Self {
+        self.stdin = stdin;
+        self
+    }
+
+    /// The process may end without being asked to, when its source ends.
+    pub(super) fn may_finish(mut self) -> Self {
+        self.may_finish = true;
+        self
+    }
+
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Process id while it runs.
+    pub(super) fn pid(&self) -> Option<u32> {
+        self.child.as_ref().map(Child::id)
+    }
+
+    /// True if it keeps dying.
+    pub(super) fn crashing(&self) -> bool {
+        self.restarts.still_crashing(self.child.as_ref().and(self.started))
+    }
+
+    pub(super) fn deaths(&self) -> u32 {
+        self.restarts.deaths()
+    }
+
+    /// Starts the process if it is due. It leads a process group of its own, so that Ctrl-C in a terminal reaches the
+    /// supervisor only, which then stops all in order.
+    pub(super) fn start_if_due(&mut self, program: &Path) -> Result<(), CliError> {
+        if self.child.is_some() || self.next_start.is_none_or(|due| Instant::now() < due) {
+            return Ok(());
+        }
+        let stdin = if self.stdin { Stdio::inherit() } else { Stdio::null() };
+        let child = Command::new(program)
+            .args(&self.options)
+            .env(SUPERVISOR_VARIABLE, std::process::id().to_string())
+            .env_remove("NOTIFY_SOCKET")
+            .env_remove("WATCHDOG_USEC")
+            .stdin(stdin)
+            .process_group(0)
+            .spawn()
+            .map_err(|error| CliError::failed(format!("cannot start {}: {error}", self.name)))?;
+        tracing::debug!(process = self.name, pid = child.id(), "started");
+        self.child = Some(child);
+        self.started = Some(Instant::now());
+        self.next_start = None;
+        Ok(())
+    }
+
+    /// Looks whether the process still runs.
+    pub(super) fn look(&mut self) -> Result<News, CliError> {
+        let Some(child) = &mut self.child else { return Ok(News::None) };
+        let Some(status) = child.try_wait().map_err(CliError::failed)? else { return Ok(News::None) };
+        self.child = None;
+        if status.success() && self.may_finish {
+            tracing::info!(process = self.name, "finished");
+            return Ok(News::Finished);
+        }
+        if status.code() == Some(2) {
+            return Ok(News::Refused);
+        }
+        self.report(status);
+        Ok(News::Died)
+    }
+
+    fn report(&mut self, status: ExitStatus) {
+        let lived = self.started.map_or(Duration::ZERO, |started| started.elapsed());
+        let pause = self.restarts.died(lived);
+        self.next_start = Some(Instant::now() + pause);
+        let (process, lived_s, pause_s) = (&self.name, lived.as_secs_f64(), pause.as_secs_f64());
+        if self.restarts.crash_loop() {
+            let deaths = self.restarts.deaths();
+            tracing::error!(process, %status, deaths, pause_s, "keeps dying; its log says why");
+        } else {
+            tracing::warn!(process, %status, lived_s, pause_s, "died; will be started again");
+        }
+    }
+
+    /// Asks the process to end.
+    pub(super) fn terminate(&mut self) {
+        self.next_start = None;
+        if let Some(child) = &self.child {
+            let _ = kill_process(Pid::from_child(child), Signal::TERM);
+        }
+    }
+
+    /// Has the process started again at the next look, if it does not run.
+    pub(super) fn make_due(&mut self) {
+        self.next_start = Some(Instant::now());
+    }
+
+    /// True once the process is gone.
+    pub(super) fn gone(&mut self) -> bool {
+        match &mut self.child {
+            None => true,
+            Some(child) => match child.try_wait() {
+                Ok(None) => false,
+                _ => {
+                    self.child = None;
+                    true
+                }
+            },
+        }
+    }
+
+    /// Ends a process that did not want to.
+    pub(super) fn kill(&mut self) {
+        if let Some(mut child) = self.child.take() {
+            tracing::warn!(process = self.name, "does not stop; killed");
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
