@@ -17,7 +17,6 @@ const SMALL: &str = "schema = 1\n[train]\nname = \"demo\"\nwagons = 8\nvehicle =
 fn refused(from: &str, to: &str) -> String {
     assert!(SMALL.contains(from), "the test looks for {from}");
     let said = parse(&SMALL.replace(from, to)).expect_err("must be refused").to_string();
-    println!("{said}");
     said
 }
 

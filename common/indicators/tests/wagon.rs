@@ -1,0 +1,207 @@
+//! Indicators on synthetic estimates whose answers are known.
+
+use railgrip_indicators::{IndicatorSettings, IndicatorState, Nominal, WagonIndicators};
+use railgrip_messages::{Condition, Estimate, Event, EventKind, Grade, Sample, flags, valid};
+
+const NOMINAL: Nominal = Nominal { brake_friction: 0.35, rail: [0.30, 0.12, 0.06] };
+const DT_S: f64 = 0.01;
+const BOTH: u32 = 0b11;
+
+/// A wagon whose estimates are exactly as told.
+struct Bench {
+    indicators: WagonIndicators,
+    events: Vec<Event>,
+    sequence: u64,
+    time_s: f64,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let indicators = WagonIndicators::new(3, IndicatorSettings::default(), NOMINAL);
+        Self { indicators, events: Vec::new(), sequence: 0, time_s: 0.0 }
+    }
+
+    fn run(&mut self, seconds: f64, change: impl Fn(&mut Sample, &mut Estimate)) -> &mut Self {
+        for _ in 0..(seconds / DT_S).round() as usize {
+            self.sequence += 1;
+            self.time_s += DT_S;
+            let (mut sample, mut estimate) = (sample(), braking());
+            (estimate.sequence, estimate.time_s) = (self.sequence, self.time_s);
+            change(&mut sample, &mut estimate);
+            self.indicators.update(&sample, &estimate, &mut |event| self.events.push(event));
+        }
+        self
+    }
+
+    fn kinds(&self) -> Vec<EventKind> {
+        self.events.iter().filter_map(Event::kind).collect()
+    }
+}
+
+fn sample() -> Sample {
+    let mut valid = valid::SPEED | valid::WSP;
+    for wheelset in 0..2 {
+        valid |= valid::wheel_speed(wheelset) | valid::pressing_force(wheelset);
+    }
+    Sample { wheelsets: 2, valid, ..Sample::default() }
+}
+
+/// Braking at 20 m/s on a good rail, everything as it should be.
+fn braking() -> Estimate {
+    Estimate {
+        v_m_s: 20.0,
+        mu_w: -0.10,
+        mu_w_sigma: 0.002,
+        mu_w_wheelset: [-0.10, -0.10, 0.0, 0.0],
+        mu_w_wheelset_sigma: [0.002, 0.002, 0.0, 0.0],
+        mu_b: [0.35, 0.35, 0.0, 0.0],
+        mu_b_sigma: [0.005, 0.005, 0.0, 0.0],
+        mu_b_mean: 0.35,
+        mu_b_mean_sigma: 0.004,
+        slip: [-0.002, -0.002, 0.0, 0.0],
+        normal_load_n: [200e3, 190e3, 0.0, 0.0],
+        pressing_force_n: [20e3, 20e3, 0.0, 0.0],
+        nis: 3.0,
+        nis_dof: 3,
+        observable: BOTH,
+        wheelsets: 2,
+        ..Estimate::default()
+    }
+}
+
+#[test]
+fn a_sound_wagon_is_ok_in_every_respect() {
+    let mut bench = Bench::new();
+    let health = bench.run(60.0, |_, _| {}).indicators.health();
+    for indicator in
+        [health.brake_friction, health.asymmetry, health.rail, health.slides, health.sensors, health.filter]
+    {
+        println!("{:?}: {}", indicator.grade(), indicator.reason);
+        assert_eq!(indicator.grade(), Grade::Ok, "{}", indicator.reason);
+    }
+    assert_eq!((health.grade(), health.wagon, health.samples, health.missed), (Grade::Ok, 3, 6000, 0));
+    assert!((health.brake_friction.value - 0.35).abs() < 1e-9);
+    assert!(
+        health.brake_friction.low < 0.35 && health.brake_friction.high - health.brake_friction.low < 0.03
+    );
+    assert!((health.braking_s - 60.0).abs() < 0.02);
+    assert_eq!((health.wsp_share.value, health.adhesion_available_is_bound), (0.0, 1));
+    assert!((health.adhesion_utilised.value - 0.10).abs() < 0.001);
+    assert!(health.adhesion_available.value > 0.09 && health.adhesion_available.value < 0.10);
+}
+
+#[test]
+fn a_weak_rear_brake_is_found_on_the_rear() {
+    let mut bench = Bench::new();
+    bench.run(40.0, |_, estimate| {
+        estimate.mu_b = [0.35, 0.21, 0.0, 0.0];
+        estimate.mu_b_mean = 0.28;
+    });
+    let health = bench.indicators.health();
+    let [front, rear, ..] = health.wheelset;
+    println!("{}\n{}\n{}", front.brake_friction.reason, rear.brake_friction.reason, health.asymmetry.reason);
+    assert_eq!(front.brake_friction.grade(), Grade::Ok);
+    assert_eq!(rear.brake_friction.grade(), Grade::Act);
+    assert!((rear.brake_friction_ratio - 0.6).abs() < 1e-6);
+    assert!((health.asymmetry.value - 0.5).abs() < 1e-6 && health.asymmetry.low > 0.3);
+    assert_eq!((health.asymmetry.grade(), health.grade()), (Grade::Act, Grade::Act));
+}
+
+#[test]
+fn what_is_not_observable_stays_unknown_whatever_the_estimate_says() {
+    let mut bench = Bench::new();
+    bench.run(40.0, |_, estimate| {
+        estimate.observable = 0;
+        estimate.mu_b = [0.5, 0.1, 0.0, 0.0];
+    });
+    let health = bench.indicators.health();
+    assert_eq!(health.wheelset[0].brake_friction.grade(), Grade::Unknown);
+    assert_eq!(health.wheelset[0].brake_friction.figure(), None);
+    assert_eq!(health.asymmetry.grade(), Grade::Unknown);
+    assert_eq!(health.brake_friction.grade(), Grade::Ok, "the mean of the wagon is observable all the same");
+}
+
+#[test]
+fn a_slide_on_low_adhesion_tells_the_rail_and_is_counted() {
+    let mut bench = Bench::new();
+    bench.run(5.0, |_, _| {});
+    assert_eq!(bench.indicators.health().condition, Condition::Dry.code());
+    bench.run(4.0, |sample, estimate| {
+        (sample.wsp_active, estimate.wsp_active, estimate.sliding) = (1, 1, 1);
+        estimate.mu_w_wheelset = [-0.055, -0.06, 0.0, 0.0];
+        estimate.mu_w = -0.0575;
+        estimate.slip = [-0.2, -0.003, 0.0, 0.0];
+    });
+    bench.run(1.0, |_, estimate| estimate.mu_w = -0.05);
+    let health = bench.indicators.health();
+    let [front, rear, ..] = health.wheelset;
+    println!("{}\n{}\n{}", health.rail.reason, front.adhesion_available.reason, front.slides.reason);
+    assert_eq!((health.condition, health.rail.grade()), (Condition::Low.code(), Grade::Watch));
+    assert_eq!((front.slides.value, rear.slides.value, health.slides.value), (1.0, 0.0, 1.0));
+    let expected_j = 0.055 * 200e3 * 0.2 * 20.0 * 4.0;
+    assert!((front.slide_energy_j / expected_j - 1.0).abs() < 1e-6);
+    assert_eq!(front.adhesion_available_is_bound, 0);
+    assert!((front.adhesion_available.value - 0.055).abs() < 0.002);
+    assert!(front.adhesion_available.low <= 0.055 && front.adhesion_available.high >= 0.055);
+    assert!((front.wsp_share.value - 0.4).abs() < 0.02, "{}", front.wsp_share.value);
+    use EventKind::{ConditionChanged, SlideBegan, SlideEnded, WspBegan, WspEnded};
+    let kinds = bench.kinds();
+    println!("{kinds:?}");
+    for kind in [SlideBegan, SlideEnded, WspBegan, WspEnded, ConditionChanged] {
+        assert_eq!(kinds.iter().filter(|seen| **seen == kind).count(), 1, "{kind}");
+    }
+    let ended = bench.events.iter().find(|event| event.kind() == Some(SlideEnded)).unwrap();
+    assert_eq!((ended.wagon, ended.wheelset), (3, 0));
+    assert!((ended.values[1] / expected_j - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn missing_values_and_a_wrong_model_are_seen() {
+    let mut bench = Bench::new();
+    bench.run(20.0, |sample, estimate| {
+        sample.valid &= !valid::wheel_speed(1);
+        estimate.nis = 30.0;
+    });
+    let health = bench.indicators.health();
+    assert!((health.sensors.value - 0.2).abs() < 1e-9);
+    assert_eq!((health.sensors.grade(), health.filter.grade()), (Grade::Watch, Grade::Act));
+    assert!((health.filter.value - 10.0).abs() < 1e-9);
+}
+
+#[test]
+fn gaps_and_restarts_count_for_nothing() {
+    let mut bench = Bench::new();
+    bench.run(10.0, |_, _| {});
+    bench.sequence += 500;
+    bench.time_s += 60.0;
+    bench.run(10.0, |_, _| {});
+    bench.time_s = -5.0;
+    bench.run(DT_S, |_, estimate| estimate.flags = flags::RESTARTED);
+    bench.run(10.0, |_, _| {});
+    let health = bench.indicators.health();
+    assert!((health.braking_s - 30.0).abs() < 0.05, "{}", health.braking_s);
+    assert_eq!(health.missed, 500);
+}
+
+#[test]
+fn a_snapshot_goes_on_where_it_stopped_and_nonsense_is_refused() {
+    let mut bench = Bench::new();
+    bench.run(30.0, |_, estimate| estimate.mu_b_mean = 0.30);
+    let mut resumed = WagonIndicators::new(3, IndicatorSettings::default(), NOMINAL);
+    assert!(resumed.restore(bench.indicators.state()));
+    resumed.update(&sample(), &Estimate { sequence: 3001, time_s: 30.01, ..braking() }, &mut |_| {});
+    let (before, after) = (bench.indicators.health(), resumed.health());
+    assert!((before.brake_friction.value - after.brake_friction.value).abs() < 1e-4);
+    assert!((after.braking_s - before.braking_s - DT_S).abs() < 1e-6);
+    println!("{} bytes of state", size_of::<IndicatorState>());
+    let nonsense: IndicatorState = bytemuck::Zeroable::zeroed();
+    assert!(!resumed.restore(&nonsense));
+    assert_eq!(resumed.health().braking_s, after.braking_s);
+}
+
+#[test]
+fn nothing_is_claimed_before_the_first_sample() {
+    let health = WagonIndicators::new(1, IndicatorSettings::default(), NOMINAL).health();
+    assert_eq!((health.grade(), health.samples), (Grade::Unknown, 0));
+    assert_eq!(health.brake_friction.figure(), None);
+}
