@@ -54,4 +54,7 @@ pub enum SettingsError {
     /// A vehicle file is wrong.
     #[error(transparent)]
     Vehicle(#[from] VehicleFileError),
+    /// A scenario file is wrong.
+    #[error(transparent)]
+    Scenario(#[from] railgrip_simulation::ScenarioError),
 }

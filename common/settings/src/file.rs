@@ -1,5 +1,6 @@
 //! The form of a train's config file, key by key, before its values are checked. Units stand in the keys.
 
+use railgrip_filter::EstimatorConfig;
 use railgrip_indicators::IndicatorSettings;
 use serde::Deserialize;
 
@@ -16,6 +17,8 @@ pub(crate) struct TrainFile {
     pub source: SourceTable,
     #[serde(default)]
     pub samples: SamplesTable,
+    #[serde(default)]
+    pub estimator: EstimatorConfig,
     #[serde(default)]
     pub reporting: ReportingTable,
     #[serde(default)]

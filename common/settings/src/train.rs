@@ -4,7 +4,9 @@ use crate::file::{LogFormat, SourceKind, SourceTable, TrainFile};
 use crate::place::ConfigText;
 use crate::runs::{self, ReplayRun};
 use crate::{SettingsError, instance::Instance, vehicle};
+use railgrip_filter::{ConfigError, EstimatorConfig};
 use railgrip_indicators::IndicatorSettings;
+use railgrip_simulation::Scenario;
 use railgrip_vehicle::VehicleParameters;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -16,6 +18,12 @@ pub const MAX_WAGONS: u32 = 200;
 const DEFAULT_CONFIG: &str = include_str!("../../../config/railgrip.toml");
 /// The vehicle file that the default config names.
 const DEFAULT_VEHICLE: &str = include_str!("../../../config/vehicle.toml");
+/// The scenario that the default config names.
+const DEFAULT_SCENARIO: &str = include_str!("../../../config/scenarios/demo.toml");
+/// Its name.
+const DEFAULT_SCENARIO_NAME: &str = "demo";
+/// Where scenarios with a name lie, seen from the config.
+const SCENARIO_FOLDER: &str = "scenarios";
 /// Where the default config lies, seen from the directory in which people call the program.
 const DEFAULT_PATH: &str = "config/railgrip.toml";
 
@@ -34,6 +42,8 @@ pub struct TrainSettings {
     pub source: Source,
     /// Samples of so many seconds travel as one batch.
     pub batch_s: f64,
+    /// The filter of every wagon.
+    pub estimator: EstimatorConfig,
     /// How often estimators report and save.
     pub reporting: ReportingSettings,
     /// How indicators are computed and judged.
@@ -62,10 +72,8 @@ pub struct WagonSettings {
 pub enum Source {
     /// The simulated train.
     Simulate {
-        /// Name of a built-in scenario, or a scenario file.
-        scenario: String,
-        /// Base of relative scenario files.
-        base: PathBuf,
+        /// What the train does.
+        scenario: Box<Scenario>,
         /// Seed of everything random.
         seed: u64,
         /// Samples per second; that of each vehicle's sensors if absent.
@@ -167,6 +175,14 @@ impl TrainSettings {
         form.indicators
             .check()
             .map_err(|wrong| at.refuse(&format!("indicators.{}", wrong.key), wrong.value, wrong.allowed))?;
+        form.estimator.check().map_err(|wrong| match wrong {
+            ConfigError::OutOfRange { key, value, allowed } => {
+                at.refuse(&format!("estimator.{key}"), value, allowed)
+            }
+            ConfigError::UnknownFilter { name, known } => {
+                at.refuse("estimator.filter", format!("{name:?}"), known)
+            }
+        })?;
         let listen = match overrides.listen {
             Some(listen) => listen,
             None => form.http.listen.parse().map_err(|_| {
@@ -180,6 +196,7 @@ impl TrainSettings {
             wagons,
             source,
             batch_s: at.within("samples.batch_ms", form.samples.batch_ms, 0.0..=1000.0)? * 1e-3,
+            estimator: form.estimator,
             reporting: ReportingSettings {
                 snapshot_period_s: at.within(
                     "reporting.snapshot_period_s",
@@ -247,8 +264,7 @@ fn source(at: &ConfigText<'_>, table: &SourceTable, overrides: &Overrides) -> Re
                 at.within("source.sample_rate_hz", rate, 10.0..=2000.0)?;
             }
             Ok(Source::Simulate {
-                scenario: table.scenario.clone().unwrap_or_else(|| "demo".to_owned()),
-                base: folder(at.file),
+                scenario: Box::new(scenario(at, table.scenario.as_deref().unwrap_or(DEFAULT_SCENARIO_NAME))?),
                 seed: table.seed.unwrap_or(1),
                 sample_rate_hz: table.sample_rate_hz,
                 speed,
@@ -262,6 +278,21 @@ fn source(at: &ConfigText<'_>, table: &SourceTable, overrides: &Overrides) -> Re
             let runs = runs::find(&patterns, &folder(at.file))
                 .map_err(|problem| at.refuse("source.runs", problem, "what finds recordings"))?;
             Ok(Source::Replay { runs, speed, repeat: table.repeat.unwrap_or(true) })
+        }
+    }
+}
+
+/// A scenario by its file, or by its name: `scenarios/NAME.toml` beside the config.
+fn scenario(at: &ConfigText<'_>, given: &str) -> Result<Scenario, SettingsError> {
+    let named = folder(at.file).join(SCENARIO_FOLDER).join(format!("{given}.toml"));
+    let file = folder(at.file).join(given);
+    let found = [named.clone(), file].into_iter().find(|path| path.is_file());
+    match found {
+        Some(path) => Ok(Scenario::read(&path)?),
+        None if given == DEFAULT_SCENARIO_NAME => Ok(Scenario::parse(&named, DEFAULT_SCENARIO)?),
+        None => {
+            let allowed = format!("a scenario file, or the name of one in {SCENARIO_FOLDER}/");
+            Err(at.refuse("source.scenario", format!("{given:?}"), allowed))
         }
     }
 }

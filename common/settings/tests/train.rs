@@ -16,8 +16,7 @@ const SMALL: &str = "schema = 1\n[train]\nname = \"demo\"\nwagons = 8\nvehicle =
 
 fn refused(from: &str, to: &str) -> String {
     assert!(SMALL.contains(from), "the test looks for {from}");
-    let said = parse(&SMALL.replace(from, to)).expect_err("must be refused").to_string();
-    said
+    parse(&SMALL.replace(from, to)).expect_err("must be refused").to_string()
 }
 
 #[test]
@@ -59,6 +58,12 @@ fn mistakes_are_answered_with_file_line_key_and_what_is_allowed() {
     assert!(said.contains(":9: `http.listen` is 8080"));
     let said = refused("\"simulate\"\n", "\"simulate\"\n[indicators.wsp]\nshare_act = 7\n");
     assert!(said.contains(":9: `indicators.wsp.share_act` is 7, allowed is 0 to 1"));
+    let said = refused("\"simulate\"\n", "\"simulate\"\nscenario = \"nowhere\"\n");
+    assert!(said.contains(":8: `source.scenario` is \"nowhere\""));
+    let said = refused("\"simulate\"\n", "\"simulate\"\n[estimator]\nfilter = \"kalman\"\n");
+    assert!(said.contains(":9: `estimator.filter` is \"kalman\"") && said.contains("default"));
+    let said = refused("\"simulate\"\n", "\"simulate\"\n[estimator.rates]\npad_forget_s = -1\n");
+    assert!(said.contains(":9: `estimator.rates.pad_forget_s`"));
     let said = refused("schema = 1", "schema = 2");
     assert!(said.contains(":1: `schema` is 2"));
 }
