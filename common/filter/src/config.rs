@@ -86,6 +86,8 @@ pub struct RateSettings {
     pub brake_lag_share: f64,
     /// Time in which it gets there, s.
     pub brake_lag_s: f64,
+    /// Time over which the slope of adhesion over slip keeps its value, s.
+    pub sliding_slope_s: f64,
     /// Time over which wind, and errors of grade and running resistance, keep their value, s.
     pub disturbance_s: f64,
 }
@@ -102,8 +104,9 @@ impl Default for RateSettings {
             pad_common_per_sqrt_s: 0.006,
             pad_split_per_sqrt_s: 0.003,
             pad_forget_s: 60.0,
-            brake_lag_share: 0.5,
+            brake_lag_share: 0.05,
             brake_lag_s: 0.2,
+            sliding_slope_s: 10.0,
             disturbance_s: 60.0,
         }
     }
@@ -133,6 +136,8 @@ pub struct PriorSettings {
     pub wheel_radius: f64,
     /// Creepage at a given force, relative: how well the creep law is known on a clean rail.
     pub creep_law: f64,
+    /// Slope of adhesion over slip velocity in sliding, d ln μ / d ln u.
+    pub sliding_slope: f64,
     /// Adhesion utilised at the start.
     pub adhesion: f64,
     /// Largest sigma of a wheelset's pad friction at which it is still called observable.
@@ -154,6 +159,7 @@ impl Default for PriorSettings {
             grade_unknown_rad: 0.003,
             wheel_radius: 0.004,
             creep_law: 0.2,
+            sliding_slope: 0.1,
             adhesion: 0.02,
             observable_sigma: 0.0075,
             braking_adhesion: 0.003,
@@ -233,6 +239,7 @@ impl EstimatorConfig {
             ("rates.pad_forget_s", rates.pad_forget_s, seconds),
             ("rates.brake_lag_share", rates.brake_lag_share, share),
             ("rates.brake_lag_s", rates.brake_lag_s, seconds),
+            ("rates.sliding_slope_s", rates.sliding_slope_s, seconds),
             ("rates.disturbance_s", rates.disturbance_s, seconds),
             ("priors.pad_common", priors.pad_common, share),
             ("priors.pad_split", priors.pad_split, share),
@@ -244,6 +251,7 @@ impl EstimatorConfig {
             ("priors.grade_unknown_rad", priors.grade_unknown_rad, (0.0, 0.1, "0 to 0.1")),
             ("priors.wheel_radius", priors.wheel_radius, share),
             ("priors.creep_law", priors.creep_law, share),
+            ("priors.sliding_slope", priors.sliding_slope, share),
             ("priors.adhesion", priors.adhesion, share),
             ("priors.observable_sigma", priors.observable_sigma, share),
             ("priors.braking_adhesion", priors.braking_adhesion, share),

@@ -1,6 +1,7 @@
 //! Estimation of adhesion and brake friction: Kalman filters, their models, and the estimator of one wagon.
 //!
 //! * [`core`] – the mathematics, which knows no physics;
+//! * [`unscented`] – the same for sigma points, in square-root form;
 //! * [`models`] – the filters by name, which couple it to the vehicle's equations;
 //! * [`WagonEstimator`] – hygiene of the data around a filter: a pure step from [`EstimatorInput`] to
 //!   [`EstimatorOutput`], the same live and offline.
@@ -21,6 +22,7 @@ mod observability;
 mod output;
 mod sensors;
 mod snapshot;
+pub mod unscented;
 
 pub use config::{
     ConfigError, EstimatorConfig, HygieneSettings, NoisePreset, PriorSettings, RateSettings, SensorSettings,

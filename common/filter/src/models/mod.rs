@@ -6,12 +6,13 @@
 mod paper;
 mod rig;
 mod sample;
+pub mod traction_rig;
 mod wagon;
 
-pub use paper::{PaperFilter, PaperModel};
+pub use paper::{PaperFilter, PaperInput, PaperModel};
 pub use rig::{RigFilter, RigModel};
 pub use sample::DrivenSample;
-pub use wagon::{WagonEkf, WagonPhysics};
+pub use wagon::{StepInput, WagonEkf, WagonPhysics};
 
 use crate::core::ScalarUpdate;
 use crate::{EstimatorConfig, EstimatorOutput, FilterError};

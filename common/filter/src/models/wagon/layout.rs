@@ -17,6 +17,8 @@ pub(crate) struct Indices {
     pub radius: usize,
     /// Mass.
     pub mass: usize,
+    /// Slope of adhesion over slip in sliding.
+    pub slope: usize,
     /// Rows of F before this one differ from the identity.
     pub moving: usize,
 }
@@ -27,7 +29,7 @@ pub(crate) struct Layout<const W: usize, const N: usize>;
 impl<const W: usize, const N: usize> Layout<W, N> {
     /// The indices.
     pub(crate) const INDICES: Indices = {
-        assert!(N == 4 + 4 * W, "the default filter has 4 + 4 W states");
+        assert!(N == 5 + 4 * W, "the default filter has 5 + 4 W states");
         Indices {
             wheel: 1,
             adhesion: 1 + W,
@@ -36,6 +38,7 @@ impl<const W: usize, const N: usize> Layout<W, N> {
             pad: 3 + 2 * W,
             radius: 3 + 3 * W,
             mass: 3 + 4 * W,
+            slope: 4 + 4 * W,
             moving: 3 + 2 * W,
         }
     };

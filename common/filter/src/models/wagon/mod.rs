@@ -27,7 +27,10 @@ use nalgebra::{SMatrix, SVector};
 use railgrip_vehicle::{VehicleParameters, WagonModel};
 use schedule::{ChangeWatch, Contact};
 
-/// The default filter for `W` wheelsets and `N = 4 + 4 W` states.
+/// Slip velocity below which the slope of adhesion over slip in sliding counts as if slip were this, m/s.
+const LEAST_SLIDE_M_S: f64 = 0.2;
+
+/// The default filter for `W` wheelsets and `N = 5 + 4 W` states.
 #[derive(Clone, Debug)]
 pub struct WagonEkf<const W: usize, const N: usize> {
     physics: WagonPhysics<W>,
@@ -51,10 +54,10 @@ pub(super) fn boxed(
     model: &WagonModel,
 ) -> Result<Box<dyn WagonFilter>, FilterError> {
     match model.constants().wheelsets {
-        1 => Ok(Box::new(WagonEkf::<1, 8>::new(config, vehicle, model))),
-        2 => Ok(Box::new(WagonEkf::<2, 12>::new(config, vehicle, model))),
-        3 => Ok(Box::new(WagonEkf::<3, 16>::new(config, vehicle, model))),
-        4 => Ok(Box::new(WagonEkf::<4, 20>::new(config, vehicle, model))),
+        1 => Ok(Box::new(WagonEkf::<1, 9>::new(config, vehicle, model))),
+        2 => Ok(Box::new(WagonEkf::<2, 13>::new(config, vehicle, model))),
+        3 => Ok(Box::new(WagonEkf::<3, 17>::new(config, vehicle, model))),
+        4 => Ok(Box::new(WagonEkf::<4, 21>::new(config, vehicle, model))),
         wheelsets => Err(FilterError::Wheelsets { filter: "default", wheelsets }),
     }
 }
@@ -84,6 +87,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
         let (mut mean, mut sigma) = (SVector::<f64, N>::zeros(), SVector::<f64, N>::repeat(1.0));
         sigma[at.lag] = 1e-3;
         sigma[at.mass] = priors.mass;
+        sigma[at.slope] = priors.sliding_slope;
         for i in 0..W {
             mean[at.pad + i] = physics.brake_friction[i];
             sigma[at.adhesion + i] = priors.adhesion;
@@ -152,7 +156,19 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
                 let rolling = self.contacts[i].rolling * (1.0 - self.watches[i].certainty(dt_s));
                 self.physics.rolling_relaxation_per_s(i, self.belief.mean[0]) * rolling * known
             }),
+            relaxation_per_slope: std::array::from_fn(|i| self.relaxation_per_slope(i, dt_s)),
         }
+    }
+
+    /// Rate at which adhesion follows its target per slope of adhesion over slip, in sliding, 1/s: with
+    /// d μ/d u = slope · μ/u, and u̇ = −(r² F_z/J)(μ − μ*).
+    fn relaxation_per_slope(&self, i: usize, dt_s: f64) -> f64 {
+        let (physics, contact) = (&self.physics, &self.contacts[i]);
+        let radius = physics.wheel_radius_m[i];
+        let adhesion = self.belief.mean[Layout::<W, N>::INDICES.adhesion + i].abs();
+        let per_slip = radius * radius * physics.static_load_n[i] / physics.inertia_kg_m2[i];
+        let rate = per_slip * adhesion / contact.slip_m_s.abs().max(LEAST_SLIDE_M_S);
+        ((1.0 - contact.rolling) * rate).min(0.5 / dt_s.max(1e-3))
     }
 
     /// Too slow for the balance of forces to mean anything: brakes hold the wagon.

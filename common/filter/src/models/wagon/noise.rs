@@ -74,6 +74,9 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
         q[at.lag] = (1.0 - input.lag_kept * input.lag_kept) * (lagging * lagging + 1e-8);
         q[at.disturbance] = 1.0 - input.disturbance_kept * input.disturbance_kept;
         q[at.mass] = 1e-12 * dt;
+        let forget = (2.0 * dt / rates.sliding_slope_s).min(1.0);
+        let room = priors.sliding_slope.powi(2) - self.belief.covariance[(at.slope, at.slope)];
+        q[at.slope] = forget * room.max(0.0);
         q
     }
 

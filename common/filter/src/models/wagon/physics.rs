@@ -1,6 +1,6 @@
 //! The wagon's equations as the default filter predicts with them, and their derivative.
 //!
-//! State, `W` wheelsets, `N = 4 + 4 W` components:
+//! State, `W` wheelsets, `N = 5 + 4 W` components:
 //!
 //! | index | component | unit |
 //! | --- | --- | --- |
@@ -12,13 +12,16 @@
 //! | 3 + 2W + i | pad friction μ_B,i | – |
 //! | 3 + 3W + i | radius of wheel i against nominal, as seen by the speed sensor, relative | – |
 //! | 3 + 4W | mass against nominal, relative | – |
+//! | 4 + 4W | slope of adhesion over slip velocity in sliding, d ln μ / d ln u, the same for all wheelsets | – |
 //!
 //! While a wheelset rolls, its adhesion is not free: creep carries it within milliseconds to the value at which the
 //! wheelset keeps pace with the wagon, so the pad force sets it. While it slides, contact saturates and adhesion is
 //! whatever the rail gives. Both are one law: with slip velocity u = r ω − v and the target
 //! μ*_i = (M_i − μ_B,i F_i r_B − J v̇/r)/(r F_z,i), the deviation μ_W,i − μ*_i decays at the rate
 //! λ_i = (∂F_x/∂u) r²/J, and u̇ = −(r² F_z,i/J)(μ_W,i − μ*_i). Rolling: λ is hundreds per second. Sliding: λ → 0 and
-//! the wheelset integrates its torque balance, Schwarz & Keck (6).
+//! the wheelset integrates its torque balance, Schwarz & Keck (6). What slope remains in sliding, rising (Polach) or
+//! falling with slip, is not known beforehand but lasts: it is a state, because as noise it would be averaged away
+//! over the cycles of a slide protection and feign knowledge of the pads.
 
 use super::layout::Layout;
 use nalgebra::{SMatrix, SVector};
@@ -70,6 +73,8 @@ pub struct StepInput<const W: usize> {
     pub disturbance_kept: f64,
     /// Rate at which adhesion follows its target, 1/s.
     pub relaxation_per_s: [f64; W],
+    /// Derivative of that rate with respect to the slope state, 1/s.
+    pub relaxation_per_slope: [f64; W],
 }
 
 /// Creepage is referred to this speed below it, m/s.
@@ -162,7 +167,7 @@ impl<const W: usize> WagonPhysics<W> {
         let mut d_mean = [SVector::<f64, N>::zeros(); W];
         let mut deviation = [0.0; W];
         let mut d_deviation = [SVector::<f64, N>::zeros(); W];
-        let mut average = [0.0; W];
+        let (mut average, mut d_average) = ([0.0; W], [0.0; W]);
         for i in 0..W {
             let (radius, wheel_inertia, load) = (self.wheel_radius_m[i], self.inertia_kg_m2[i], loads[i]);
             let scale = 1.0 / (radius * load * mass_factor);
@@ -179,15 +184,20 @@ impl<const W: usize> WagonPhysics<W> {
             deviation[i] = adhesion[i] - (balance + x[at.lag]);
             d_deviation[i] = -d_target;
             d_deviation[i][at.adhesion + i] += 1.0;
-            let exponent = input.relaxation_per_s[i] * dt;
+            let exponent = (input.relaxation_per_s[i] + x[at.slope] * input.relaxation_per_slope[i]) * dt;
             let kept = (-exponent).exp();
-            average[i] = if exponent > 1e-6 { (1.0 - kept) / exponent } else { 1.0 - 0.5 * exponent };
+            let small = exponent.abs() < 1e-4;
+            average[i] = if small { 1.0 - 0.5 * exponent } else { (1.0 - kept) / exponent };
+            let per_slope = input.relaxation_per_slope[i] * dt;
+            d_average[i] = per_slope * if small { -0.5 } else { (kept - average[i]) / exponent };
             mean_adhesion[i] = adhesion[i] - (1.0 - average[i]) * deviation[i];
             d_mean[i] = d_deviation[i] * (average[i] - 1.0);
             d_mean[i][at.adhesion + i] += 1.0;
+            d_mean[i][at.slope] += d_average[i] * deviation[i];
             next[at.adhesion + i] = adhesion[i] - (1.0 - kept) * deviation[i];
             let mut row = d_deviation[i] * (kept - 1.0);
             row[at.adhesion + i] += 1.0;
+            row[at.slope] -= kept * per_slope * deviation[i];
             f.set_row(at.adhesion + i, &row.transpose());
         }
         let (mean_pure, mean_slope, mean_inertia) = self.acceleration(x[0], &mean_adhesion, input);
@@ -202,13 +212,15 @@ impl<const W: usize> WagonPhysics<W> {
         next[0] = x[0] + dt * (mean_pure + disturbance);
         for i in 0..W {
             let (radius, load) = (self.wheel_radius_m[i], loads[i]);
-            let gain = -dt * average[i] * radius / self.inertia_kg_m2[i];
+            let whole = -dt * radius / self.inertia_kg_m2[i];
+            let gain = whole * average[i];
             next[at.wheel + i] =
                 x[at.wheel + i] + (next[0] - x[0]) / radius + gain * mass_factor * load * deviation[i];
             let mut row = d_speed / radius
                 + d_deviation[i] * (gain * mass_factor * load)
                 + d_pure * (gain * mass_factor * deviation[i] * self.load_transfer_kg[i]);
             row[at.mass] += gain * load * deviation[i];
+            row[at.slope] += whole * d_average[i] * mass_factor * load * deviation[i];
             row[at.wheel + i] += 1.0;
             f.set_row(at.wheel + i, &row.transpose());
         }

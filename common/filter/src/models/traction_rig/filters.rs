@@ -1,0 +1,266 @@
+//! The unscented and the extended filter on the rig's model, behind one type.
+
+use super::model::{STATES, State, TractionModel, TractionNoise, index};
+use super::sample::{OUTPUTS, TractionEstimate, TractionSample, TractionState};
+use crate::core::{Gaussian, ScalarUpdate};
+use crate::unscented::{Spread, SquareRootBelief};
+use nalgebra::{SMatrix, SVector};
+
+/// State that each measured value is, in the order of (5-4).
+const MEASURED: [usize; OUTPUTS] =
+    [0, 1, index::MOTOR_SPEED, 5, 6, index::ROLLER_SPEED, index::GENERATOR_CURRENT];
+
+/// Innovation beyond which a value is refused, in sigma, and how many in a row before it is believed after all.
+const GATE: (f64, u32) = (8.0, 20);
+
+/// A belief about the 13 states that can be moved and measured.
+pub trait TractionBelief: Clone {
+    /// Independent components; `spread` is for filters with sigma points.
+    fn independent(mean: State, sigma: &State, spread: &Spread) -> Self;
+    /// Moves the belief through the model.
+    fn predict(&mut self, model: &TractionModel, noise_sigma: &State, dt_s: f64);
+    /// What measuring a state would say.
+    fn expect(&self, state: usize, measured: f64, r: f64) -> ScalarUpdate;
+    /// Uses that measurement.
+    fn accept(&mut self, state: usize, update: &ScalarUpdate, r: f64);
+    /// Best estimate.
+    fn mean(&self) -> &State;
+    /// One sigma of a state.
+    fn sigma(&self, state: usize) -> f64;
+    /// True if finite and positive definite.
+    fn is_sound(&self) -> bool;
+    /// Normalised error squared of a known truth.
+    fn nees(&self, truth: &State) -> f64;
+}
+
+/// Belief of the unscented filter.
+#[derive(Clone, Copy, Debug)]
+pub struct Unscented {
+    belief: SquareRootBelief<STATES>,
+    spread: Spread,
+}
+
+impl TractionBelief for Unscented {
+    fn independent(mean: State, sigma: &State, spread: &Spread) -> Self {
+        Self { belief: SquareRootBelief::independent(mean, sigma), spread: *spread }
+    }
+    #[inline]
+    fn predict(&mut self, model: &TractionModel, noise_sigma: &State, dt_s: f64) {
+        self.belief.predict(&self.spread, noise_sigma, |x| model.step(x, dt_s));
+    }
+    #[inline]
+    fn expect(&self, state: usize, measured: f64, r: f64) -> ScalarUpdate {
+        self.belief.expect_component(state, measured, r)
+    }
+    #[inline]
+    fn accept(&mut self, state: usize, update: &ScalarUpdate, r: f64) {
+        self.belief.update_component(state, update, r);
+    }
+    fn mean(&self) -> &State {
+        &self.belief.mean
+    }
+    fn sigma(&self, state: usize) -> f64 {
+        self.belief.sigma(state)
+    }
+    fn is_sound(&self) -> bool {
+        self.belief.is_sound()
+    }
+    fn nees(&self, truth: &State) -> f64 {
+        self.belief.nees(truth)
+    }
+}
+
+/// Belief of the extended filter; its Jacobian is worked out numerically, as the paper's is.
+#[derive(Clone, Copy, Debug)]
+pub struct Extended {
+    belief: Gaussian<STATES>,
+}
+
+impl TractionBelief for Extended {
+    fn independent(mean: State, sigma: &State, _spread: &Spread) -> Self {
+        Self { belief: Gaussian::independent(mean, sigma) }
+    }
+    fn predict(&mut self, model: &TractionModel, noise_sigma: &State, dt_s: f64) {
+        // Differences over a thousandth of a typical size of each state: far above rounding, far below curvature.
+        const REACH: [f64; STATES] =
+            [1e-3, 1e-3, 1e-4, 1e-4, 1e-4, 1e-2, 1e-2, 1e-6, 1e-1, 1e-5, 1e-5, 1e-5, 1e-3];
+        let mut f = SMatrix::<f64, STATES, STATES>::zeros();
+        for column in 0..STATES {
+            let (mut ahead, mut behind) = (self.belief.mean, self.belief.mean);
+            ahead[column] += REACH[column];
+            behind[column] -= REACH[column];
+            let slope = (model.step(&ahead, dt_s) - model.step(&behind, dt_s)) / (2.0 * REACH[column]);
+            f.set_column(column, &slope);
+        }
+        let q = SMatrix::from_diagonal(&noise_sigma.component_mul(noise_sigma));
+        self.belief.predict(model.step(&self.belief.mean, dt_s), &f, &q);
+    }
+    fn expect(&self, state: usize, measured: f64, r: f64) -> ScalarUpdate {
+        self.belief.expect_component(state, measured, r)
+    }
+    fn accept(&mut self, state: usize, update: &ScalarUpdate, r: f64) {
+        self.belief.update_component(state, update, r);
+    }
+    fn mean(&self) -> &State {
+        &self.belief.mean
+    }
+    fn sigma(&self, state: usize) -> f64 {
+        self.belief.sigma(state)
+    }
+    fn is_sound(&self) -> bool {
+        self.belief.is_sound()
+    }
+    fn nees(&self, truth: &State) -> f64 {
+        let error = truth - self.belief.mean;
+        self.belief.covariance.cholesky().map_or(f64::INFINITY, |factor| error.dot(&factor.solve(&error)))
+    }
+}
+
+/// A filter of the rig: a pure step from sample to estimate.
+#[derive(Clone, Debug)]
+pub struct TractionFilter<B> {
+    /// Equations.
+    pub model: TractionModel,
+    /// Noise of model and sensors.
+    pub noise: TractionNoise,
+    /// Belief, once begun.
+    pub belief: Option<B>,
+    /// Sigma points of the unscented filter.
+    pub spread: Spread,
+    last: TractionSample,
+    refused_in_row: [u32; OUTPUTS],
+    /// Smoothed sine between one current vector and the next, times the direction of the motor.
+    turning: f64,
+}
+
+/// The paper's filter.
+pub type TractionUkf = TractionFilter<Unscented>;
+
+/// The filter that the paper compares with.
+pub type TractionEkf = TractionFilter<Extended>;
+
+impl<B: TractionBelief> TractionFilter<B> {
+    /// A filter that begins with its first complete sample.
+    pub fn new(model: TractionModel, noise: TractionNoise) -> Self {
+        let last = TractionSample {
+            time_s: f64::NAN,
+            current_a: [f64::NAN; 2],
+            motor_speed_rad_s: f64::NAN,
+            voltage_v: [f64::NAN; 2],
+            roller_speed_rad_s: f64::NAN,
+            generator_current_a: f64::NAN,
+        };
+        Self {
+            model,
+            noise,
+            belief: None,
+            spread: Spread::default(),
+            last,
+            refused_in_row: [0; OUTPUTS],
+            turning: 0.0,
+        }
+    }
+
+    /// One sigma that the filter gives μ0 without any evidence.
+    pub fn prior_sigma(&self) -> f64 {
+        0.8 * self.model.prior_adhesion_peak
+    }
+
+    /// Uses a sample; the estimate after it.
+    pub fn step(&mut self, sample: &TractionSample) -> TractionEstimate {
+        let dt_s = sample.time_s - self.last.time_s;
+        let mut estimate = TractionEstimate { time_s: sample.time_s, ..TractionEstimate::default() };
+        match &mut self.belief {
+            Some(belief) if dt_s > 0.0 => {
+                let sigma = self.noise.over(dt_s);
+                belief.predict(&self.model, &sigma, dt_s);
+                self.measure(sample, &mut estimate);
+            }
+            Some(_) => {}
+            None => self.start(sample),
+        }
+        self.watch_phases(sample);
+        self.last = *sample;
+        self.read(&mut estimate);
+        estimate
+    }
+
+    fn start(&mut self, sample: &TractionSample) {
+        let outputs = sample.outputs();
+        if !outputs.iter().all(|value| value.is_finite()) {
+            return;
+        }
+        let mut x = State::zeros();
+        for (value, state) in outputs.into_iter().zip(MEASURED) {
+            x[state] = value;
+        }
+        let flux = self.model.flux_guess_wb(sample.current_a, sample.voltage_v, sample.motor_speed_rad_s);
+        x[index::FLUX] = flux[0];
+        x[index::FLUX + 1] = flux[1];
+        x[index::ADHESION_PEAK] = self.model.prior_adhesion_peak;
+        let current = x[index::GENERATOR_CURRENT];
+        self.model.follow(&mut x);
+        x[index::GENERATOR_CURRENT] = current;
+        let mut sigma = State::from([0.0, 0.0, 0.2, 0.2, 0.0, 0.0, 0.0, 0.02, 100.0, 0.0, 0.1, 0.0, 0.0]);
+        for (slot, state) in MEASURED.into_iter().enumerate() {
+            sigma[state] = self.noise.sensors[slot];
+        }
+        sigma[index::ADHESION_PEAK] = self.prior_sigma();
+        self.belief = Some(B::independent(x, &sigma, &self.spread));
+    }
+
+    #[inline]
+    fn measure(&mut self, sample: &TractionSample, estimate: &mut TractionEstimate) {
+        let Some(belief) = &mut self.belief else { return };
+        let variances: SVector<f64, OUTPUTS> = self.noise.sensors.component_mul(&self.noise.sensors);
+        for (slot, value) in sample.outputs().into_iter().enumerate() {
+            if !value.is_finite() {
+                continue;
+            }
+            let update = belief.expect(MEASURED[slot], value, variances[slot]);
+            estimate.nis += update.nis();
+            estimate.nis_dof += 1;
+            if update.nis() > GATE.0 * GATE.0 && self.refused_in_row[slot] < GATE.1 {
+                self.refused_in_row[slot] += 1;
+                estimate.rejected |= 1 << slot;
+                continue;
+            }
+            self.refused_in_row[slot] = 0;
+            belief.accept(MEASURED[slot], &update, variances[slot]);
+        }
+    }
+
+    fn watch_phases(&mut self, sample: &TractionSample) {
+        let ([a, b], [c, d]) = (self.last.current_a, sample.current_a);
+        let sine = (a * d - b * c) / ((a * a + b * b).sqrt() * (c * c + d * d).sqrt());
+        if sine.is_finite() && sample.motor_speed_rad_s.abs() > 2.0 {
+            self.turning += 0.01 * (sine * sample.motor_speed_rad_s.signum() - self.turning);
+        }
+    }
+
+    fn read(&self, estimate: &mut TractionEstimate) {
+        let Some(belief) = &self.belief else { return };
+        let x = belief.mean();
+        estimate.creepage = x[index::CREEPAGE];
+        estimate.creepage_sigma = belief.sigma(index::CREEPAGE);
+        estimate.creep_force_n = x[index::CREEP_FORCE];
+        estimate.creep_force_sigma_n = belief.sigma(index::CREEP_FORCE);
+        estimate.friction = x[index::FRICTION];
+        estimate.adhesion_peak = x[index::ADHESION_PEAK];
+        estimate.adhesion_peak_sigma = belief.sigma(index::ADHESION_PEAK);
+        estimate.state = self.judge(estimate);
+    }
+
+    /// What the value of μ0 is worth.
+    fn judge(&self, estimate: &TractionEstimate) -> TractionState {
+        if self.turning < -0.01 {
+            TractionState::PhasesSwapped
+        } else if estimate.adhesion_peak_sigma > 0.6 * self.prior_sigma() {
+            TractionState::Unobservable
+        } else if estimate.adhesion_peak_sigma > 0.15 * estimate.adhesion_peak {
+            TractionState::Weak
+        } else {
+            TractionState::Observable
+        }
+    }
+}
