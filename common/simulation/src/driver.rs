@@ -14,7 +14,7 @@ pub(crate) struct Demand {
 }
 
 /// Share of traction a metre per second below the cruising speed.
-const CRUISE_GAIN_S_PER_M: f64 = 0.4;
+const CRUISE_GAIN_S_PER_M: f64 = 1.0;
 /// Overspeed at which cruising begins to brake.
 const CRUISE_MARGIN_M_S: f64 = 0.8;
 /// Share of braking a metre per second beyond that margin, and its limit.
@@ -86,7 +86,7 @@ mod tests {
         let programme = programme(None);
         let at = |v_m_s| programme.demand(12.0, v_m_s);
         assert_eq!((at(20.0).traction, at(20.0).brake), (0.0, 0.0));
-        assert!(at(19.0).traction > 0.3 && at(19.0).brake == 0.0);
+        assert!(at(19.5).traction == 0.5 && at(19.5).brake == 0.0);
         assert!(at(22.0).brake > 0.1 && at(22.0).traction == 0.0);
     }
 }

@@ -13,6 +13,14 @@ pub enum ScenarioError {
         /// What the system says.
         source: std::io::Error,
     },
+    /// Neither a built-in scenario nor a file.
+    #[error("`{name}` is neither a file nor one of the built-in scenarios {built_in}")]
+    Unknown {
+        /// What was asked for.
+        name: String,
+        /// The names there are.
+        built_in: String,
+    },
     /// The file is not TOML of the expected form, for example an unknown key.
     #[error("{}:{line}: {message}", file.display())]
     Form {

@@ -68,6 +68,11 @@ impl Pneumatics {
         self.chamber.pressing_force_n(self.cylinder_pressure_pa[wheelset])
     }
 
+    /// Supply pressure as a share of full service braking.
+    pub fn supply_share(&self) -> f64 {
+        self.supply_pressure_pa / self.supply.full_pressure_pa
+    }
+
     /// Share of the supply's pressure that a cylinder has.
     pub fn filled(&self, wheelset: usize) -> f64 {
         if self.supply_pressure_pa > 0.0 {

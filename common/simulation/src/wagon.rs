@@ -20,6 +20,8 @@ use std::sync::Arc;
 
 /// Pressing force below which truth gives no pad friction, N.
 const PAD_FRICTION_FORCE_N: f64 = 2e3;
+/// Share of full brake pressure above which traction is cut off.
+const INTERLOCK_SHARE: f64 = 0.1;
 /// Spin of a rim, relative and at least, from which effort is taken back.
 const SPIN_SHARE: f64 = 0.03;
 const SPIN_M_S: f64 = 0.3;
@@ -86,6 +88,10 @@ impl SimulatedWagon {
         let mut vehicle = vehicle.clone();
         let full_force_n = full_pressing_force_n(&vehicle, scenario.brake.full_service_deceleration_m_s2);
         vehicle.body.mass_kg *= own.map_or(1.0, |own| own.mass_factor);
+        let contact = &mut vehicle.contact;
+        contact.friction_ratio = scenario.track.friction_ratio.unwrap_or(contact.friction_ratio);
+        contact.friction_decay_s_per_m =
+            scenario.track.friction_decay_s_per_m.unwrap_or(contact.friction_decay_s_per_m);
         let model = WagonModel::new(&vehicle)?;
         let constants = model.constants();
         let wheelsets = constants.wheelsets;
@@ -294,7 +300,8 @@ impl SimulatedWagon {
 
     /// Torque on each wheelset for the demanded traction: constant effort, then constant power.
     fn wanted_torque_nm(&self) -> f64 {
-        if self.demand.traction <= 0.0 {
+        let interlocked = self.pneumatics.supply_share() > INTERLOCK_SHARE;
+        if self.demand.traction <= 0.0 || interlocked {
             return 0.0;
         }
         let power_share = (self.traction.full_power_speed_m_s / self.state.v_m_s.max(0.1)).min(1.0);

@@ -111,6 +111,8 @@ impl Scenario {
         within("track.sanding_gain", track.sanding_gain, 0.0..=10.0)?;
         within("track.sanding_time_s", track.sanding_time_s, 0.01..=60.0)?;
         within("track.headwind_m_s", track.headwind_m_s, -40.0..=40.0)?;
+        within("track.friction_ratio", track.friction_ratio.unwrap_or(1.0), 0.05..=1.0)?;
+        within("track.friction_decay_s_per_m", track.friction_decay_s_per_m.unwrap_or(0.0), 0.0..=10.0)?;
         for (index, rail) in self.rail.iter().enumerate() {
             let key = |name: &str| format!("rail.{}.{name}", index + 1);
             if index > 0 && !(rail.from_m > self.rail[index - 1].from_m) {

@@ -4,7 +4,33 @@ use super::Scenario;
 use crate::ScenarioError;
 use std::path::Path;
 
+/// The scenarios of `config/scenarios`, built in under the names of their files.
+pub const BUILT_IN: &[(&str, &str)] = &[
+    ("demo", include_str!("../../../../config/scenarios/demo.toml")),
+    ("one_wagon_low", include_str!("../../../../config/scenarios/one_wagon_low.toml")),
+    ("schwarz_keck_sanding", include_str!("../../../../config/scenarios/schwarz_keck_sanding.toml")),
+    ("schwarz_keck_wsp", include_str!("../../../../config/scenarios/schwarz_keck_wsp.toml")),
+];
+
 impl Scenario {
+    /// The scenario that is meant by the name of a built-in one, or by a file relative to `base`.
+    ///
+    /// # Errors
+    /// Neither a built-in name nor a file; otherwise as [`Scenario::read`].
+    pub fn load(name_or_file: &str, base: &Path) -> Result<Self, ScenarioError> {
+        let built_in = BUILT_IN.iter().find(|(name, _)| *name == name_or_file);
+        let file = base.join(name_or_file);
+        match built_in {
+            Some((name, text)) => Self::parse(Path::new(&format!("built-in scenario {name}")), text),
+            None if file.extension().is_none() && !file.exists() => {
+                let names: Vec<&str> = BUILT_IN.iter().map(|(name, _)| *name).collect();
+                let name = name_or_file.to_owned();
+                Err(ScenarioError::Unknown { name, built_in: names.join(", ") })
+            }
+            None => Self::read(&file),
+        }
+    }
+
     /// Reads and checks a scenario file.
     ///
     /// # Errors
@@ -68,6 +94,18 @@ fn line_of(text: &str, dotted: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_built_in_scenario_is_good() {
+        for (name, _) in BUILT_IN {
+            let scenario = Scenario::load(name, Path::new("")).unwrap_or_else(|error| panic!("{error}"));
+            assert_eq!(scenario.name, *name);
+        }
+        let error = Scenario::load("dema", Path::new("/nowhere")).expect_err("unknown").to_string();
+        assert!(error.contains("`dema`") && error.contains("demo, one_wagon_low"), "{error}");
+        let error = Scenario::load("dema.toml", Path::new("/nowhere")).expect_err("absent").to_string();
+        assert!(error.starts_with("/nowhere/dema.toml: "), "{error}");
+    }
 
     #[test]
     fn keys_are_found_in_lists_of_tables() {

@@ -1,6 +1,7 @@
 //! Scenario files: what a simulated train does, on which track, with which faults. Units stand in the keys.
 
 pub(crate) use check::signal_of;
+pub use file::BUILT_IN;
 
 mod check;
 mod file;
@@ -216,6 +217,11 @@ pub struct TrackTable {
     pub sanding_time_s: f64,
     /// Headwind.
     pub headwind_m_s: f64,
+    /// Ratio A of the friction at infinite slip velocity to its maximum, where the rail's film makes it another than the vehicle
+    /// file's.
+    pub friction_ratio: Option<f64>,
+    /// Decay B of friction with slip velocity, likewise.
+    pub friction_decay_s_per_m: Option<f64>,
 }
 
 impl Default for TrackTable {
@@ -227,6 +233,8 @@ impl Default for TrackTable {
             sanding_gain: 0.8,
             sanding_time_s: 0.5,
             headwind_m_s: 0.0,
+            friction_ratio: None,
+            friction_decay_s_per_m: None,
         }
     }
 }

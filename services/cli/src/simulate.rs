@@ -1,0 +1,188 @@
+//! `railgrip simulate`: a scenario as recordings, with the truth beside them.
+//!
+//! `DIR/wagonNN.RAIL.csv` is the recording of one wagon, `DIR/truth/wagonNN.RAIL.csv` what no sensor saw, row for row, and
+//! `DIR/vehicle.toml` the vehicle. RAIL is the rail class on which the wagon spent most of its time. The folder can be replayed
+//! as it is.
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use railgrip_recording::RailClass;
+use railgrip_simulation::{Scenario, ScenarioError, WagonRun};
+use railgrip_vehicle::VehicleParameters;
+
+use crate::CliError;
+use crate::output::say;
+
+/// The vehicle of `config/vehicle.toml`, for scenarios that name none or are built in.
+const DEFAULT_VEHICLE: &str = include_str!("../../../config/vehicle.toml");
+
+/// Turn a scenario into recordings, with the truth beside them.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Scenario file, or the name of a built-in one: demo, one_wagon_low, schwarz_keck_sanding, schwarz_keck_wsp
+    #[arg(long, value_name = "FILE", default_value = "demo")]
+    scenario: String,
+    /// Folder for the recordings; created if it is missing
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Vehicle file of every wagon; by default the one that the scenario names
+    #[arg(long, value_name = "FILE")]
+    vehicle: Option<PathBuf>,
+    /// Seed of everything random: the same seed gives the same bits
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Form of the recordings
+    #[arg(long, value_enum, default_value_t = Form::Csv)]
+    format: Form,
+}
+
+/// Form of the recordings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Form {
+    /// Text
+    Csv,
+    /// Apache Parquet
+    Parquet,
+}
+
+impl Form {
+    const ALL: [Self; 2] = [Self::Csv, Self::Parquet];
+
+    const fn ending(self) -> &'static str {
+        match self {
+            Self::Csv => "csv",
+            Self::Parquet => "parquet",
+        }
+    }
+}
+
+pub(crate) fn run(args: &Args) -> Result<(), CliError> {
+    let scenario = Scenario::load(&args.scenario, Path::new("")).map_err(of_scenario)?;
+    let (vehicle, text) = vehicle(args, &scenario)?;
+    let vehicles = vec![vehicle; scenario.train.wagons];
+    let (runs, took) = simulate(&scenario, &vehicles, args.seed)?;
+    write(args, &runs, &text)?;
+    summary(args, &scenario, &runs, took);
+    Ok(())
+}
+
+fn of_scenario(error: ScenarioError) -> CliError {
+    CliError::bad_input(error)
+}
+
+/// The vehicle with the text of its file.
+fn vehicle(args: &Args, scenario: &Scenario) -> Result<(VehicleParameters, String), CliError> {
+    let named = scenario.train.vehicle.as_ref().filter(|_| Path::new(&args.scenario).is_file());
+    let beside = Path::new(&args.scenario).parent().unwrap_or(Path::new(""));
+    let file = args.vehicle.clone().or_else(|| named.map(|named| beside.join(named)));
+    let (file, text) = match file {
+        None => (PathBuf::from("built-in vehicle"), DEFAULT_VEHICLE.to_owned()),
+        Some(file) => match std::fs::read_to_string(&file) {
+            Ok(text) => (file, text),
+            Err(error) => return Err(CliError::bad_input(format!("{}: {error}", file.display()))),
+        },
+    };
+    let vehicle = railgrip_settings::vehicle::parse(&file, &text).map_err(CliError::bad_input)?;
+    Ok((vehicle, text))
+}
+
+fn simulate(
+    scenario: &Scenario,
+    vehicles: &[VehicleParameters],
+    seed: u64,
+) -> Result<(Vec<WagonRun>, Duration), CliError> {
+    let shown = std::io::stderr().is_terminal();
+    let bar = if shown { indicatif::ProgressBar::new(100) } else { indicatif::ProgressBar::hidden() };
+    let started = Instant::now();
+    let runs =
+        railgrip_simulation::run(scenario, vehicles, seed, |share| bar.set_position((100.0 * share) as u64))
+            .map_err(of_scenario)?;
+    bar.finish_and_clear();
+    Ok((runs, started.elapsed()))
+}
+
+fn write(args: &Args, runs: &[WagonRun], vehicle: &str) -> Result<(), CliError> {
+    let truth = args.out.join("truth");
+    let failed =
+        |path: &Path, error: std::io::Error| CliError::failed(format!("{}: {error}", path.display()));
+    std::fs::create_dir_all(&truth).map_err(|error| failed(&truth, error))?;
+    for folder in [&args.out, &truth] {
+        remove_earlier(folder).map_err(|error| failed(folder, error))?;
+    }
+    for run in runs {
+        let name = format!("{}.{}", run.recording.name, args.format.ending());
+        run.recording.write(&args.out.join(&name)).map_err(CliError::failed)?;
+        run.truth.write(&truth.join(&name)).map_err(CliError::failed)?;
+    }
+    let file = args.out.join("vehicle.toml");
+    std::fs::write(&file, vehicle).map_err(|error| failed(&file, error))
+}
+
+/// Removes the wagons of an earlier simulation, which may have had other names, so that the folder holds one train.
+fn remove_earlier(folder: &Path) -> std::io::Result<()> {
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.is_file() && path.file_name().is_some_and(|name| is_own(&name.to_string_lossy())) {
+            std::fs::remove_file(path)?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether a file is named as this command names a wagon: `wagonNN.RAIL.csv`.
+fn is_own(name: &str) -> bool {
+    let mut parts = name.split('.');
+    let wagon = parts.next().and_then(|wagon| wagon.strip_prefix("wagon"));
+    let number =
+        wagon.is_some_and(|number| number.len() >= 2 && number.bytes().all(|byte| byte.is_ascii_digit()));
+    let rail = parts.next().is_some_and(|rail| RailClass::parse(rail).is_some());
+    let ending = parts.next().is_some_and(|ending| Form::ALL.iter().any(|form| form.ending() == ending));
+    number && rail && ending && parts.next().is_none()
+}
+
+fn summary(args: &Args, scenario: &Scenario, runs: &[WagonRun], took: Duration) {
+    say(&format!("{}: {} wagons, {} s, seed {}", scenario.name, runs.len(), scenario.duration_s, args.seed));
+    say("recording           rows   speed m/s     adhesion utilised   pad friction");
+    for run in runs {
+        say(&wagon_line(run));
+    }
+    let simulated_s = scenario.duration_s * runs.len() as f64;
+    let times = simulated_s / took.as_secs_f64().max(1e-9);
+    say(&format!("simulated in {:.2} s: {times:.0} times real time for one wagon", took.as_secs_f64()));
+    say(&format!("written to {}", args.out.display()));
+}
+
+fn wagon_line(run: &WagonRun) -> String {
+    let range = |columns: &[&[f64]]| {
+        let cells = columns.iter().flat_map(|column| column.iter()).filter(|cell| !cell.is_nan());
+        cells.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), cell| (low.min(*cell), high.max(*cell)))
+    };
+    let (slow, fast) = range(&[&run.truth.v_m_s]);
+    let (least, most) = range(&[&run.truth.mu_w]);
+    let pads: Vec<&[f64]> = run.truth.mu_b.iter().map(Vec::as_slice).collect();
+    let pad_text = match range(&pads) {
+        (low, high) if low <= high => format!("{low:.3} to {high:.3}"),
+        _ => "not braked".to_owned(),
+    };
+    let (name, rows) = (&run.recording.name, run.recording.len());
+    format!("{name:<16} {rows:>7}   {slow:>4.1} to {fast:>4.1}   {least:>7.3} to {most:>6.3}   {pad_text}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_own;
+
+    #[test]
+    fn only_its_own_files_are_replaced() {
+        for name in ["wagon01.dry.csv", "wagon12.low.parquet", "wagon100.wet.csv"] {
+            assert!(is_own(name), "{name}");
+        }
+        for name in
+            ["wagon1.dry.csv", "wagon01.csv", "wagon01.dry.csv.bak", "stop.dry.csv", "wagon01.ice.csv"]
+        {
+            assert!(!is_own(name), "{name}");
+        }
+    }
+}
