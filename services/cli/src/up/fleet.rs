@@ -117,7 +117,7 @@ fn refused(unit: &Unit) -> CliError {
 fn wait_for(units: &mut [Unit], patience: Duration) -> bool {
     let deadline = Instant::now() + patience;
     while Instant::now() < deadline {
-        if units.iter_mut().fold(true, |all, unit| unit.gone() && all) {
+        if units.iter_mut().all(Unit::gone) {
             return true;
         }
         std::thread::sleep(STOP_POLL);

@@ -81,7 +81,7 @@ fn supervise(
 /// What a person wants to know once the train runs.
 fn welcome(settings: &TrainSettings, address: &str) -> String {
     let source = match &settings.source {
-        Source::Simulate { scenario, .. } => format!("simulated ({scenario})"),
+        Source::Simulate { scenario, .. } => format!("simulated ({})", scenario.name),
         Source::Replay { runs, .. } => format!("{} recordings", runs.len()),
         Source::Stdin => "the standard input".to_owned(),
     };

@@ -1,0 +1,135 @@
+//! `railgrip up` keeps a train alive: whoever is killed comes back, nobody else notices, and nothing is left behind.
+
+#![allow(clippy::print_stdout, reason = "tests print what they measure")]
+
+use std::time::{Duration, Instant};
+
+use railgrip_tests::{Process, TrainUnderTest, program, within};
+
+fn config(name: &str, wagons: u32) -> String {
+    let vehicle = concat!(env!("CARGO_MANIFEST_DIR"), "/../config/vehicle.toml");
+    format!(
+        "schema = 1\n[train]\nname = \"{name}\"\nwagons = {wagons}\nvehicle = \"{vehicle}\"\n\
+         [source]\nkind = \"simulate\"\nscenario = \"demo\"\nseed = 7\n\
+         [logging]\nlevel = \"info\"\nformat = \"text\"\n"
+    )
+}
+
+fn running(name: &str, wagons: u32) -> TrainUnderTest {
+    let mut train = TrainUnderTest::new(program!(), &config(name, wagons));
+    train.start();
+    let took = train.wait_ready(Duration::from_secs(20));
+    println!("{name}: {wagons} wagons ready after {:.2} s", took.as_secs_f64());
+    train
+}
+
+fn others(train: &TrainUnderTest, killed: &Process) -> Vec<Process> {
+    train.processes().into_iter().filter(|process| process.role != killed.role).collect()
+}
+
+/// Kills a process and checks that it comes back while every other process stays the same.
+fn kill_one(train: &TrainUnderTest, role: &str) {
+    let victim = train.process(role);
+    let before = others(train, &victim);
+    let killed = Instant::now();
+    victim.kill();
+    let _ = train.successor(&victim);
+    let restarted = killed.elapsed();
+    train.wait_ready(Duration::from_secs(15));
+    println!(
+        "{role}: new process after {:.0} ms, train ready after {:.0} ms",
+        restarted.as_secs_f64() * 1e3,
+        killed.elapsed().as_secs_f64() * 1e3
+    );
+    assert_eq!(others(train, &victim), before, "nobody else may be disturbed");
+}
+
+#[test]
+fn killed_children_come_back_and_nobody_else_notices() {
+    let mut train = running("kill-one", 3);
+    for role in ["estimator 2", "ingest", "health", "estimator 2"] {
+        kill_one(&train, role);
+    }
+    let status = train.stop();
+    assert!(status.success(), "{status}\n{}", train.log());
+    assert_eq!(train.processes(), [], "no orphans");
+    assert_eq!(train.shared_memory(), Vec::<String>::new(), "no shared memory left");
+}
+
+#[test]
+fn a_killed_holder_leads_to_an_orderly_restart_of_all() {
+    let mut train = running("kill-holder", 2);
+    for _ in 0..3 {
+        let before = train.processes();
+        let holder = train.process("hold");
+        let killed = Instant::now();
+        holder.kill();
+        let _ = train.successor(&holder);
+        let renewed = within(Duration::from_secs(15), || {
+            let now = train.processes();
+            let all_new = now.iter().all(|process| process.role == "up" || !before.contains(process));
+            (all_new && now.len() == before.len()).then_some(())
+        });
+        assert!(renewed.is_some(), "{before:?}\n{:?}\n{}", train.processes(), train.log());
+        train.wait_ready(Duration::from_secs(15));
+        println!("holder: train ready again after {:.0} ms", killed.elapsed().as_secs_f64() * 1e3);
+    }
+    assert!(train.stop().success());
+    assert_eq!(train.shared_memory(), Vec::<String>::new());
+}
+
+#[test]
+fn a_killed_supervisor_leaves_no_orphans_and_no_obstacle() {
+    let mut train = running("kill-up", 2);
+    train.kill_up();
+    let gone = within(Duration::from_secs(10), || train.processes().is_empty().then_some(()));
+    assert!(gone.is_some(), "orphans: {:?}\n{}", train.processes(), train.log());
+    assert_eq!(train.shared_memory(), Vec::<String>::new(), "the holder cleans up even then");
+    train.start();
+    train.wait_ready(Duration::from_secs(20));
+    train.kill_up();
+    // At once: the old holder may still be leaving.
+    train.start();
+    train.wait_ready(Duration::from_secs(20));
+    assert!(train.stop().success());
+}
+
+#[test]
+fn a_second_up_of_the_same_train_is_refused_in_words() {
+    let train = running("twice", 1);
+    let second = train.run(&["up"]);
+    let words = String::from_utf8_lossy(&second.stderr);
+    println!("{words}");
+    assert_eq!(second.status.code(), Some(1));
+    assert!(words.contains("train \"twice\" is already up (process "), "{words}");
+    let hold = train.run(&["hold", "--patience", "0.1"]);
+    let words = String::from_utf8_lossy(&hold.stderr);
+    assert!(words.contains("already running on this machine"), "{words}");
+    train.wait_ready(Duration::from_secs(1));
+}
+
+#[test]
+fn a_child_without_a_holder_says_what_is_missing() {
+    let train = TrainUnderTest::new(program!(), &config("alone", 2));
+    let lone = train.run(&["estimator", "--wagon", "1"]);
+    let words = String::from_utf8_lossy(&lone.stderr);
+    assert_eq!(lone.status.code(), Some(1), "{words}");
+    assert!(words.contains("has no holder") && words.contains("railgrip hold"), "{words}");
+    let wrong = train.run(&["estimator", "--wagon", "3"]);
+    let words = String::from_utf8_lossy(&wrong.stderr);
+    assert_eq!(wrong.status.code(), Some(2), "{words}");
+    assert!(words.contains("allowed is 1 to 2"), "{words}");
+}
+
+#[test]
+fn up_for_a_while_ends_by_itself() {
+    let mut train = TrainUnderTest::new(program!(), &config("for", 2));
+    let started = Instant::now();
+    train.start_with(&["--for", "1.5"]);
+    let status = train.wait();
+    println!("ended after {:.2} s", started.elapsed().as_secs_f64());
+    assert!(status.success(), "{status}\n{}", train.log());
+    assert!(started.elapsed() >= Duration::from_millis(1500));
+    assert_eq!(train.processes(), []);
+    assert_eq!(train.shared_memory(), Vec::<String>::new());
+}
