@@ -3,6 +3,7 @@
 //! `up` supervises; `hold`, `ingest`, `estimator` and `health` are the processes that it (or systemd) starts; the rest
 //! are tools. Exit codes: 0 done, 1 failed, 2 bad input or config.
 
+mod blind;
 mod error;
 mod hold;
 mod logging;
@@ -10,6 +11,7 @@ mod output;
 mod record;
 mod runner;
 mod services;
+mod simulate;
 mod status;
 mod train;
 mod up;
@@ -44,6 +46,8 @@ enum Command {
     Status(status::Args),
     /// Write what a running train measures to recordings
     Record(record::Args),
+    /// Turn a scenario into recordings, with the truth beside them
+    Simulate(simulate::Args),
 }
 
 impl Command {
@@ -56,6 +60,7 @@ impl Command {
             Self::Health(args) => services::health(&args),
             Self::Status(args) => status::run(&args),
             Self::Record(args) => record::run(&args),
+            Self::Simulate(args) => simulate::run(&args),
         }
     }
 }

@@ -8,7 +8,6 @@ use std::{
 use railgrip_truth_plant::{Case, Label, Recipe, case, files, random::Stream};
 use serde::{Deserialize, Serialize};
 
-use super::{read, write};
 use crate::CliError;
 
 /// Share of all cases whose id is taken out of the library.
@@ -73,17 +72,9 @@ pub(super) fn orders(cases: usize, seed: u64) -> Vec<Order> {
     deck.into_iter().enumerate().map(order).collect()
 }
 
-/// Makes a case, or takes it from an earlier, interrupted run of the same seed.
+/// Makes a case and its twin on disk. Labels stay in memory until they are opened.
 pub(super) fn make(out: &Path, order: &Order) -> Result<Made, CliError> {
     let name = &order.recipe.name;
-    let kept = out.join("making").join(format!("{name}.json"));
-    let stamp = serde_json::to_string(&(&order.recipe, &order.withheld)).map_err(CliError::failed)?;
-    if let Ok(text) = fs::read_to_string(&kept)
-        && let Ok((before, made)) = serde_json::from_str::<(String, Made)>(&text)
-        && before == stamp
-    {
-        return Ok(made);
-    }
     let case = Case::make(&order.recipe).map_err(CliError::failed)?;
     let folder = case_folder(out, name);
     for stale in [folder.clone(), twin_folder(out, name)] {
@@ -91,27 +82,9 @@ pub(super) fn make(out: &Path, order: &Order) -> Result<Made, CliError> {
             fs::remove_dir_all(&stale).map_err(|error| super::cannot_write(&stale, &error))?;
         }
     }
-    files::write_case(&folder, &case.sheet.to_toml(), &case.runs).map_err(CliError::failed)?;
-    if !case.label.effects.is_empty() {
-        files::write_case(&twin_folder(out, name), &case.sheet.to_toml(), &case.twin).map_err(CliError::failed)?;
-    }
-    let made = Made {
-        label: case.label,
-        withheld: order.withheld.clone(),
-        recordings_sha256: super::seal::digest_of_folder(&folder)?,
-    };
-    let text = serde_json::to_string(&(stamp, &made)).map_err(CliError::failed)?;
-    write(&kept, &text)?;
-    Ok(made)
-}
-
-/// Removes what an interrupted run would have needed; it holds the labels in the open.
-pub(super) fn forget(out: &Path, made: &[Made]) -> Result<(), CliError> {
-    for made in made {
-        let kept = out.join("making").join(format!("{}.json", made.label.case));
-        if read(&kept).is_ok() {
-            fs::remove_file(&kept).map_err(|error| super::cannot_write(&kept, &error))?;
-        }
-    }
-    Ok(())
+    let vehicle = case.sheet.to_toml();
+    files::write_case(&folder, &vehicle, &case.runs).map_err(CliError::failed)?;
+    files::write_case(&twin_folder(out, name), &vehicle, &case.twin).map_err(CliError::failed)?;
+    let recordings_sha256 = super::seal::digest_of_folder(&folder)?;
+    Ok(Made { label: case.label, withheld: order.withheld.clone(), recordings_sha256 })
 }

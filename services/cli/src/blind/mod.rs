@@ -54,7 +54,8 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     if args.cases == 0 {
         return Err(CliError::bad_input("--cases 0: at least one case is needed"));
     }
-    let threads = args.threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, usize::from)).max(1);
+    let threads =
+        args.threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, usize::from)).max(1);
     fs::create_dir_all(&args.out).map_err(|error| cannot_write(&args.out, &error))?;
     let orders = make::orders(args.cases, args.seed);
     let bar = progress("making cases", orders.len());
@@ -69,10 +70,10 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     let sealed = seal::Sealed::new(args.seed, &made)?;
     sealed.publish(&args.out)?;
 
-    let ids = diagnose::library()?;
+    let surgery = diagnose::Surgery::new(args)?;
     let bar = progress("diagnosing", made.len());
     let outcomes = parallel(threads, made.len(), |index| {
-        let outcome = diagnose::outcome(args, &made[index], &ids);
+        let outcome = surgery.outcome(&made[index]);
         bar.inc(1);
         outcome
     });
@@ -83,8 +84,12 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     let score = score::Score::of(&outcomes);
     let markdown = table::markdown(&score, &outcomes, args.cases, args.seed, sealed.digest());
     write(&args.out.join("score.md"), &markdown)?;
-    write(&args.out.join("score.json"), &table::json(&score, &outcomes, args.cases, args.seed, sealed.digest())?)?;
-    crate::output::line(&markdown)
+    write(
+        &args.out.join("score.json"),
+        &table::json(&score, &outcomes, args.cases, args.seed, sealed.digest())?,
+    )?;
+    crate::output::say(&markdown);
+    Ok(())
 }
 
 /// Runs `work` on every index on so many threads, results in order.
@@ -126,5 +131,6 @@ fn write(path: &Path, text: &str) -> Result<(), CliError> {
 }
 
 fn read(path: &Path) -> Result<String, CliError> {
-    fs::read_to_string(path).map_err(|error| CliError::failed(format!("cannot read {}: {error}", path.display())))
+    fs::read_to_string(path)
+        .map_err(|error| CliError::failed(format!("cannot read {}: {error}", path.display())))
 }

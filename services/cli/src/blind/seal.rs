@@ -35,7 +35,8 @@ impl Sealed {
     /// Publishes the hash to `sealed.sha256` and stdout.
     pub(super) fn publish(&self, out: &Path) -> Result<(), CliError> {
         write(&out.join("sealed.sha256"), &format!("{}\n", self.digest))?;
-        crate::output::line(&format!("sealed: SHA-256 over salt and labels is {}", self.digest))
+        crate::output::say(&format!("sealed: SHA-256 over salt and labels is {}", self.digest));
+        Ok(())
     }
 
     /// Opens salt and labels.

@@ -1,0 +1,229 @@
+//! Having a case diagnosed: a child process, in a folder of its own, that is given the case alone.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+    thread,
+    time::{Duration, Instant},
+};
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+
+use super::{
+    Args, cannot_write,
+    make::{Made, case_folder, twin_folder},
+    read,
+    score::{Answer, Outcome},
+    seal, verify, write,
+};
+use crate::CliError;
+
+/// Where cases are diagnosed.
+pub(super) struct Surgery {
+    program: PathBuf,
+    program_sha256: String,
+    out: PathBuf,
+    seed: u64,
+    time_limit: Duration,
+    ids: Vec<String>,
+}
+
+/// How a report came about; an interrupted run takes a report over if this is still so.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Circumstances {
+    program_sha256: String,
+    recordings_sha256: String,
+    without: Vec<String>,
+    seed: u64,
+}
+
+/// Circumstances, and how it went.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Visit {
+    circumstances: Circumstances,
+    seconds: f64,
+    failure: Option<String>,
+}
+
+impl Surgery {
+    /// Prepares the diagnoses of a run.
+    pub(super) fn new(args: &Args) -> Result<Self, CliError> {
+        let program = std::env::current_exe().map_err(CliError::failed)?;
+        let bytes = fs::read(&program).map_err(CliError::failed)?;
+        let program_sha256 = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+        let out = fs::canonicalize(&args.out).map_err(|error| cannot_write(&args.out, &error))?;
+        let ids = library(&program)?;
+        let time_limit = Duration::from_secs(args.time_limit);
+        Ok(Self { program, program_sha256, out, seed: args.seed, time_limit, ids })
+    }
+
+    /// Diagnoses a case, and its twin for the floor.
+    pub(super) fn outcome(&self, made: &Made) -> Result<Outcome, CliError> {
+        let name = &made.label.case;
+        let folder = case_folder(&self.out, name);
+        let without: Vec<String> = made.withheld.iter().cloned().collect();
+        let (visit, report) = self.visit(&folder, name, &made.recordings_sha256, &without)?;
+        let floor = if made.label.effects.is_empty() {
+            None
+        } else {
+            let twin = twin_folder(&self.out, name);
+            let digest = seal::digest_of_folder(&twin)?;
+            let (_, report) = self.visit(&twin, &format!("{name}.twin"), &digest, &self.ids)?;
+            report.and_then(|report| report.pointer("/gap/holdout/calibrated").and_then(Value::as_f64))
+        };
+        let predictions = self.predictions(name);
+        let verified = report.as_ref().map(|report| verify::check(&folder, &predictions, report));
+        let answer = report.as_ref().map(Answer::read);
+        Ok(Outcome {
+            made: made.clone(),
+            answer,
+            floor,
+            verified,
+            seconds: visit.seconds,
+            failure: visit.failure,
+        })
+    }
+
+    fn report(&self, name: &str) -> PathBuf {
+        self.out.join("reports").join(format!("{name}.json"))
+    }
+
+    fn predictions(&self, name: &str) -> PathBuf {
+        self.out.join("predictions").join(name)
+    }
+
+    /// One diagnosis, or the one that an interrupted run left under the same circumstances.
+    fn visit(
+        &self,
+        folder: &Path,
+        name: &str,
+        recordings_sha256: &str,
+        without: &[String],
+    ) -> Result<(Visit, Option<Value>), CliError> {
+        let circumstances = Circumstances {
+            program_sha256: self.program_sha256.clone(),
+            recordings_sha256: recordings_sha256.to_owned(),
+            without: without.to_vec(),
+            seed: self.seed,
+        };
+        let minutes = self.out.join("visits").join(format!("{name}.json"));
+        let before =
+            fs::read_to_string(&minutes).ok().and_then(|text| serde_json::from_str::<Visit>(&text).ok());
+        let visit = match before {
+            Some(visit) if visit.circumstances == circumstances => visit,
+            _ => {
+                let visit = self.examine(folder, name, circumstances)?;
+                write(&minutes, &serde_json::to_string_pretty(&visit).map_err(CliError::failed)?)?;
+                visit
+            }
+        };
+        if visit.failure.is_some() {
+            return Ok((visit, None));
+        }
+        let report = serde_json::from_str(&read(&self.report(name))?).map_err(CliError::failed)?;
+        Ok((visit, Some(report)))
+    }
+
+    /// Copies the case to a folder of its own and runs the child there.
+    fn examine(&self, folder: &Path, name: &str, circumstances: Circumstances) -> Result<Visit, CliError> {
+        let room = std::env::temp_dir().join(format!("railgrip-blind-{}-{name}", std::process::id()));
+        let case = room.join("case");
+        copy(folder, &case)?;
+        let mut command = Command::new(&self.program);
+        command.current_dir(&room).args([
+            "gap",
+            "diagnose",
+            "case",
+            "--json",
+            "report.json",
+            "--predictions",
+        ]);
+        command.args(["predictions", "--threads", "1", "--seed", &self.seed.to_string()]);
+        for id in &circumstances.without {
+            command.args(["--without", id]);
+        }
+        let start = Instant::now();
+        let failure = self.wait(&mut command, &room.join("complaint.txt"));
+        let seconds = start.elapsed().as_secs_f64();
+        let failure = failure.or_else(|| {
+            let report = fs::copy(room.join("report.json"), prepared(&self.report(name)));
+            let predictions = copy(&room.join("predictions"), &self.predictions(name));
+            report
+                .map_err(|error| error.to_string())
+                .err()
+                .or(predictions.map_err(|error| error.to_string()).err())
+        });
+        fs::remove_dir_all(&room).map_err(|error| cannot_write(&room, &error))?;
+        Ok(Visit { circumstances, seconds, failure })
+    }
+
+    /// Runs a child to its end or to the time limit; says what went wrong.
+    fn wait(&self, command: &mut Command, complaint: &Path) -> Option<String> {
+        let stderr = match fs::File::create(complaint) {
+            Ok(file) => file,
+            Err(error) => return Some(error.to_string()),
+        };
+        let mut child = match command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(stderr).spawn() {
+            Ok(child) => child,
+            Err(error) => return Some(error.to_string()),
+        };
+        let deadline = Instant::now() + self.time_limit;
+        loop {
+            match child.try_wait() {
+                Ok(Some(status)) if status.success() => return None,
+                Ok(Some(status)) => {
+                    let said = fs::read_to_string(complaint).unwrap_or_default();
+                    return Some(format!("{status}: {}", said.trim()));
+                }
+                Ok(None) if Instant::now() < deadline => thread::sleep(Duration::from_millis(50)),
+                Ok(None) => {
+                    let killed = child.kill().and_then(|()| child.wait());
+                    return Some(match killed {
+                        Ok(_) => format!("not done after {} s", self.time_limit.as_secs()),
+                        Err(error) => error.to_string(),
+                    });
+                }
+                Err(error) => return Some(error.to_string()),
+            }
+        }
+    }
+}
+
+/// Ids of the library, as `railgrip gap effects --json` lists them.
+fn library(program: &Path) -> Result<Vec<String>, CliError> {
+    let output =
+        Command::new(program).args(["gap", "effects", "--json"]).output().map_err(CliError::failed)?;
+    let catalogue: Value = serde_json::from_slice(&output.stdout)
+        .map_err(|error| CliError::failed(format!("`railgrip gap effects --json` gave no JSON: {error}")))?;
+    let entries = catalogue.as_array().or_else(|| catalogue.get("effects").and_then(Value::as_array));
+    let id = |entry: &Value| entry.get("id").and_then(Value::as_str).map(str::to_owned);
+    Ok(entries.map(|entries| entries.iter().filter_map(id).collect()).unwrap_or_default())
+}
+
+/// The path, with its folder made.
+fn prepared(path: &Path) -> &Path {
+    if let Some(parent) = path.parent() {
+        // A folder that cannot be made shows as the error of the file that should go there.
+        let _ = fs::create_dir_all(parent);
+    }
+    path
+}
+
+fn copy(from: &Path, to: &Path) -> Result<(), CliError> {
+    fs::create_dir_all(to).map_err(|error| cannot_write(to, &error))?;
+    let entries =
+        fs::read_dir(from).map_err(|error| CliError::failed(format!("{}: {error}", from.display())))?;
+    for entry in entries {
+        let path = entry.map_err(CliError::failed)?.path();
+        let target = to.join(path.file_name().unwrap_or_default());
+        if path.is_dir() {
+            copy(&path, &target)?;
+        } else {
+            fs::copy(&path, &target).map_err(|error| cannot_write(&target, &error))?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,116 @@
+//! The score as a Markdown table and as JSON.
+
+use std::{collections::BTreeMap, fmt::Write as _};
+
+use serde_json::json;
+
+use super::score::{Outcome, Rate, Score};
+use crate::CliError;
+
+/// The score for people.
+pub(super) fn markdown(score: &Score, outcomes: &[Outcome], cases: usize, seed: u64, digest: &str) -> String {
+    let mut text = format!(
+        "# Blind test of the gap diagnosis\n\n`railgrip gap blind --cases {cases} --seed {seed}`; labels sealed as \
+         SHA-256 `{digest}`.\n\n| figure | diagnosis | calibrate-only RMSE | to reach |\n| --- | --- | --- | --- |\n"
+    );
+    let mut row = |what: &str, value: String, baseline: String, goal: &str| {
+        let _ = writeln!(text, "| {what} | {value} | {baseline} | {goal} |");
+    };
+    let nothing = String::new;
+    row("top-1, one effect", rate(score.top_1), rate(score.baseline_rmse_top_1), "≥ 0.90");
+    row("top-1 or a declared equivalent", rate(score.top_1_or_equivalent), nothing(), "≥ 0.95");
+    row("term, one effect", rate(score.term), nothing(), "≥ 0.95");
+    row("false alarms where there is no effect", rate(score.false_alarms), nothing(), "≤ 0.05");
+    row("unknown called unknown", rate(score.unknown_called_unknown), nothing(), "≥ 0.85");
+    row("… and no effect named beside it", rate(score.unknown_and_nothing_else), nothing(), "");
+    row("… with the right term", rate(score.unknown_with_right_term), nothing(), "≥ 0.80");
+    row("… whose id was withheld", rate(score.withheld_called_unknown), nothing(), "");
+    row("… that no id names", rate(score.nameless_called_unknown), nothing(), "");
+    row("both of a pair named", rate(score.pairs_both_named), nothing(), "≥ 0.70");
+    row("`unknown` beside one nameable effect", rate(score.unknown_beside_a_right_name), nothing(), "");
+    row(
+        &format!("closure on holdout, median of {}", score.closure_cases),
+        two(score.closure_median),
+        nothing(),
+        "≥ 0.90",
+    );
+    row("closure on holdout, lower decile", two(score.closure_lower_decile), nothing(), "≥ 0.60");
+    row("parameter error where forms agree, median", two(score.parameter_error_median), nothing(), "");
+    row("truth in the 95 % interval", rate(score.in_ci95), nothing(), "");
+    row("truth in the 90 % interval", rate(score.in_90), nothing(), "0.80–0.97");
+    row(
+        "holdout gaps follow from the prediction files",
+        rate(score.gaps_follow_from_files),
+        nothing(),
+        "all",
+    );
+    let seconds = format!("{:.1} / {:.1}", score.seconds_median, score.seconds_longest);
+    row("seconds a case, median / longest, one thread", seconds, nothing(), "≤ 60 on 2 cores");
+    row("diagnoses that failed", score.failed.to_string(), nothing(), "0");
+
+    text.push_str("\n## What confidence means\n\n| stated | mean | right |\n| --- | --- | --- |\n");
+    for bin in score.confidence.iter().filter(|bin| bin.right.of > 0) {
+        let (low, high) = bin.range;
+        let _ = writeln!(text, "| {low:.2}–{high:.2} | {:.2} | {} |", bin.stated, rate(bin.right));
+    }
+    text.push_str("\n## Who is taken for whom\n\nOnly answers that are not right.\n\n| truth | answer | times |\n| --- | --- | --- |\n");
+    for ((truth, answer), times) in confusion(outcomes.iter().filter(|outcome| !outcome.is_right())) {
+        let _ = writeln!(text, "| {truth} | {answer} | {times} |");
+    }
+    text
+}
+
+/// The score for machines, with every case.
+pub(super) fn json(
+    score: &Score,
+    outcomes: &[Outcome],
+    cases: usize,
+    seed: u64,
+    digest: &str,
+) -> Result<String, CliError> {
+    let matrix: Vec<_> = confusion(outcomes.iter())
+        .into_iter()
+        .map(|((truth, answer), times)| json!({"truth": truth, "answer": answer, "times": times}))
+        .collect();
+    let all = json!({
+        "schema": "railgrip.gap.blind/1", "cases": cases, "seed": seed, "sealed_sha256": digest,
+        "score": score, "confusion": matrix, "outcomes": outcomes,
+    });
+    serde_json::to_string_pretty(&all).map_err(CliError::failed)
+}
+
+fn confusion<'a>(outcomes: impl Iterator<Item = &'a Outcome>) -> BTreeMap<(String, String), usize> {
+    let mut matrix = BTreeMap::new();
+    for outcome in outcomes {
+        let answer = match &outcome.answer {
+            Some(answer) => answer.word(),
+            None => "no answer".to_owned(),
+        };
+        *matrix.entry((truth(outcome), answer)).or_default() += 1;
+    }
+    matrix
+}
+
+fn truth(outcome: &Outcome) -> String {
+    let label = &outcome.made.label;
+    let ids: Vec<&str> = label.effects.iter().map(|effect| effect.id.as_str()).collect();
+    match label.effects.as_slice() {
+        [] => "none".to_owned(),
+        [effect] if outcome.made.is_unknown() => {
+            let why = if effect.named { "withheld" } else { "nameless" };
+            format!("{why} {} ({})", effect.id, effect.term)
+        }
+        _ => ids.join(" + "),
+    }
+}
+
+fn rate(rate: Rate) -> String {
+    if rate.of == 0 {
+        return "–".to_owned();
+    }
+    format!("{:.2} ({}/{})", rate.share(), rate.right, rate.of)
+}
+
+fn two(value: f64) -> String {
+    if value.is_nan() { "–".to_owned() } else { format!("{value:.2}") }
+}
