@@ -1,28 +1,204 @@
-//! railgrip ingest.
+//! Ingest: brings the samples of every wagon onto the channels.
+//!
+//! A [`feed::Feed`] knows where samples come from (a simulated train, recordings, the standard input) and when each is
+//! due; [`validate`] turns its rows into messages; the loop here paces, stamps, sends and counts. Deadlines are
+//! absolute: sleeping too long once delays nothing later. Sending never waits for a reader.
+//!
+//! # Glossary
+//! * **due**: seconds after the start at which a sample shall be acquired; that instant is its acquisition stamp, so
+//!   that the age of an estimate tells of every delay from there on.
+//! * **tick**: one round of the loop; all that is due by then leaves as one batch a wagon.
 
-use railgrip_bus::{Bus, BusConfig, BusError, Lifecycle};
-use railgrip_messages::{NO_WAGON, ProcessKind};
-use railgrip_settings::TrainSettings;
+pub mod feed;
+mod outbox;
+mod pace;
+pub mod validate;
 
-/// Why the ingest process ended.
+use crate::feed::{Arrival, Next};
+use crate::outbox::Outbox;
+use crate::pace::Pace;
+use railgrip_bus::{
+    Bus, BusConfig, BusError, EventPublisher, HeartbeatPublisher, Lifecycle, monotonic_ns, now,
+};
+use railgrip_messages::{Event, EventKind, Heartbeat, NO_WHEELSET, ProcessKind, Text};
+use railgrip_settings::{Source, TrainSettings};
+use std::time::{Duration, Instant};
+
+/// Time between two looks at the holder, s.
+const HOLDER_CHECK: Duration = Duration::from_millis(500);
+/// Time between two heartbeats.
+const HEARTBEAT: Duration = Duration::from_secs(1);
+/// Longest wait for the estimators before a replay begins: a run should be seen from its first sample on.
+const WAIT_FOR_ESTIMATORS: Duration = Duration::from_secs(3);
+/// Errors of input that are spelled out in the log; the rest is only counted.
+const TOLD_ERRORS: u64 = 20;
+
+/// Why ingest ended.
 #[derive(Debug, thiserror::Error)]
 pub enum IngestError {
-    /// The bus refused or went away.
+    /// A recording or scenario cannot be used.
+    #[error(transparent)]
+    Input(#[from] feed::InputError),
+    /// The channels cannot be used.
     #[error(transparent)]
     Bus(#[from] BusError),
 }
 
-/// Runs until `lifecycle` asks to stop.
+/// What was counted; it goes into the heartbeats.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
+pub struct Counters {
+    /// Samples that came from the source.
+    pub received: u64,
+    /// Samples, or single values, that validation refused.
+    pub rejected: u64,
+    /// Samples with a time that is not after that of their predecessor; they travel on, the filter decides.
+    pub late: u64,
+    /// Samples sent.
+    pub published: u64,
+}
+
+/// Runs until asked to stop, or until the source has ended.
 ///
 /// # Errors
-/// See [`IngestError`].
+/// Input that cannot be read, or channels that cannot be used.
 pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), IngestError> {
-    let bus = Bus::open(BusConfig::of(settings), ProcessKind::Ingest, NO_WAGON)?;
+    let mut feed = feed::open(settings)?;
+    let bus = Bus::open(BusConfig::of(settings), ProcessKind::Ingest, 0)?;
+    let mut outboxes = settings
+        .wagons
+        .iter()
+        .map(|wagon| Ok(Outbox::new(wagon.number, bus.sample_publisher(wagon.number)?)))
+        .collect::<Result<Vec<_>, BusError>>()?;
+    let mut reporter = Reporter::new(&bus)?;
+    if matches!(settings.source, Source::Replay { .. }) {
+        wait_for_estimators(&bus, settings.wagons.len(), lifecycle)?;
+    }
     lifecycle.ready();
-    while !lifecycle.should_stop() {
-        std::thread::sleep(std::time::Duration::from_millis(100));
-        bus.check_holder()?;
+    reporter.event(EventKind::Started, "ingest has started")?;
+    tracing::info!(wagons = outboxes.len(), source = feed.describe(), "ingest has started");
+
+    let mut pace = Pace::new(settings.batch_s, feed.speed());
+    let mut checked = Instant::now();
+    let mut ended = false;
+    while !lifecycle.should_stop() && !ended {
+        let until_s = pace.wait(lifecycle);
+        let mut sink = |arrival: Arrival<'_>| take(arrival, &pace, &mut outboxes, &mut reporter.counters);
+        ended = feed.take_due(until_s, &mut sink) == Next::Ended;
+        for outbox in &mut outboxes {
+            reporter.counters.published += outbox.send()?;
+        }
+        if let Some(skipped_s) = pace.catch_up(until_s) {
+            tracing::warn!(skipped_s, "ingest was stopped or starved; the schedule goes on from here");
+        }
         lifecycle.beat();
+        reporter.beat_if_due()?;
+        if checked.elapsed() >= HOLDER_CHECK {
+            checked = Instant::now();
+            bus.check_holder()?;
+        }
+    }
+    let why = if ended { "the source has ended" } else { "ingest was asked to stop" };
+    reporter.event(EventKind::Stopped, why)?;
+    tracing::info!(counters = ?reporter.counters, "{why}");
+    Ok(())
+}
+
+fn take(arrival: Arrival<'_>, pace: &Pace, outboxes: &mut [Outbox], counters: &mut Counters) {
+    counters.received += 1;
+    match arrival {
+        Arrival::Row { wagon, row, wheelsets, due_s, begins } => {
+            if let Some(outbox) = outboxes.get_mut(wagon) {
+                outbox.take(row, wheelsets, begins, pace.stamp(due_s), counters);
+            }
+        }
+        Arrival::Refused(problem) => {
+            counters.rejected += 1;
+            if counters.rejected <= TOLD_ERRORS {
+                tracing::warn!("{problem}");
+            }
+            if counters.rejected == TOLD_ERRORS {
+                tracing::warn!("further errors of input are counted only");
+            }
+        }
+    }
+}
+
+/// Heartbeats and events of this process.
+struct Reporter {
+    heartbeats: HeartbeatPublisher,
+    events: EventPublisher,
+    counters: Counters,
+    started: Instant,
+    beaten: Option<Instant>,
+    sequence: u64,
+    event_sequence: u64,
+}
+
+impl Reporter {
+    fn new(bus: &Bus) -> Result<Self, BusError> {
+        Ok(Self {
+            heartbeats: bus.heartbeat_publisher()?,
+            events: bus.event_publisher()?,
+            counters: Counters::default(),
+            started: Instant::now(),
+            beaten: None,
+            sequence: 0,
+            event_sequence: 0,
+        })
+    }
+
+    fn beat_if_due(&mut self) -> Result<(), BusError> {
+        if self.beaten.is_some_and(|beaten| beaten.elapsed() < HEARTBEAT) {
+            return Ok(());
+        }
+        self.beaten = Some(Instant::now());
+        self.sequence += 1;
+        self.heartbeats.publish(&[Heartbeat {
+            sequence: self.sequence,
+            stamp: now(),
+            process: ProcessKind::Ingest.code(),
+            pid: std::process::id(),
+            received: self.counters.received,
+            rejected: self.counters.rejected,
+            published: self.counters.published,
+            uptime_s: self.started.elapsed().as_secs_f64(),
+            ..Heartbeat::default()
+        }])
+    }
+
+    fn event(&mut self, kind: EventKind, text: &str) -> Result<(), BusError> {
+        self.event_sequence += 1;
+        self.events.publish(&[Event {
+            sequence: self.event_sequence,
+            stamp: now(),
+            kind: kind.code(),
+            wheelset: NO_WHEELSET,
+            text: Text::new(text),
+            ..Event::default()
+        }])
+    }
+}
+
+/// Waits a little until every wagon's estimator has shown a sign of life.
+fn wait_for_estimators(bus: &Bus, wagons: usize, lifecycle: &Lifecycle) -> Result<(), BusError> {
+    let mut heartbeats = bus.heartbeat_subscriber()?;
+    let mut alive = std::collections::BTreeSet::new();
+    let deadline = Instant::now() + WAIT_FOR_ESTIMATORS;
+    while alive.len() < wagons && Instant::now() < deadline && !lifecycle.should_stop() {
+        heartbeats.receive(|batch| {
+            let estimators = batch.iter().filter(|beat| beat.process() == Some(ProcessKind::Estimator));
+            let fresh = estimators.filter(|beat| beat.stamp.age_s(monotonic_ns()) < 3.0);
+            alive.extend(fresh.map(|beat| beat.wagon));
+        })?;
+        lifecycle.beat();
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    if alive.len() < wagons {
+        tracing::warn!(
+            alive = alive.len(),
+            wagons,
+            "not all estimators are there; the replay begins all the same"
+        );
     }
     Ok(())
 }

@@ -1,0 +1,92 @@
+//! Where samples come from, and when each is due.
+
+mod lines;
+mod replay;
+mod simulate;
+
+pub use lines::{Lines, parse_line};
+pub use replay::Replay;
+pub use simulate::Simulated;
+
+use railgrip_recording::Row;
+use railgrip_settings::{Source, TrainSettings};
+
+/// One thing that came from a source.
+#[derive(Debug)]
+pub enum Arrival<'a> {
+    /// A sample of a wagon (counted from 0).
+    Row {
+        /// Index of the wagon.
+        wagon: usize,
+        /// Its values; NaN = missing.
+        row: &'a Row,
+        /// Wheelsets of the wagon.
+        wheelsets: usize,
+        /// Seconds after the start of the source at which it is due.
+        due_s: f64,
+        /// The time base begins anew with it.
+        begins: bool,
+    },
+    /// Something that is no sample; the words name place and problem.
+    Refused(String),
+}
+
+/// Whether a source has more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Next {
+    /// There is more to come.
+    More,
+    /// It has ended.
+    Ended,
+}
+
+/// A source of samples.
+pub trait Feed {
+    /// Hands over, in order, everything that is due up to `until_s` seconds after the start.
+    fn take_due(&mut self, until_s: f64, sink: &mut dyn FnMut(Arrival<'_>)) -> Next;
+
+    /// Seconds of the source in a second of real time.
+    fn speed(&self) -> f64;
+
+    /// What it is, in a few words.
+    fn describe(&self) -> String;
+}
+
+/// Why a source cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum InputError {
+    /// A recording is wrong.
+    #[error(transparent)]
+    Recording(#[from] railgrip_recording::RecordingError),
+    /// A recording does not fit its vehicle.
+    #[error("{}: {found} wheelsets, its vehicle file describes {expected}", file.display())]
+    Wheelsets {
+        /// The recording.
+        file: std::path::PathBuf,
+        /// In the recording.
+        found: usize,
+        /// By the vehicle file.
+        expected: usize,
+    },
+    /// The simulated train cannot be built.
+    #[error(transparent)]
+    Scenario(#[from] railgrip_simulation::ScenarioError),
+}
+
+/// Opens the source that the settings name.
+///
+/// # Errors
+/// A recording that cannot be read or does not fit its vehicle, a scenario that cannot be run.
+pub fn open(settings: &TrainSettings) -> Result<Box<dyn Feed>, InputError> {
+    let vehicles: Vec<_> = settings.wagons.iter().map(|wagon| wagon.vehicle.clone()).collect();
+    Ok(match &settings.source {
+        Source::Simulate { scenario, seed, sample_rate_hz, speed } => {
+            Box::new(Simulated::new(scenario, &vehicles, *seed, *sample_rate_hz, *speed)?)
+        }
+        Source::Replay { runs, speed, repeat } => Box::new(Replay::open(runs, &vehicles, *speed, *repeat)?),
+        Source::Stdin => {
+            let wheelsets = vehicles.iter().map(railgrip_vehicle::VehicleParameters::wheelsets).collect();
+            Box::new(Lines::start(std::io::BufReader::new(std::io::stdin()), wheelsets))
+        }
+    })
+}

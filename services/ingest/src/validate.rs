@@ -1,0 +1,93 @@
+//! From a row of numbers to a sample: what is not a finite value in its physical range is missing.
+
+use railgrip_messages::{MAX_WHEELSETS, Sample, valid};
+use railgrip_recording::{Quantity, Row};
+
+/// The sample of a row, without sequence and stamp, and how many values were refused because they are out of range.
+/// `None` if the row has no time.
+#[must_use]
+pub fn sample(row: &Row, wheelsets: usize) -> (Option<Sample>, u32) {
+    if !row.t_s.is_finite() {
+        return (None, 1);
+    }
+    let wheelsets = wheelsets.min(MAX_WHEELSETS);
+    let mut sample = Sample { time_s: row.t_s, wheelsets: wheelsets as u32, ..Sample::default() };
+    let mut refused = 0;
+    let mut take = |quantity: Quantity, wheelset: usize, bit: u32| {
+        let value = row.get(quantity, wheelset);
+        if quantity.allowed().contains(&value) {
+            sample.valid |= bit;
+            return value;
+        }
+        refused += u32::from(!value.is_nan());
+        0.0
+    };
+    let v_m_s = take(Quantity::Speed, 0, valid::SPEED);
+    let grade_rad = take(Quantity::Grade, 0, valid::GRADE);
+    let sanding = take(Quantity::Sanding, 0, valid::SANDING);
+    let position_m = take(Quantity::Position, 0, valid::POSITION);
+    let mut wheel_speed_rad_s = [0.0; MAX_WHEELSETS];
+    let mut pressing_force_n = [0.0; MAX_WHEELSETS];
+    let mut drive_torque_nm = [0.0; MAX_WHEELSETS];
+    let mut wsp_active = 0;
+    for wheelset in 0..wheelsets {
+        wheel_speed_rad_s[wheelset] = take(Quantity::WheelSpeed, wheelset, valid::wheel_speed(wheelset));
+        pressing_force_n[wheelset] = take(Quantity::PressingForce, wheelset, valid::pressing_force(wheelset));
+        drive_torque_nm[wheelset] = take(Quantity::DriveTorque, wheelset, valid::drive_torque(wheelset));
+        wsp_active |= u32::from(take(Quantity::WspActive, wheelset, valid::WSP) > 0.5) << wheelset;
+    }
+    sample.v_m_s = v_m_s;
+    sample.grade_rad = grade_rad;
+    sample.sanding = sanding;
+    sample.position_m = position_m;
+    sample.wheel_speed_rad_s = wheel_speed_rad_s;
+    sample.pressing_force_n = pressing_force_n;
+    sample.drive_torque_nm = drive_torque_nm;
+    sample.wsp_active = wsp_active;
+    (Some(sample), refused)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row() -> Row {
+        let mut row = Row { t_s: 1.5, v_m_s: 20.0, grade_rad: 0.001, ..Row::default() };
+        row.wheel_speed_rad_s[..2].copy_from_slice(&[45.0, 45.1]);
+        row.pressing_force_n[..2].copy_from_slice(&[20e3, 0.0]);
+        row.drive_torque_nm[..2].copy_from_slice(&[0.0, 0.0]);
+        row.wsp_active[..2].copy_from_slice(&[0.0, 1.0]);
+        row
+    }
+
+    #[test]
+    fn present_values_have_their_bits_and_absent_ones_do_not() {
+        let (found, refused) = sample(&row(), 2);
+        let sample = found.unwrap();
+        assert_eq!((refused, sample.wheelsets, sample.wsp_active, sample.time_s), (0, 2, 0b10, 1.5));
+        assert!(sample.has(valid::SPEED | valid::GRADE | valid::WSP | valid::wheel_speed(1)));
+        assert!(
+            !sample.has(valid::POSITION) && !sample.has(valid::SANDING) && !sample.has(valid::wheel_speed(2))
+        );
+        assert_eq!(sample.position_m, 0.0);
+    }
+
+    #[test]
+    fn nonsense_is_missing_and_counted_and_a_gap_is_only_missing() {
+        let mut wrong = row();
+        wrong.v_m_s = 1e9;
+        wrong.wheel_speed_rad_s[0] = f64::INFINITY;
+        wrong.pressing_force_n[1] = f64::NAN;
+        let (found, refused) = sample(&wrong, 2);
+        let sample = found.unwrap();
+        assert_eq!(refused, 2);
+        assert!(!sample.has(valid::SPEED) && !sample.has(valid::wheel_speed(0)));
+        assert!(!sample.has(valid::pressing_force(1)) && sample.has(valid::pressing_force(0)));
+        assert_eq!((sample.v_m_s, sample.wheel_speed_rad_s[0]), (0.0, 0.0));
+    }
+
+    #[test]
+    fn a_row_without_time_is_refused() {
+        assert_eq!(sample(&Row { t_s: f64::NAN, ..row() }, 2), (None, 1));
+    }
+}
