@@ -3,8 +3,10 @@
 //! `up` supervises; `hold`, `ingest`, `estimator` and `health` are the processes that it (or systemd) starts; the rest
 //! are tools. Exit codes: 0 done, 1 failed, 2 bad input or config.
 
+mod bench;
 mod blind;
 mod error;
+mod estimate;
 mod hold;
 mod logging;
 mod output;
@@ -46,6 +48,10 @@ enum Command {
     Status(status::Args),
     /// Write what a running train measures to recordings
     Record(record::Args),
+    /// Estimate adhesion and pad friction of a recording
+    Estimate(estimate::Args),
+    /// Measure the speed of the parts on this machine
+    Bench(bench::Args),
     /// Turn a scenario into recordings, with the truth beside them
     Simulate(simulate::Args),
 }
@@ -60,6 +66,8 @@ impl Command {
             Self::Health(args) => services::health(&args),
             Self::Status(args) => status::run(&args),
             Self::Record(args) => record::run(&args),
+            Self::Estimate(args) => estimate::run(&args),
+            Self::Bench(args) => bench::run(&args),
             Self::Simulate(args) => simulate::run(&args),
         }
     }
