@@ -56,7 +56,7 @@ impl Fault {
             FaultKind::Stuck => *cell = self.last,
             FaultKind::Missing => *cell = f64::NAN,
             FaultKind::Offset => *cell += self.table.value,
-            FaultKind::Spike if self.samples % SPIKE_EVERY == 0 => *cell += self.table.value,
+            FaultKind::Spike if self.samples.is_multiple_of(SPIKE_EVERY) => *cell += self.table.value,
             FaultKind::Spike | FaultKind::Silent => {}
         }
         self.samples += 1;

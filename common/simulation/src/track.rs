@@ -30,6 +30,20 @@ impl Profile {
     }
 }
 
+/// The nodes of the unevenness around one place.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Nodes {
+    index: f64,
+    left: f64,
+    right: f64,
+}
+
+impl Default for Nodes {
+    fn default() -> Self {
+        Self { index: f64::NAN, left: 0.0, right: 0.0 }
+    }
+}
+
 /// The track as one wagon's wheels meet it.
 #[derive(Clone, Debug)]
 pub(crate) struct Track {
@@ -77,13 +91,13 @@ impl Track {
         }
     }
 
-    /// Adhesion available at a position.
-    pub fn adhesion(&self, position_m: f64) -> f64 {
+    /// Adhesion available at a position; `near` remembers the place between calls.
+    pub fn adhesion(&self, position_m: f64, near: &mut Nodes) -> f64 {
         let level = self.adhesion.at(position_m);
         if self.variation == 0.0 {
             return level;
         }
-        level * (1.0 + self.variation * self.unevenness(position_m)).clamp(0.3, 1.7)
+        level * (1.0 + self.variation * self.unevenness(position_m, near)).clamp(0.3, 1.7)
     }
 
     /// Rail class at a position.
@@ -98,12 +112,16 @@ impl Track {
     }
 
     /// A smooth random function of position with unit variance everywhere.
-    fn unevenness(&self, position_m: f64) -> f64 {
+    fn unevenness(&self, position_m: f64, near: &mut Nodes) -> f64 {
         let place = position_m / self.variation_length_m;
-        let share = place - place.floor();
+        let index = place.floor();
+        if near.index != index {
+            *near = Nodes { index, left: self.node(index), right: self.node(index + 1.0) };
+        }
+        let share = place - index;
         let weight = share * share * (3.0 - 2.0 * share);
-        let (left, right) = (self.node(place.floor()), self.node(place.floor() + 1.0));
-        ((1.0 - weight) * left + weight * right) / (weight * weight + (1.0 - weight) * (1.0 - weight)).sqrt()
+        let other = 1.0 - weight;
+        (other * near.left + weight * near.right) / (weight * weight + other * other).sqrt()
     }
 
     /// Nearly normal number with unit variance that belongs to a node: the sum of four uniform ones.
@@ -140,7 +158,9 @@ mod tests {
             variation_length_m: 15.0,
             seed: 3,
         };
-        let values: Vec<f64> = (0..200_000).map(|index| track.unevenness(0.7 * f64::from(index))).collect();
+        let mut near = Nodes::default();
+        let values: Vec<f64> =
+            (0..200_000).map(|index| track.unevenness(0.7 * f64::from(index), &mut near)).collect();
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         let variance = values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64;
         println!("mean {mean:.3}, variance {variance:.3}");

@@ -7,7 +7,7 @@ use crate::fault::Faults;
 use crate::pneumatics::{Pneumatics, full_pressing_force_n};
 use crate::scenario::{Scenario, TractionTable};
 use crate::sensors::{self, Measurand, Sensors};
-use crate::track::Track;
+use crate::track::{Nodes, Track};
 use crate::train::{WagonSample, WagonTruth};
 use crate::wsp::{CONTROL_PERIOD_S, Valve, WheelSlideProtection};
 use railgrip_recording::{Row, TruthRow};
@@ -53,6 +53,7 @@ pub(crate) struct SimulatedWagon {
     sanding_gain: f64,
     sanding_time_s: f64,
     track: Track,
+    near: [Nodes; MAX_WHEELSETS],
     pneumatics: Pneumatics,
     wsp: Vec<WheelSlideProtection>,
     disturbance: Disturbance,
@@ -114,6 +115,7 @@ impl SimulatedWagon {
             headwind_m_s: scenario.track.headwind_m_s,
             sanding_gain: scenario.track.sanding_gain,
             sanding_time_s: scenario.track.sanding_time_s,
+            near: [Nodes::default(); MAX_WHEELSETS],
             track: Track::new(scenario, &vehicle.rail, factor, seed),
             pneumatics: Pneumatics::new(&scenario.brake, &wsp_table, full_force_n, distance_m),
             wsp: vec![WheelSlideProtection::new(&wsp_table, v_m_s); wheelsets],
@@ -276,7 +278,7 @@ impl SimulatedWagon {
         self.steps_to_control -= 1;
         let valves: [Valve; MAX_WHEELSETS] =
             std::array::from_fn(|i| self.wsp.get(i).map_or(Valve::Apply, WheelSlideProtection::valve));
-        self.pneumatics.step(self.demand.brake, &valves, step_s);
+        self.pneumatics.step(self.demand.brake, &valves[..self.wsp.len()], step_s);
         self.torque_nm +=
             (self.wanted_torque_nm() - self.torque_nm) * step_s / (self.traction.response_time_s + step_s);
         self.sanding += (self.demand.sanding - self.sanding) * step_s / (self.sanding_time_s + step_s);
@@ -322,7 +324,8 @@ impl SimulatedWagon {
         for i in 0..self.wsp.len() {
             input.pressing_force_n[i] = self.pneumatics.pressing_force_n(i);
             input.drive_torque_nm[i] = self.torque_nm * self.spin_share[i];
-            input.adhesion_peak[i] = sand * self.track.adhesion(self.position_m + self.positions_m[i]);
+            let place_m = self.position_m + self.positions_m[i];
+            input.adhesion_peak[i] = sand * self.track.adhesion(place_m, &mut self.near[i]);
         }
         let at = &mut self.at;
         at.time_s = t_s;

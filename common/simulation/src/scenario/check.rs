@@ -25,6 +25,11 @@ fn within(key: &str, value: f64, range: RangeInclusive<f64>) -> Checked {
     }
 }
 
+/// Whether `after` is a number beyond `before`.
+fn rises(before: f64, after: f64) -> bool {
+    after > before && after.is_finite()
+}
+
 /// Most wagons of a simulated train.
 const MAX_WAGONS: usize = 256;
 
@@ -61,7 +66,7 @@ impl Scenario {
         }
         for (index, demand) in self.demand.iter().enumerate() {
             let key = |name: &str| format!("demand.{}.{name}", index + 1);
-            if index > 0 && !(demand.from_s > self.demand[index - 1].from_s) {
+            if index > 0 && !rises(self.demand[index - 1].from_s, demand.from_s) {
                 return refuse(key("from_s"), demand.from_s, "later than the one before");
             }
             check_one_demand(demand, &key)?;
@@ -115,7 +120,7 @@ impl Scenario {
         within("track.friction_decay_s_per_m", track.friction_decay_s_per_m.unwrap_or(0.0), 0.0..=10.0)?;
         for (index, rail) in self.rail.iter().enumerate() {
             let key = |name: &str| format!("rail.{}.{name}", index + 1);
-            if index > 0 && !(rail.from_m > self.rail[index - 1].from_m) {
+            if index > 0 && !rises(self.rail[index - 1].from_m, rail.from_m) {
                 return refuse(key("from_m"), rail.from_m, "further along than the one before");
             }
             if let Some(adhesion) = rail.adhesion {
@@ -124,7 +129,7 @@ impl Scenario {
         }
         for (index, grade) in self.grade.iter().enumerate() {
             let key = |name: &str| format!("grade.{}.{name}", index + 1);
-            if index > 0 && !(grade.from_m > self.grade[index - 1].from_m) {
+            if index > 0 && !rises(self.grade[index - 1].from_m, grade.from_m) {
                 return refuse(key("from_m"), grade.from_m, "further along than the one before");
             }
             within(&key("grade_rad"), grade.grade_rad, -0.2..=0.2)?;
@@ -185,7 +190,7 @@ impl Scenario {
             if !(1..=MAX_WAGONS).contains(&fault.wagon) {
                 return refuse(key("wagon"), fault.wagon, format!("1 to {MAX_WAGONS}"));
             }
-            if !(fault.until_s > fault.from_s) {
+            if !rises(fault.from_s, fault.until_s) {
                 return refuse(key("until_s"), fault.until_s, "later than from_s");
             }
             match (&fault.signal, fault.kind) {
