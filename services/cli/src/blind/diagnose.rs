@@ -4,6 +4,7 @@ use std::{
     fs,
     path::{Path, PathBuf},
     process::{Command, Stdio},
+    sync::atomic::{AtomicUsize, Ordering},
     thread,
     time::{Duration, Instant},
 };
@@ -129,7 +130,9 @@ impl Surgery {
 
     /// Copies the case to a folder of its own and runs the child there.
     fn examine(&self, folder: &Path, name: &str, circumstances: Circumstances) -> Result<Visit, CliError> {
-        let room = std::env::temp_dir().join(format!("railgrip-blind-{}-{name}", std::process::id()));
+        static ROOMS: AtomicUsize = AtomicUsize::new(0);
+        let number = ROOMS.fetch_add(1, Ordering::Relaxed);
+        let room = std::env::temp_dir().join(format!("railgrip-blind-{}-{number}", std::process::id()));
         let case = room.join("case");
         copy(folder, &case)?;
         let mut command = Command::new(&self.program);
@@ -226,4 +229,82 @@ fn copy(from: &Path, to: &Path) -> Result<(), CliError> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use railgrip_truth_plant::{Case, Recipe};
+    use std::os::unix::fs::PermissionsExt;
+
+    use super::*;
+
+    /// A program in the place of `railgrip`: it predicts what was recorded, says `none`, and refuses anything it
+    /// should not have been given.
+    const PROGRAM: &str = r#"#!/bin/sh
+[ "$1 $2 $3" = "gap diagnose case" ] || exit 2
+[ "$(ls)" = "case
+complaint.txt" ] || { echo "more than the case: $(ls)" >&2; exit 1; }
+[ "$(ls case)" = "fit
+holdout
+vehicle.toml" ] || { echo "more than a case: $(ls case)" >&2; exit 1; }
+mkdir predictions
+for run in case/holdout/*.csv; do
+  awk -F, 'NR == 1 { printf "t_s,window"; for (i = 2; i < 5; i++) printf ",%s,%s_nominal,%s_calibrated,%s_extended", $i, $i, $i, $i; print ""; next }
+           { printf "%s,0", $1; for (i = 2; i < 5; i++) printf ",%s,%s,%s,%.6f", $i, $i + 0.06, $i + 0.03, $i; print "" }' \
+    "$run" > "predictions/$(basename "$run")"
+done
+by='{"calibrated": 1.0, "extended": 0.0}'
+cat > report.json <<END
+{"verdict": "none", "effects": [], "gap": {"holdout": {"nominal": 2.0, "calibrated": GAP, "extended": 0.0,
+ "by_signal": {"v_m_s": $by, "omega_f_rad_s": $by, "omega_r_rad_s": $by}}}}
+END
+"#;
+
+    fn surgery(folder: &Path, stated_gap: &str) -> Surgery {
+        let program = folder.join("program");
+        fs::write(&program, PROGRAM.replace("GAP", stated_gap)).unwrap();
+        fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
+        Surgery {
+            program,
+            program_sha256: stated_gap.to_owned(),
+            out: folder.to_path_buf(),
+            seed: 1,
+            time_limit: Duration::from_secs(60),
+            ids: Vec::new(),
+        }
+    }
+
+    fn made(folder: &Path) -> Made {
+        let case = Case::make(&Recipe { name: "case000".into(), seed: 9, departures: Vec::new() }).unwrap();
+        let place = case_folder(folder, "case000");
+        railgrip_truth_plant::files::write_case(&place, &case.sheet.to_toml(), &case.runs).unwrap();
+        let recordings_sha256 = seal::digest_of_folder(&place).unwrap();
+        Made { label: case.label, withheld: None, recordings_sha256 }
+    }
+
+    #[test]
+    fn a_case_is_diagnosed_alone_and_its_gaps_are_recomputed() {
+        let folder = tempfile::tempdir().unwrap();
+        let made = made(folder.path());
+        let honest = surgery(folder.path(), "1.0").outcome(&made).unwrap();
+        assert_eq!(honest.failure, None);
+        assert_eq!(honest.verified, Some(Ok(())));
+        assert!(honest.is_right());
+        let flattering = surgery(folder.path(), "0.9").outcome(&made).unwrap();
+        let complaint = flattering.verified.unwrap().unwrap_err();
+        println!("{complaint}");
+        assert!(complaint.contains("/gap/holdout/calibrated"));
+    }
+
+    #[test]
+    fn an_interrupted_run_takes_reports_over_under_the_same_circumstances() {
+        let folder = tempfile::tempdir().unwrap();
+        let made = made(folder.path());
+        let surgery = surgery(folder.path(), "1.0");
+        let first = surgery.outcome(&made).unwrap();
+        fs::write(&surgery.program, "#!/bin/sh\nexit 1\n").unwrap();
+        assert_eq!(surgery.outcome(&made).unwrap().seconds, first.seconds, "not diagnosed again");
+        let other = Made { recordings_sha256: "other".into(), ..made };
+        assert!(surgery.outcome(&other).unwrap().failure.is_some(), "other recordings are diagnosed again");
+    }
 }
