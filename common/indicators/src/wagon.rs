@@ -305,10 +305,8 @@ impl WagonIndicators {
             return;
         }
         self.state.condition = new;
-        let named = |code: u64| u32::try_from(code).ok().and_then(Condition::from_code);
-        let (Some(new_condition), Some(_)) = (named(new), named(old)) else { return };
         let values = [old as f64, new as f64, probability, 0.0];
-        let text = format!("rail is {new_condition}, {:.0} % sure", 100.0 * probability);
+        let text = format!("rail is {condition}, {:.0} % sure", 100.0 * probability);
         event(self.event(EventKind::ConditionChanged, NO_WHEELSET, estimate, values, &text));
     }
 

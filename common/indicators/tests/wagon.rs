@@ -147,7 +147,14 @@ fn a_slide_on_low_adhesion_tells_the_rail_and_is_counted() {
     use EventKind::{ConditionChanged, SlideBegan, SlideEnded, WspBegan, WspEnded};
     let kinds = bench.kinds();
     println!("{kinds:?}");
-    for kind in [SlideBegan, SlideEnded, WspBegan, WspEnded, ConditionChanged] {
+    let condition: Vec<u32> = bench
+        .events
+        .iter()
+        .filter(|event| event.kind() == Some(ConditionChanged))
+        .map(|event| event.values[1] as u32)
+        .collect();
+    assert_eq!(condition, [Condition::Dry.code(), Condition::Low.code()]);
+    for kind in [SlideBegan, SlideEnded, WspBegan, WspEnded] {
         assert_eq!(kinds.iter().filter(|seen| **seen == kind).count(), 1, "{kind}");
     }
     let ended = bench.events.iter().find(|event| event.kind() == Some(SlideEnded)).unwrap();

@@ -1,28 +1,273 @@
-//! railgrip estimator.
+//! Estimator: one process a wagon. Samples wake it; it filters each, publishes estimates and innovations, and from time
+//! to time indicators, a heartbeat and a snapshot.
+//!
+//! [`worker`] does the work and knows no channel; [`snapshot`] keeps its state for a successor; the loop here connects
+//! both to the bus. Nothing here waits for a reader.
 
-use railgrip_bus::{Bus, BusConfig, BusError, Lifecycle};
-use railgrip_messages::ProcessKind;
+pub mod convert;
+pub mod snapshot;
+pub mod timing;
+pub mod worker;
+
+use crate::timing::Histogram;
+use crate::worker::Worker;
+use railgrip_bus::{
+    Bus, BusConfig, BusError, EstimatePublisher, EventPublisher, HealthPublisher, HeartbeatPublisher,
+    InnovationPublisher, Lifecycle, SampleSubscriber, monotonic_ns, now,
+};
+use railgrip_messages::{Event, EventKind, Heartbeat, NO_WHEELSET, ProcessKind, Text};
 use railgrip_settings::TrainSettings;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
 
-/// Why the estimator process ended.
+/// Longest sleep: timers and the stop flag are looked at this often.
+const LONGEST_WAIT: Duration = Duration::from_millis(100);
+/// Time between two looks for late joiners.
+const REFRESH: Duration = Duration::from_millis(100);
+/// Time between two looks at the holder.
+const HOLDER_CHECK: Duration = Duration::from_millis(500);
+/// Time between two heartbeats.
+const HEARTBEAT: Duration = Duration::from_secs(1);
+
+/// Why an estimator ended.
 #[derive(Debug, thiserror::Error)]
 pub enum EstimatorError {
-    /// The bus refused or went away.
+    /// The filter does not fit the vehicle.
+    #[error(transparent)]
+    Filter(#[from] railgrip_filter::FilterError),
+    /// The channels cannot be used.
     #[error(transparent)]
     Bus(#[from] BusError),
 }
 
-/// Runs until `lifecycle` asks to stop.
+/// Runs until asked to stop.
 ///
 /// # Errors
-/// See [`EstimatorError`].
+/// A filter that does not fit the vehicle, or channels that cannot be used.
 pub fn run(settings: &TrainSettings, wagon: u32, lifecycle: &Lifecycle) -> Result<(), EstimatorError> {
+    let mut worker = Worker::new(settings, wagon)?;
     let bus = Bus::open(BusConfig::of(settings), ProcessKind::Estimator, wagon)?;
+    let mut samples = bus.sample_subscriber(wagon)?;
+    let mut service = Service::new(&bus, settings, wagon)?;
+    service.resume(&mut worker)?;
+    service.heartbeat(&worker, &samples)?;
     lifecycle.ready();
+    tracing::info!(filter = settings.estimator.filter, "estimator has started");
     while !lifecycle.should_stop() {
-        std::thread::sleep(std::time::Duration::from_millis(100));
-        bus.check_holder()?;
+        samples.wait(LONGEST_WAIT)?;
+        samples.receive(|batch| batch.iter().for_each(|sample| worker.take(sample)))?;
+        service.publish(&mut worker)?;
+        service.timers(&mut worker, &samples, &bus)?;
         lifecycle.beat();
     }
+    service.save(&worker);
+    service.event(EventKind::Stopped, [0.0; 4], "estimator was asked to stop")?;
+    tracing::info!(taken = worker.taken, missed = samples.missed(), "estimator stops");
     Ok(())
+}
+
+/// Something that is due again and again.
+struct Timer {
+    period: Duration,
+    next: Instant,
+}
+
+impl Timer {
+    fn every(period: Duration) -> Self {
+        Self { period, next: Instant::now() + period }
+    }
+
+    /// True if it is due; it is then due again a period later, and never twice for one that was missed.
+    fn due(&mut self, now: Instant) -> bool {
+        let due = now >= self.next;
+        if due {
+            self.next = (self.next + self.period).max(now);
+        }
+        due
+    }
+}
+
+/// The sending ends and the timers.
+struct Service {
+    wagon: u32,
+    estimates: EstimatePublisher,
+    innovations: InnovationPublisher,
+    health: HealthPublisher,
+    events: EventPublisher,
+    heartbeats: HeartbeatPublisher,
+    snapshot_file: PathBuf,
+    snapshot_failing: bool,
+    health_timer: Timer,
+    heartbeat_timer: Timer,
+    snapshot_timer: Timer,
+    refresh_timer: Timer,
+    holder_timer: Timer,
+    latency_ns: Histogram,
+    started: Instant,
+    published: u64,
+    reported: u64,
+    saved: u64,
+    heartbeat_sequence: u64,
+    event_sequence: u64,
+}
+
+impl Service {
+    fn new(bus: &Bus, settings: &TrainSettings, wagon: u32) -> Result<Self, BusError> {
+        let reporting = &settings.reporting;
+        Ok(Self {
+            wagon,
+            estimates: bus.estimate_publisher(wagon)?,
+            innovations: bus.innovation_publisher(wagon)?,
+            health: bus.health_publisher(wagon)?,
+            events: bus.event_publisher()?,
+            heartbeats: bus.heartbeat_publisher()?,
+            snapshot_file: settings.instance.snapshot_file(wagon),
+            snapshot_failing: false,
+            health_timer: Timer::every(Duration::from_secs_f64(1.0 / reporting.health_rate_hz)),
+            heartbeat_timer: Timer::every(HEARTBEAT),
+            snapshot_timer: Timer::every(Duration::from_secs_f64(reporting.snapshot_period_s)),
+            refresh_timer: Timer::every(REFRESH),
+            holder_timer: Timer::every(HOLDER_CHECK),
+            latency_ns: Histogram::default(),
+            started: Instant::now(),
+            published: 0,
+            reported: 0,
+            saved: 0,
+            heartbeat_sequence: 0,
+            event_sequence: 0,
+        })
+    }
+
+    /// Goes on from the predecessor's snapshot, if there is a sound one.
+    fn resume(&mut self, worker: &mut Worker) -> Result<(), BusError> {
+        if let Some(folder) = self.snapshot_file.parent()
+            && let Err(error) = std::fs::create_dir_all(folder)
+        {
+            tracing::warn!(folder = %folder.display(), %error, "no snapshots: their folder cannot be made");
+        }
+        match snapshot::restore(&self.snapshot_file, worker) {
+            Ok(None) => self.event(EventKind::Started, [0.0; 4], "estimator has started fresh"),
+            Ok(Some(stamp)) => {
+                let age_s = (now().unix_ns - stamp.unix_ns) as f64 * 1e-9;
+                tracing::info!(age_s, "estimator goes on from a snapshot");
+                if stamp.monotonic_ns > monotonic_ns() {
+                    // Of an earlier boot of this host: its monotonic stamps mean nothing now.
+                    worker.forget_stamp();
+                }
+                let text = format!("estimator goes on from a snapshot that is {age_s:.1} s old");
+                self.event(EventKind::FilterRestarted, [age_s, 0.0, 0.0, 0.0], &text)
+            }
+            Err(error) => {
+                tracing::warn!(%error, "the snapshot is refused; the estimator starts fresh");
+                self.event(
+                    EventKind::Started,
+                    [0.0; 4],
+                    "estimator has started fresh: its snapshot was refused",
+                )
+            }
+        }
+    }
+
+    fn publish(&mut self, worker: &mut Worker) -> Result<(), BusError> {
+        if !worker.estimates.is_empty() {
+            let published_ns = monotonic_ns();
+            for estimate in &mut worker.estimates {
+                estimate.published_monotonic_ns = published_ns;
+                self.latency_ns.add(published_ns.saturating_sub(estimate.acquired.monotonic_ns));
+            }
+            self.estimates.publish(&worker.estimates)?;
+            self.innovations.publish(&worker.innovations)?;
+            self.published += worker.estimates.len() as u64;
+        }
+        for event in &mut worker.events {
+            self.event_sequence += 1;
+            event.sequence = self.event_sequence;
+        }
+        for event in &worker.events {
+            self.events.publish(std::slice::from_ref(event))?;
+        }
+        worker.clear();
+        Ok(())
+    }
+
+    fn timers(&mut self, worker: &mut Worker, samples: &SampleSubscriber, bus: &Bus) -> Result<(), BusError> {
+        let instant = Instant::now();
+        if self.health_timer.due(instant) && worker.taken > self.reported {
+            self.reported = worker.taken;
+            let mut health = worker.health();
+            health.missed = samples.missed();
+            health.published_monotonic_ns = monotonic_ns();
+            self.health.publish(&[health])?;
+        }
+        if self.snapshot_timer.due(instant) {
+            self.save(worker);
+        }
+        if self.heartbeat_timer.due(instant) {
+            self.heartbeat(worker, samples)?;
+        }
+        if self.refresh_timer.due(instant) {
+            self.health.refresh()?;
+            self.heartbeats.refresh()?;
+            self.events.refresh()?;
+        }
+        if self.holder_timer.due(instant) {
+            bus.check_holder()?;
+        }
+        Ok(())
+    }
+
+    /// Trouble is told once, until it works again.
+    fn save(&mut self, worker: &Worker) {
+        if worker.taken == self.saved {
+            return;
+        }
+        match snapshot::save(&self.snapshot_file, worker) {
+            Ok(()) => {
+                self.saved = worker.taken;
+                self.snapshot_failing = false;
+            }
+            Err(error) => {
+                if !self.snapshot_failing {
+                    tracing::warn!(%error, "no snapshot: a restart would start fresh");
+                }
+                self.snapshot_failing = true;
+            }
+        }
+    }
+
+    fn heartbeat(&mut self, worker: &Worker, samples: &SampleSubscriber) -> Result<(), BusError> {
+        self.heartbeat_sequence += 1;
+        self.heartbeats.publish(&[Heartbeat {
+            sequence: self.heartbeat_sequence,
+            stamp: now(),
+            process: ProcessKind::Estimator.code(),
+            wagon: self.wagon,
+            pid: std::process::id(),
+            reserved: 0,
+            received: worker.taken,
+            missed: samples.missed(),
+            rejected: 0,
+            published: self.published,
+            step_p50_ns: worker.step_ns.quantile_ns(0.5),
+            step_p99_ns: worker.step_ns.quantile_ns(0.99),
+            latency_p50_ns: self.latency_ns.quantile_ns(0.5),
+            latency_p99_ns: self.latency_ns.quantile_ns(0.99),
+            uptime_s: self.started.elapsed().as_secs_f64(),
+        }])
+    }
+
+    fn event(&mut self, kind: EventKind, values: [f64; 4], text: &str) -> Result<(), BusError> {
+        self.event_sequence += 1;
+        self.events.publish(&[Event {
+            sequence: self.event_sequence,
+            stamp: now(),
+            time_s: 0.0,
+            kind: kind.code(),
+            wagon: self.wagon,
+            wheelset: NO_WHEELSET,
+            grade: 0,
+            values,
+            text: Text::new(text),
+        }])
+    }
 }

@@ -1,0 +1,111 @@
+//! Between messages and the filter: a missing value is a clear bit there and NaN here.
+
+use railgrip_filter::{EstimatorInput, EstimatorOutput};
+use railgrip_messages::{Estimate, Innovation, Sample, valid};
+
+/// A sample as the filter takes it.
+#[must_use]
+pub fn input(sample: &Sample) -> EstimatorInput {
+    let mut input = EstimatorInput::missing(sample.time_s);
+    let value = |bit: u32, value: f64| if sample.has(bit) { value } else { f64::NAN };
+    input.v_m_s = value(valid::SPEED, sample.v_m_s);
+    input.grade_rad = value(valid::GRADE, sample.grade_rad);
+    input.sanding = value(valid::SANDING, sample.sanding);
+    input.position_m = value(valid::POSITION, sample.position_m);
+    for wheelset in 0..sample.wheelset_count() {
+        input.wheel_speed_rad_s[wheelset] =
+            value(valid::wheel_speed(wheelset), sample.wheel_speed_rad_s[wheelset]);
+        input.pressing_force_n[wheelset] =
+            value(valid::pressing_force(wheelset), sample.pressing_force_n[wheelset]);
+        input.drive_torque_nm[wheelset] =
+            value(valid::drive_torque(wheelset), sample.drive_torque_nm[wheelset]);
+    }
+    input.wsp_active = sample.wsp_active;
+    input
+}
+
+/// What the filter says, as it travels; whoever publishes adds the time of publication.
+#[must_use]
+pub fn estimate(sample: &Sample, output: &EstimatorOutput) -> Estimate {
+    Estimate {
+        sequence: sample.sequence,
+        acquired: sample.acquired,
+        published_monotonic_ns: 0,
+        time_s: output.time_s,
+        v_m_s: output.v_m_s,
+        mu_w: output.mu_w,
+        mu_w_sigma: output.mu_w_sigma,
+        mu_w_wheelset: output.mu_w_wheelset,
+        mu_w_wheelset_sigma: output.mu_w_wheelset_sigma,
+        mu_b: output.mu_b,
+        mu_b_sigma: output.mu_b_sigma,
+        mu_b_mean: output.mu_b_mean,
+        mu_b_mean_sigma: output.mu_b_mean_sigma,
+        slip: output.slip,
+        normal_load_n: output.normal_load_n,
+        pressing_force_n: output.pressing_force_n,
+        nis: output.nis,
+        nis_dof: output.nis_dof,
+        observable: output.observable,
+        sliding: output.sliding,
+        wsp_active: output.wsp_active,
+        rejected: output.rejected,
+        observability_rank: output.observability_rank,
+        flags: output.flags,
+        wheelsets: output.wheelsets,
+    }
+}
+
+/// What came beside what the filter expected, as it travels.
+#[must_use]
+pub fn innovation(sample: &Sample, output: &EstimatorOutput) -> Innovation {
+    Innovation {
+        sequence: sample.sequence,
+        time_s: output.time_s,
+        innovation: output.innovations.innovation,
+        innovation_variance: output.innovations.innovation_variance,
+        test_ratio: output.innovations.test_ratio,
+        rejected: output.innovations.rejected,
+        fused: output.innovations.fused,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clear_bit_is_not_a_number() {
+        let valid = valid::SPEED | valid::wheel_speed(1);
+        let mut sample = Sample { time_s: 2.0, v_m_s: 20.0, valid, wheelsets: 2, ..Sample::default() };
+        sample.wheel_speed_rad_s = [45.0, 46.0, 47.0, 48.0];
+        let input = input(&sample);
+        assert_eq!((input.time_s, input.v_m_s, input.wheel_speed_rad_s[1]), (2.0, 20.0, 46.0));
+        assert!(input.wheel_speed_rad_s[0].is_nan() && input.wheel_speed_rad_s[2].is_nan());
+        assert!(input.grade_rad.is_nan() && input.pressing_force_n[0].is_nan());
+    }
+
+    #[test]
+    fn flags_mean_the_same_on_both_sides() {
+        use railgrip_filter::flags as filter;
+        use railgrip_messages::flags as message;
+        assert_eq!(
+            [
+                filter::HELD,
+                filter::PREDICTED,
+                filter::RESTARTED,
+                filter::GAP,
+                filter::RESUMED,
+                filter::CONVERGING
+            ],
+            [
+                message::HELD,
+                message::PREDICTED,
+                message::RESTARTED,
+                message::GAP,
+                message::RESUMED,
+                message::CONVERGING
+            ]
+        );
+    }
+}

@@ -1,0 +1,124 @@
+//! What an estimator leaves on disk so that its successor goes on where it stopped.
+//!
+//! One file a wagon: a line that names the form, a checksum, the state. It is written beside its place and renamed into
+//! it, so that no reader sees half a file; a file that is damaged, of another form, wagon or vehicle is refused, and the
+//! estimator starts fresh.
+
+use crate::worker::Worker;
+use railgrip_filter::EstimatorSnapshot;
+use railgrip_indicators::IndicatorState;
+use railgrip_messages::Stamp;
+use serde::{Deserialize, Serialize};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// First line of the file: its form. Changes whenever the layout of the state does.
+const FORM: &[u8] = b"railgrip snapshot 1\n";
+const CHECKSUM_BYTES: usize = 8;
+
+/// Why a snapshot was not used or not written.
+#[derive(Debug, thiserror::Error)]
+pub enum SnapshotError {
+    /// The file cannot be read or written.
+    #[error("{}: {source}", file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The file is damaged or of another form.
+    #[error("{}: {problem}", file.display())]
+    Form {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        problem: &'static str,
+    },
+    /// The filter refuses the state.
+    #[error("{}: {source}", file.display())]
+    Filter {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: railgrip_filter::FilterError,
+    },
+}
+
+#[derive(Serialize, Deserialize)]
+struct State {
+    wagon: u32,
+    sequence: u64,
+    unix_ns: i64,
+    monotonic_ns: u64,
+    estimator: EstimatorSnapshot,
+    indicators: Vec<u8>,
+}
+
+/// Writes the state of `worker`; nothing to do before its first sample.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn save(file: &Path, worker: &Worker) -> Result<(), SnapshotError> {
+    let Some((sequence, stamp)) = worker.last else { return Ok(()) };
+    let state = State {
+        wagon: worker.wagon,
+        sequence,
+        unix_ns: stamp.unix_ns,
+        monotonic_ns: stamp.monotonic_ns,
+        estimator: worker.estimator.snapshot(),
+        indicators: bytemuck::bytes_of(worker.indicators.state()).to_vec(),
+    };
+    let problem = |problem| SnapshotError::Form { file: file.to_owned(), problem };
+    let body = postcard::to_stdvec(&state).map_err(|_| problem("the state cannot be put into bytes"))?;
+    let failed = |source| SnapshotError::File { file: file.to_owned(), source };
+    let beside = file.with_extension("new");
+    let mut out = std::fs::File::create(&beside).map_err(failed)?;
+    let write = out.write_all(FORM).and_then(|()| out.write_all(&checksum(&body).to_le_bytes()));
+    write.and_then(|()| out.write_all(&body)).map_err(failed)?;
+    std::fs::rename(&beside, file).map_err(failed)
+}
+
+/// Puts `worker` into the state of the snapshot; gives the stamp of the last sample in it. `None` if there is none.
+///
+/// # Errors
+/// A snapshot that is damaged or foreign; the worker is then as it was.
+pub fn restore(file: &Path, worker: &mut Worker) -> Result<Option<Stamp>, SnapshotError> {
+    let bytes = match std::fs::read(file) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(source) => return Err(SnapshotError::File { file: file.to_owned(), source }),
+    };
+    let problem = |problem| SnapshotError::Form { file: file.to_owned(), problem };
+    let rest = bytes.strip_prefix(FORM).ok_or_else(|| problem("not a snapshot of this version"))?;
+    let (sum, body) = rest.split_at_checked(CHECKSUM_BYTES).ok_or_else(|| problem("cut short"))?;
+    if sum != checksum(body).to_le_bytes() {
+        return Err(problem("damaged: its checksum does not match"));
+    }
+    let state: State = postcard::from_bytes(body).map_err(|_| problem("not a snapshot of this version"))?;
+    if state.wagon != worker.wagon {
+        return Err(problem("the snapshot of another wagon"));
+    }
+    if state.indicators.len() != size_of::<IndicatorState>() {
+        return Err(problem("its indicators have another layout"));
+    }
+    let indicators: IndicatorState = bytemuck::pod_read_unaligned(&state.indicators);
+    worker
+        .estimator
+        .restore(&state.estimator)
+        .map_err(|source| SnapshotError::Filter { file: file.to_owned(), source })?;
+    if !worker.indicators.restore(&indicators) {
+        tracing::warn!(file = %file.display(), "the indicators of the snapshot make no sense and start anew");
+    }
+    let stamp = Stamp { unix_ns: state.unix_ns, monotonic_ns: state.monotonic_ns };
+    worker.last = Some((state.sequence, stamp));
+    worker.has_state = true;
+    Ok(Some(stamp))
+}
+
+/// FNV-1a, 64 bit: finds torn and damaged files, not forged ones.
+fn checksum(bytes: &[u8]) -> u64 {
+    bytes
+        .iter()
+        .fold(0xcbf2_9ce4_8422_2325, |sum, byte| (sum ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
+}
