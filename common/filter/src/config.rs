@@ -138,6 +138,8 @@ pub struct PriorSettings {
     pub creep_law: f64,
     /// Slope of adhesion over slip velocity in sliding, d ln μ / d ln u.
     pub sliding_slope: f64,
+    /// Delay of the pads behind the measured pressing force, s.
+    pub brake_delay_s: f64,
     /// Adhesion utilised at the start.
     pub adhesion: f64,
     /// Largest sigma of a wheelset's pad friction at which it is still called observable.
@@ -160,6 +162,7 @@ impl Default for PriorSettings {
             wheel_radius: 0.004,
             creep_law: 0.2,
             sliding_slope: 0.1,
+            brake_delay_s: 0.06,
             adhesion: 0.02,
             observable_sigma: 0.0075,
             braking_adhesion: 0.003,
@@ -252,6 +255,7 @@ impl EstimatorConfig {
             ("priors.wheel_radius", priors.wheel_radius, share),
             ("priors.creep_law", priors.creep_law, share),
             ("priors.sliding_slope", priors.sliding_slope, share),
+            ("priors.brake_delay_s", priors.brake_delay_s, share),
             ("priors.adhesion", priors.adhesion, share),
             ("priors.observable_sigma", priors.observable_sigma, share),
             ("priors.braking_adhesion", priors.braking_adhesion, share),

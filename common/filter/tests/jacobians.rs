@@ -65,10 +65,12 @@ fn check_default<const W: usize, const N: usize>() {
         x[2 + 2 * W] = uniform(-2.0, 2.0);
         x[3 + 4 * W] = uniform(-0.02, 0.02);
         x[4 + 4 * W] = uniform(-0.2, 0.2);
+        x[5 + 4 * W] = uniform(-1.0, 1.0);
         let rolling = trial % 2 == 0;
         let input = StepInput::<W> {
             dt_s: uniform(0.001, 0.05),
             torque_per_friction_nm: std::array::from_fn(|_| uniform(0.0, 3e4)),
+            late_torque_nm: std::array::from_fn(|_| uniform(-5e3, 5e3)),
             drive_torque_nm: std::array::from_fn(|_| uniform(-1e3, 8e3)),
             other_force_n: uniform(-3e3, 3e3),
             wind_m_s: uniform(-5.0, 5.0),
@@ -89,8 +91,8 @@ fn check_default<const W: usize, const N: usize>() {
 
 #[test]
 fn default_model_derivative_is_right() {
-    check_default::<2, 13>();
-    check_default::<4, 21>();
+    check_default::<2, 14>();
+    check_default::<4, 22>();
 }
 
 #[test]

@@ -155,6 +155,15 @@ impl<const N: usize> Gaussian<N> {
         self.covariance[(index, index)] = sigma * sigma;
     }
 
+    /// Moves the mean to the most probable state whose component `index` is `value`, as when an estimate leaves the
+    /// physically possible range; the covariance stays, because the bound adds no measurement.
+    pub fn constrain_component(&mut self, index: usize, value: f64) {
+        let shift = (value - self.mean[index]) / self.covariance[(index, index)];
+        let column: SVector<f64, N> = self.covariance.column(index).into_owned();
+        self.mean.axpy(shift, &column, 1.0);
+        self.mean[index] = value;
+    }
+
     /// What measuring `h · x` would say when its innovation is `innovation`.
     #[inline]
     pub fn expect_row(&self, h: &SVector<f64, N>, innovation: f64, r: f64) -> ScalarUpdate {

@@ -19,6 +19,8 @@ pub(crate) struct Indices {
     pub mass: usize,
     /// Slope of adhesion over slip in sliding.
     pub slope: usize,
+    /// Delay of the pads.
+    pub delay: usize,
     /// Rows of F before this one differ from the identity.
     pub moving: usize,
 }
@@ -29,7 +31,7 @@ pub(crate) struct Layout<const W: usize, const N: usize>;
 impl<const W: usize, const N: usize> Layout<W, N> {
     /// The indices.
     pub(crate) const INDICES: Indices = {
-        assert!(N == 5 + 4 * W, "the default filter has 5 + 4 W states");
+        assert!(N == 6 + 4 * W, "the default filter has 6 + 4 W states");
         Indices {
             wheel: 1,
             adhesion: 1 + W,
@@ -39,6 +41,7 @@ impl<const W: usize, const N: usize> Layout<W, N> {
             radius: 3 + 3 * W,
             mass: 3 + 4 * W,
             slope: 4 + 4 * W,
+            delay: 5 + 4 * W,
             moving: 3 + 2 * W,
         }
     };

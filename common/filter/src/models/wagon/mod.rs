@@ -30,7 +30,7 @@ use schedule::{ChangeWatch, Contact};
 /// Slip velocity below which the slope of adhesion over slip in sliding counts as if slip were this, m/s.
 const LEAST_SLIDE_M_S: f64 = 0.2;
 
-/// The default filter for `W` wheelsets and `N = 5 + 4 W` states.
+/// The default filter for `W` wheelsets and `N = 6 + 4 W` states.
 #[derive(Clone, Debug)]
 pub struct WagonEkf<const W: usize, const N: usize> {
     physics: WagonPhysics<W>,
@@ -43,6 +43,8 @@ pub struct WagonEkf<const W: usize, const N: usize> {
     /// Derivative of the speeds with respect to adhesions (columns `..W`) and pads (`W..`) over the last step.
     sensitivity: [[f64; 8]; 5],
     step_s: f64,
+    /// What came of the pressing force of late: its changes, each fading within the lag, N.
+    late_force_n: [f64; W],
     since_tie_s: f64,
     tied: u32,
 }
@@ -54,10 +56,10 @@ pub(super) fn boxed(
     model: &WagonModel,
 ) -> Result<Box<dyn WagonFilter>, FilterError> {
     match model.constants().wheelsets {
-        1 => Ok(Box::new(WagonEkf::<1, 9>::new(config, vehicle, model))),
-        2 => Ok(Box::new(WagonEkf::<2, 13>::new(config, vehicle, model))),
-        3 => Ok(Box::new(WagonEkf::<3, 17>::new(config, vehicle, model))),
-        4 => Ok(Box::new(WagonEkf::<4, 21>::new(config, vehicle, model))),
+        1 => Ok(Box::new(WagonEkf::<1, 10>::new(config, vehicle, model))),
+        2 => Ok(Box::new(WagonEkf::<2, 14>::new(config, vehicle, model))),
+        3 => Ok(Box::new(WagonEkf::<3, 18>::new(config, vehicle, model))),
+        4 => Ok(Box::new(WagonEkf::<4, 22>::new(config, vehicle, model))),
         wheelsets => Err(FilterError::Wheelsets { filter: "default", wheelsets }),
     }
 }
@@ -76,6 +78,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
             watches: [ChangeWatch::default(); W],
             sensitivity: [[0.0; 8]; 5],
             step_s: 0.0,
+            late_force_n: [0.0; W],
             since_tie_s: 0.0,
             tied: 0,
         }
@@ -88,6 +91,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
         sigma[at.lag] = 1e-3;
         sigma[at.mass] = priors.mass;
         sigma[at.slope] = priors.sliding_slope;
+        sigma[at.delay] = priors.brake_delay_s / config.rates.brake_lag_s;
         for i in 0..W {
             mean[at.pad + i] = physics.brake_friction[i];
             sigma[at.adhesion + i] = priors.adhesion;
@@ -125,6 +129,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
         self.belief.reset_component(at.lag, 0.0, 1e-3);
         self.belief.reset_component(at.disturbance, self.belief.mean[at.disturbance], 1.0);
         self.watches = [ChangeWatch::default(); W];
+        self.late_force_n = [0.0; W];
         self.since_tie_s = 0.0;
     }
 
@@ -144,6 +149,9 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
             torque_per_friction_nm: std::array::from_fn(|i| {
                 let force = if standing { 0.0 } else { sample.step_force_n[i] };
                 sample.torque_factor[i] * force * self.physics.brake_radius_m
+            }),
+            late_torque_nm: std::array::from_fn(|i| {
+                sample.torque_factor[i] * self.late_force_n[i] * self.physics.brake_radius_m
             }),
             drive_torque_nm: std::array::from_fn(|i| if standing { 0.0 } else { sample.drive_torque_nm[i] }),
             other_force_n: if standing { 0.0 } else { sample.other_acceleration_m_s2 * self.physics.mass_kg },
@@ -202,6 +210,10 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
 
     fn predict(&mut self, sample: &DrivenSample, dt_s: f64) {
         let at = Layout::<W, N>::INDICES;
+        let kept = (-dt_s / self.config.rates.brake_lag_s).exp();
+        for i in 0..W {
+            self.late_force_n[i] = self.late_force_n[i] * kept + sample.force_change_n[i];
+        }
         let input = self.step_input(sample, dt_s);
         let (mut next, mut f) = self.physics.propagate(&self.belief.mean, &input);
         self.hold_locked(&mut next, &mut f);
@@ -242,6 +254,10 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
     }
 
     fn conclude(&mut self, sample: &DrivenSample, dt_s: f64) {
+        let delay = Layout::<W, N>::INDICES.delay;
+        if self.belief.mean[delay] < 0.0 {
+            self.belief.constrain_component(delay, 0.0);
+        }
         for i in 0..W {
             self.contacts[i] = schedule::judge(&self.physics, &self.belief, i);
         }
@@ -259,19 +275,21 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
     fn save(&self) -> FilterState {
         let mut memory: Vec<f64> = self.watches.iter().map(|watch| watch.mean).collect();
         memory.extend(self.contacts.iter().flat_map(|c| [c.rolling, c.secant, c.slip_m_s, c.excess_m_s]));
+        memory.extend(self.late_force_n);
         memory.extend([self.since_tie_s, f64::from(self.tied)]);
         pack(&self.belief, memory)
     }
 
     fn load(&mut self, state: &FilterState) -> Result<(), FilterError> {
-        self.belief = unpack(state, 5 * W + 2)?;
+        self.belief = unpack(state, 6 * W + 2)?;
         for i in 0..W {
             self.watches[i].mean = state.memory[i];
             let c = &state.memory[W + 4 * i..];
+            self.late_force_n[i] = state.memory[5 * W + i];
             self.contacts[i] = Contact { rolling: c[0], secant: c[1], slip_m_s: c[2], excess_m_s: c[3] };
         }
-        self.since_tie_s = state.memory[5 * W];
-        self.tied = state.memory[5 * W + 1] as u32;
+        self.since_tie_s = state.memory[6 * W];
+        self.tied = state.memory[6 * W + 1] as u32;
         Ok(())
     }
 }

@@ -1,18 +1,19 @@
 //! The wagon's equations as the default filter predicts with them, and their derivative.
 //!
-//! State, `W` wheelsets, `N = 5 + 4 W` components:
+//! State, `W` wheelsets, `N = 6 + 4 W` components:
 //!
 //! | index | component | unit |
 //! | --- | --- | --- |
 //! | 0 | speed v | m/s |
 //! | 1 + i | wheelset speed ω_i | rad/s |
 //! | 1 + W + i | adhesion utilised μ_W,i, signed | – |
-//! | 1 + 2W | lag: brake torque that is not at the pad yet, as adhesion | – |
+//! | 1 + 2W | lag: brake torque that nothing else explains and that fades, as adhesion | – |
 //! | 2 + 2W | disturbance: wind, error of grade and resistance, in units of its own expected size | – |
 //! | 3 + 2W + i | pad friction μ_B,i | – |
 //! | 3 + 3W + i | radius of wheel i against nominal, as seen by the speed sensor, relative | – |
 //! | 3 + 4W | mass against nominal, relative | – |
 //! | 4 + 4W | slope of adhesion over slip velocity in sliding, d ln μ / d ln u, the same for all wheelsets | – |
+//! | 5 + 4W | delay of the pads behind the measured pressing force, in units of `brake_lag_s` | – |
 //!
 //! While a wheelset rolls, its adhesion is not free: creep carries it within milliseconds to the value at which the
 //! wheelset keeps pace with the wagon, so the pad force sets it. While it slides, contact saturates and adhesion is
@@ -59,6 +60,8 @@ pub struct StepInput<const W: usize> {
     pub dt_s: f64,
     /// Brake torque per pad friction of each wheelset, N m.
     pub torque_per_friction_nm: [f64; W],
+    /// Part of it that came of late and is not at the pads if they are delayed, N m.
+    pub late_torque_nm: [f64; W],
     /// Drive torque, N m.
     pub drive_torque_nm: [f64; W],
     /// Grade, couplers and effects, N, forward positive.
@@ -171,14 +174,16 @@ impl<const W: usize> WagonPhysics<W> {
         for i in 0..W {
             let (radius, wheel_inertia, load) = (self.wheel_radius_m[i], self.inertia_kg_m2[i], loads[i]);
             let scale = 1.0 / (radius * load * mass_factor);
+            let per_friction = input.torque_per_friction_nm[i] - x[at.delay] * input.late_torque_nm[i];
             let torque = input.drive_torque_nm[i]
-                - x[at.pad + i] * input.torque_per_friction_nm[i]
+                - x[at.pad + i] * per_friction
                 - wheel_inertia / radius * (pure + disturbance);
             let balance = torque * scale;
             let mut d_target =
                 d_pure * (-wheel_inertia / radius * scale - balance / load * self.load_transfer_kg[i]);
             d_target[at.disturbance] -= wheel_inertia / radius * input.disturbance_m_s2 * scale;
-            d_target[at.pad + i] -= input.torque_per_friction_nm[i] * scale;
+            d_target[at.pad + i] -= per_friction * scale;
+            d_target[at.delay] += x[at.pad + i] * input.late_torque_nm[i] * scale;
             d_target[at.mass] -= balance / mass_factor;
             d_target[at.lag] += 1.0;
             deviation[i] = adhesion[i] - (balance + x[at.lag]);

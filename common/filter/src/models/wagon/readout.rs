@@ -25,11 +25,14 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
         out.v_m_s = x[0];
         for i in 0..W {
             wagon[at.adhesion + i] = loads[i] / total;
-            pads[at.pad + i] = sample.torque_factor[i] * sample.pressing_force_n[i].max(1.0) / pressing;
+            let force = sample.pressing_force_n[i].max(1.0);
+            let arrived = (1.0 - x[at.delay] * self.late_force_n[i] / force).clamp(0.0, 2.0);
+            let effective = if force > self.force_floor_n(i) { arrived * sample.torque_factor[i] } else { sample.torque_factor[i] };
+            pads[at.pad + i] = effective * sample.pressing_force_n[i].max(1.0) / pressing;
             out.mu_w_wheelset[i] = adhesion[i];
             out.mu_w_wheelset_sigma[i] = self.belief.sigma(at.adhesion + i);
-            out.mu_b[i] = sample.torque_factor[i] * x[at.pad + i];
-            out.mu_b_sigma[i] = sample.torque_factor[i] * self.belief.sigma(at.pad + i);
+            out.mu_b[i] = effective * x[at.pad + i];
+            out.mu_b_sigma[i] = effective * self.belief.sigma(at.pad + i);
             out.slip[i] = railgrip_vehicle::creepage(self.contacts[i].slip_m_s + x[0], x[0]);
             out.normal_load_n[i] = loads[i] * (1.0 + x[at.mass]);
             let contact = &self.contacts[i];
