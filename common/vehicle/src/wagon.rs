@@ -132,6 +132,25 @@ pub struct Constants {
     pub contact: Contact,
 }
 
+impl Constants {
+    /// The constants of a vehicle file, before effects.
+    pub fn of(parameters: &VehicleParameters) -> Self {
+        Self {
+            wheelsets: parameters.wheelsets(),
+            mass_kg: parameters.body.mass_kg,
+            com_height_m: parameters.body.com_height_m,
+            wheelset_positions_m: parameters.wheelset_positions_m(),
+            fixed_load_n: None,
+            inertia_kg_m2: [parameters.wheelset.inertia_kg_m2; MAX_WHEELSETS],
+            wheel_radius_m: [parameters.wheelset.radius_m; MAX_WHEELSETS],
+            brake_radius_m: parameters.brake.radius_m,
+            brake_friction: [parameters.brake.friction_coefficient; MAX_WHEELSETS],
+            resistance: parameters.resistance.clone(),
+            contact: parameters.contact.clone(),
+        }
+    }
+}
+
 /// Forces and torques on a wagon at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Forces {
@@ -202,20 +221,7 @@ impl WagonModel {
 
     /// The model of `parameters` (whose own effect entries are ignored) with these effects.
     pub fn with_effects(parameters: &VehicleParameters, effects: Vec<Box<dyn Effect>>) -> Self {
-        let constants = Constants {
-            wheelsets: parameters.wheelsets(),
-            mass_kg: parameters.body.mass_kg,
-            com_height_m: parameters.body.com_height_m,
-            wheelset_positions_m: parameters.wheelset_positions_m(),
-            fixed_load_n: None,
-            inertia_kg_m2: [parameters.wheelset.inertia_kg_m2; MAX_WHEELSETS],
-            wheel_radius_m: [parameters.wheelset.radius_m; MAX_WHEELSETS],
-            brake_radius_m: parameters.brake.radius_m,
-            brake_friction: [parameters.brake.friction_coefficient; MAX_WHEELSETS],
-            resistance: parameters.resistance.clone(),
-            contact: parameters.contact.clone(),
-        };
-        Self::from_constants(constants, effects)
+        Self::from_constants(Constants::of(parameters), effects)
     }
 
     /// The model with these constants, before effects change them.
@@ -276,6 +282,16 @@ impl WagonModel {
         reading
     }
 
+    /// Turns what the sensors read at the start of a simulation into the state of the vehicle, see [`Self::observe`].
+    pub fn correct(&self, at: &Operating, sample_period_s: f64, hidden: &[f64], state: &mut Observation) {
+        let mut from = 0;
+        for effect in self.effects.iter() {
+            let to = from + effect.hidden_len(sample_period_s);
+            effect.correct(at, &hidden[from..to], state);
+            from = to;
+        }
+    }
+
     fn each_effect_mut(&self, dt_s: f64, hidden: &mut [f64], mut visit: impl FnMut(&dyn Effect, &mut [f64])) {
         let mut rest = hidden;
         for effect in self.effects.iter() {
@@ -311,6 +327,7 @@ impl WagonModel {
             position_m: input.position_m,
             sanding: input.sanding,
             grade_rad: input.grade_rad,
+            adhesion_peak: input.adhesion_peak,
             wheel_speed_rad_s: state.wheel_speed_rad_s,
             pressing_force_n: input.pressing_force_n,
             drive_torque_nm: input.drive_torque_nm,
@@ -321,6 +338,7 @@ impl WagonModel {
     /// Writes acceleration and dissipated powers of `forces` into the operating point.
     pub fn note_forces(&self, at: &mut Operating, forces: &Forces) {
         at.acceleration_m_s2 = forces.acceleration_m_s2;
+        at.wheel_acceleration_rad_s2 = forces.wheel_acceleration_rad_s2;
         for i in 0..self.constants.wheelsets {
             let omega = at.wheel_speed_rad_s[i];
             at.brake_power_w[i] = (-forces.brake_torque_nm[i] * omega).max(0.0);
@@ -368,6 +386,9 @@ impl WagonModel {
                     effect.adhesion_peak(i, at, own, value)
                 });
         }
+        loading.wind_m_s = self.compose(sample_period_s, hidden, loading.wind_m_s, |effect, own, value| {
+            effect.headwind_m_s(at, own, value)
+        });
         loading.other_n = self.compose(sample_period_s, hidden, loading.other_n, |effect, own, value| {
             effect.body_force_n(at, own, value)
         });

@@ -3,58 +3,114 @@
 use super::{Effect, EffectSpec, Operating, ParameterSpec, Term};
 use crate::MAX_WHEELSETS;
 
+/// Friction that depends on the speed of the vehicle.
+pub static SPEED: EffectSpec = EffectSpec {
+    id: "brake_friction_speed",
+    term: Term::BrakeFriction,
+    equation: "mu = mu0 (1 + d exp(-v / v_s))",
+    source: "organic and cast-iron pads grip harder towards standstill; shape after PLOS ONE 10.1371/journal.pone.0135459, fig. 2; range of d and v_s is general knowledge",
+    parameters: &[
+        ParameterSpec {
+            name: "rise",
+            lower: -0.6,
+            upper: 1.5,
+            default: 0.1,
+            neutral: Some(0.0),
+            ..ParameterSpec::PLAIN
+        },
+        ParameterSpec {
+            name: "decay_speed_m_s",
+            unit: "m/s",
+            lower: 1.5,
+            upper: 60.0,
+            default: 6.0,
+            starts: &[20.0],
+            ..ParameterSpec::PLAIN
+        },
+    ],
+    hidden: &[],
+    twins: &["brake_fade"],
+    separated_by: "stops from two initial speeds: a law of speed gives the same friction at the same speed in both",
+};
+
+/// See [`SPEED`].
+#[derive(Debug)]
+pub struct Speed {
+    rise: f64,
+    decay_speed_m_s: f64,
+}
+
+impl Speed {
+    /// From the values of the spec's parameters.
+    pub fn boxed(values: &[f64]) -> Box<dyn Effect> {
+        Box::new(Self { rise: values[0], decay_speed_m_s: values[1] })
+    }
+}
+
+impl Effect for Speed {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEED
+    }
+
+    fn brake_friction(&self, _wheelset: usize, at: &Operating, _hidden: &[f64], friction: f64) -> f64 {
+        friction * (1.0 + self.rise * (-at.v_m_s.abs() / self.decay_speed_m_s).exp()).max(0.05)
+    }
+}
+
 /// Thermal fade.
 pub static FADE: EffectSpec = EffectSpec {
     id: "brake_fade",
     term: Term::BrakeFriction,
-    equation: "mu = mu0 (1 - alpha (T - T0)), C dT/dt = P_brake - (T - T0) C / tau",
-    source: "linear fade over a lumped disc temperature; organic pads lose 2e-4 to 1.5e-3 of their friction per kelvin",
+    equation: "mu = mu0 (1 - alpha max(0, T - T0 - T_on)), C d(T - T0)/dt = P_brake - C (T - T0) / tau, C = 60 kJ/K",
+    source: "lumped disc temperature; organic pads lose 2e-4 to 1.5e-3 of their friction per kelvin (railwaynews.net/?p=221864 for the range of temperature)",
     parameters: &[
         ParameterSpec {
             name: "alpha_per_k",
             unit: "1/K",
-            lower: -3e-3,
-            upper: 3e-3,
+            lower: -4e-3,
+            upper: 1e-2,
             default: 5e-4,
             neutral: Some(0.0),
-            prior_sigma: f64::INFINITY,
+            ..ParameterSpec::PLAIN
         },
         ParameterSpec {
-            name: "heat_capacity_j_per_k",
-            unit: "J/K",
-            lower: 5e3,
-            upper: 5e5,
-            default: 6e4,
-            neutral: None,
-            prior_sigma: f64::INFINITY,
+            name: "onset_k",
+            unit: "K",
+            lower: 0.0,
+            upper: 300.0,
+            default: 0.0,
+            starts: &[60.0],
+            ..ParameterSpec::PLAIN
         },
         ParameterSpec {
             name: "cooling_time_s",
             unit: "s",
-            lower: 20.0,
-            upper: 2000.0,
-            default: 300.0,
-            neutral: None,
-            prior_sigma: f64::INFINITY,
+            lower: 10.0,
+            upper: 1000.0,
+            default: 120.0,
+            ..ParameterSpec::PLAIN
         },
     ],
     hidden: &["temperature rise of each wheelset's discs, K"],
-    twins: &["brake_friction_speed"],
+    twins: &["brake_friction_speed", "brake_wet_delay"],
     separated_by: "two stops from the same speed in quick succession, and one after a long cool-down",
 };
+
+/// Heat capacity of one wheelset's discs, J/K: scales temperatures, and with them alpha.
+const HEAT_CAPACITY_J_PER_K: f64 = 6e4;
 
 /// See [`FADE`].
 #[derive(Debug)]
 pub struct Fade {
     alpha_per_k: f64,
-    heat_capacity_j_per_k: f64,
+    onset_k: f64,
     cooling_time_s: f64,
 }
 
 impl Fade {
     /// From the values of the spec's parameters.
     pub fn boxed(values: &[f64]) -> Box<dyn Effect> {
-        Box::new(Self { alpha_per_k: values[0], heat_capacity_j_per_k: values[1], cooling_time_s: values[2] })
+        Box::new(Self { alpha_per_k: values[0], onset_k: values[1], cooling_time_s: values[2] })
     }
 }
 
@@ -70,12 +126,139 @@ impl Effect for Fade {
     fn advance(&self, at: &Operating, dt_s: f64, hidden: &mut [f64]) {
         let decay = (-dt_s / self.cooling_time_s).exp();
         for (rise, power) in hidden.iter_mut().zip(at.brake_power_w) {
-            let steady = power * self.cooling_time_s / self.heat_capacity_j_per_k;
+            let steady = power * self.cooling_time_s / HEAT_CAPACITY_J_PER_K;
             *rise = steady + (*rise - steady) * decay;
         }
     }
 
     fn brake_friction(&self, wheelset: usize, _at: &Operating, hidden: &[f64], friction: f64) -> f64 {
-        friction * (1.0 - self.alpha_per_k * hidden[wheelset]).max(0.05)
+        let hot = (hidden[wheelset] - self.onset_k).max(0.0);
+        friction * (1.0 - self.alpha_per_k * hot).max(0.05)
+    }
+}
+
+/// Friction that depends on the pressing force.
+pub static PRESSURE: EffectSpec = EffectSpec {
+    id: "brake_friction_pressure",
+    term: Term::BrakeFriction,
+    equation: "mu = mu0 (F / 50 kN)^-n",
+    source: "speed, pressure and braked mass are the regressors of 10.3390/ma14164766; n of 0.05 to 0.2 is general knowledge",
+    parameters: &[ParameterSpec {
+        name: "exponent",
+        lower: -0.5,
+        upper: 0.6,
+        default: 0.1,
+        neutral: Some(0.0),
+        ..ParameterSpec::PLAIN
+    }],
+    hidden: &[],
+    twins: &["pressing_force_offset"],
+    separated_by: "steady braking at three or more pressing forces from light to full",
+};
+
+/// See [`PRESSURE`].
+#[derive(Debug)]
+pub struct Pressure {
+    exponent: f64,
+}
+
+/// Force at which the pressure law leaves the friction as it is, N.
+const REFERENCE_FORCE_N: f64 = 5e4;
+/// Below this force the law stays at its value here, N.
+const SMALLEST_FORCE_N: f64 = 2e3;
+
+impl Pressure {
+    /// From the values of the spec's parameters.
+    pub fn boxed(values: &[f64]) -> Box<dyn Effect> {
+        Box::new(Self { exponent: values[0] })
+    }
+}
+
+impl Effect for Pressure {
+    fn spec(&self) -> &'static EffectSpec {
+        &PRESSURE
+    }
+
+    fn brake_friction(&self, wheelset: usize, at: &Operating, _hidden: &[f64], friction: f64) -> f64 {
+        let force = at.pressing_force_n[wheelset].max(SMALLEST_FORCE_N);
+        friction * (force / REFERENCE_FORCE_N).powf(-self.exponent)
+    }
+}
+
+/// Wet pads that grip late.
+pub static WET_DELAY: EffectSpec = EffectSpec {
+    id: "brake_wet_delay",
+    term: Term::BrakeFriction,
+    equation: "mu = mu0 (1 - d exp(-E / E0)), dE/dt = P_brake",
+    source: "recovery of wet and iced pads with braking energy (Wear 523, 204764); d of 0.2 to 0.6 and E0 of 0.3 to 1 MJ are general knowledge",
+    parameters: &[
+        ParameterSpec {
+            name: "loss",
+            lower: -0.5,
+            upper: 0.98,
+            default: 0.3,
+            neutral: Some(0.0),
+            ..ParameterSpec::PLAIN
+        },
+        ParameterSpec {
+            name: "drying_energy_j",
+            unit: "J",
+            lower: 2e4,
+            upper: 6e6,
+            default: 4e5,
+            starts: &[1.5e6],
+            ..ParameterSpec::PLAIN
+        },
+        ParameterSpec {
+            name: "on_dry_rail_too",
+            lower: 0.0,
+            upper: 1.0,
+            default: 1.0,
+            starts: &[1.0, 0.0],
+            discrete: true,
+            ..ParameterSpec::PLAIN
+        },
+    ],
+    hidden: &["energy braked since the run began, of each wheelset, J"],
+    twins: &["brake_lag", "brake_fade"],
+    separated_by: "two brake applications in one run: dry pads grip at once in the second, a lag returns in both",
+};
+
+/// See [`WET_DELAY`].
+#[derive(Debug)]
+pub struct WetDelay {
+    loss: f64,
+    drying_energy_j: f64,
+    on_dry_rail_too: bool,
+}
+
+/// Adhesion available above which a rail counts as dry.
+const DRY_RAIL_ADHESION: f64 = 0.2;
+
+impl WetDelay {
+    /// From the values of the spec's parameters.
+    pub fn boxed(values: &[f64]) -> Box<dyn Effect> {
+        Box::new(Self { loss: values[0], drying_energy_j: values[1], on_dry_rail_too: values[2] > 0.5 })
+    }
+}
+
+impl Effect for WetDelay {
+    fn spec(&self) -> &'static EffectSpec {
+        &WET_DELAY
+    }
+
+    fn hidden_len(&self, _sample_period_s: f64) -> usize {
+        MAX_WHEELSETS
+    }
+
+    fn advance(&self, at: &Operating, dt_s: f64, hidden: &mut [f64]) {
+        hidden.iter_mut().zip(at.brake_power_w).for_each(|(energy, power)| *energy += power * dt_s);
+    }
+
+    fn brake_friction(&self, wheelset: usize, at: &Operating, hidden: &[f64], friction: f64) -> f64 {
+        if !self.on_dry_rail_too && at.adhesion_peak[wheelset] > DRY_RAIL_ADHESION {
+            return friction;
+        }
+        friction * (1.0 - self.loss * (-hidden[wheelset] / self.drying_energy_j).exp())
     }
 }

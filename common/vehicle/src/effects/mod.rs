@@ -7,8 +7,18 @@
 //! **Adding an effect**: write it in the file of its term (one file a term) and name its constructor in the table
 //! [`CATALOGUE`].
 
+mod adhesion;
+mod brake_actuation;
 mod brake_friction;
+mod delay;
+mod drivetrain;
+mod inertia;
 mod kinematics;
+mod load_distribution;
+mod longitudinal_force;
+mod resistance;
+mod sensor_speed;
+mod sensor_wheel_speed;
 
 use crate::{EffectEntry, ModelError, PerWheelset, wagon::Constants};
 
@@ -75,6 +85,25 @@ pub struct ParameterSpec {
     pub neutral: Option<f64>,
     /// One-sigma width of the prior around `default`; infinite where nothing is known.
     pub prior_sigma: f64,
+    /// Further values from which a fit starts; for a discrete parameter all the values that it can have.
+    pub starts: &'static [f64],
+    /// Whether only the values of `starts` make sense (the number of a wheelset, say).
+    pub discrete: bool,
+}
+
+impl ParameterSpec {
+    /// A parameter without prior, hidden neutral value or further starts, for use with struct update syntax.
+    pub const PLAIN: Self = Self {
+        name: "",
+        unit: "1",
+        lower: 0.0,
+        upper: 1.0,
+        default: 0.0,
+        neutral: None,
+        prior_sigma: f64::INFINITY,
+        starts: &[],
+        discrete: false,
+    };
 }
 
 /// What the catalogue says about an effect.
@@ -113,6 +142,8 @@ pub struct Operating {
     pub sanding: f64,
     /// Grade of the track, rad, uphill positive.
     pub grade_rad: f64,
+    /// Adhesion available under each wheelset as the input gives it, before any effect.
+    pub adhesion_peak: PerWheelset,
     /// Angular speed of each wheelset, rad/s.
     pub wheel_speed_rad_s: PerWheelset,
     /// Pressing force of each wheelset as inferred from cylinder pressure, N.
@@ -123,6 +154,10 @@ pub struct Operating {
     pub brake_power_w: PerWheelset,
     /// Power dissipated by slip in each contact as last known, W, never negative.
     pub slip_power_w: PerWheelset,
+    /// Angular acceleration of each wheelset as last known, rad/s².
+    pub wheel_acceleration_rad_s2: PerWheelset,
+    /// Angle of each wheelset since the start of the run, rad: the integral of its recorded speed.
+    pub wheel_angle_rad: PerWheelset,
 }
 
 /// What sensors read: vehicle speed and wheelset speeds.
@@ -173,6 +208,11 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
         peak
     }
 
+    /// Headwind that the body sees, m/s.
+    fn headwind_m_s(&self, _at: &Operating, _hidden: &[f64], wind_m_s: f64) -> f64 {
+        wind_m_s
+    }
+
     /// Force on the body beyond contact, resistance and grade, N, forward positive.
     fn body_force_n(&self, _at: &Operating, _hidden: &[f64], force_n: f64) -> f64 {
         force_n
@@ -180,6 +220,9 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
 
     /// What the sensors read.
     fn observe(&self, _at: &Operating, _hidden: &[f64], _reading: &mut Observation) {}
+
+    /// Turns what the sensors read, at the start of a simulation, into the state of the vehicle.
+    fn correct(&self, _at: &Operating, _hidden: &[f64], _state: &mut Observation) {}
 }
 
 /// Builds an effect from its parameter values, in the order of its spec.
@@ -187,9 +230,40 @@ pub type Constructor = fn(&[f64]) -> Box<dyn Effect>;
 
 /// Every effect railgrip knows.
 pub static CATALOGUE: &[(&EffectSpec, Constructor)] = &[
+    (&brake_friction::SPEED, brake_friction::Speed::boxed),
     (&brake_friction::FADE, brake_friction::Fade::boxed),
+    (&brake_friction::PRESSURE, brake_friction::Pressure::boxed),
+    (&brake_friction::WET_DELAY, brake_friction::WetDelay::boxed),
+    (&brake_actuation::LAG, brake_actuation::Lag::boxed),
+    (&brake_actuation::HYSTERESIS, brake_actuation::Hysteresis::boxed),
+    (&brake_actuation::OFFSET, brake_actuation::Offset::boxed),
+    (&brake_actuation::DRAGGING, brake_actuation::Dragging::boxed),
+    (&adhesion::FALLING, adhesion::Falling::boxed),
+    (&adhesion::SELF_CLEANING, adhesion::SelfCleaning::boxed),
+    (&adhesion::PATCH, adhesion::Patch::boxed),
+    (&adhesion::SPEED, adhesion::Speed::boxed),
+    (&adhesion::SANDING, adhesion::Sanding::boxed),
+    (&load_distribution::LOAD_TRANSFER, load_distribution::LoadTransfer::boxed),
+    (&inertia::MASS, inertia::Mass::boxed),
+    (&inertia::ROTATING, inertia::Rotating::boxed),
     (&kinematics::WHEEL_RADIUS, kinematics::WheelRadius::boxed),
+    (&resistance::GRADE, resistance::Grade::boxed),
+    (&resistance::RUNNING, resistance::Running::boxed),
+    (&resistance::HEADWIND, resistance::Headwind::boxed),
+    (&longitudinal_force::COUPLER, longitudinal_force::Coupler::boxed),
+    (&sensor_wheel_speed::ECCENTRICITY, sensor_wheel_speed::Eccentricity::boxed),
+    (&sensor_wheel_speed::WINDOW, sensor_wheel_speed::Window::boxed),
+    (&sensor_wheel_speed::CLOCK_SKEW, sensor_wheel_speed::ClockSkew::boxed),
+    (&sensor_speed::LATENCY, sensor_speed::Latency::boxed),
+    (&sensor_speed::SCALE, sensor_speed::Scale::boxed),
+    (&drivetrain::TORSION, drivetrain::Torsion::boxed),
 ];
+
+/// Share of a stretch `[start_m, start_m + length_m]` of track that acts at `position_m`, 0 to 1, with smooth edges.
+pub fn window_share(position_m: f64, start_m: f64, length_m: f64, edge_m: f64) -> f64 {
+    let rise = |x: f64| 0.5 * (1.0 + (2.0 * x / edge_m).tanh());
+    rise(position_m - start_m) * rise(start_m + length_m - position_m)
+}
 
 /// The catalogue's entry of that id.
 pub fn find(id: &str) -> Option<(&'static EffectSpec, Constructor)> {

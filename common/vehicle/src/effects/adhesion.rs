@@ -1,0 +1,304 @@
+//! Effects on the adhesion available and on its shape over slip.
+
+use super::{Effect, EffectSpec, Operating, ParameterSpec, Term, window_share};
+use crate::wagon::Constants;
+
+/// Friction that falls with slip velocity.
+pub static FALLING: EffectSpec = EffectSpec {
+    id: "falling_friction",
+    term: Term::Adhesion,
+    equation: "mu = mu0 [(1 - A) exp(-B w) + A], w = |r omega - v|",
+    source: "Polach, Wear 258 (2005): A = 0.4, B = 0.6 / 0.2 / 0.2 / 0.1 s/m on dry / wet / low / very low rail",
+    parameters: &[
+        ParameterSpec {
+            name: "friction_ratio",
+            lower: 0.05,
+            upper: 1.0,
+            default: 0.6,
+            neutral: Some(1.0),
+            ..ParameterSpec::PLAIN
+        },
+        ParameterSpec {
+            name: "friction_decay_s_per_m",
+            unit: "s/m",
+            lower: 0.02,
+            upper: 5.0,
+            default: 0.3,
+            starts: &[1.5],
+            ..ParameterSpec::PLAIN
+        },
+    ],
+    hidden: &[],
+    twins: &["adhesion_speed", "self_cleaning"],
+    separated_by: "deep slides at constant speed: a law of slip velocity retraces its path, cleaning makes a loop",
+};
+
+/// See [`FALLING`].
+#[derive(Debug)]
+pub struct Falling {
+    friction_ratio: f64,
+    friction_decay_s_per_m: f64,
+}
+
+impl Falling {
+    /// From the values of the spec's parameters.
+    pub fn boxed(values: &[f64]) -> Box<dyn Effect> {
+        Box::new(Self { friction_ratio: values[0], friction_decay_s_per_m: values[1] })
+    }
+}
+
+impl Effect for Falling {
+    fn spec(&self) -> &'static EffectSpec {
+        &FALLING
+    }
+
+    fn constants(&self, constants: &mut Constants) {
+        constants.contact.friction_ratio = self.friction_ratio;
+        constants.contact.friction_decay_s_per_m = self.friction_decay_s_per_m;
+    }
+}
+
+/// Following wheelsets find cleaner rail.
+pub static SELF_CLEANING: EffectSpec = EffectSpec {
+    id: "self_cleaning",
+    term: Term::Adhesion,
+    equation: "mu0 of following wheelsets times 1 + k0 + k1 (1 - exp(-P_slip,front / 5 kW))",
+    source: "cleaning by slip energy, 10.1007/s11012-013-9839-z and 10.1080/00423114.2014.961488; gains of 0 to 50 % are general knowledge",
+    parameters: &[
+        ParameterSpec {
+            name: "gain",
+            lower: -0.5,
+            upper: 2.0,
+            default: 0.1,
+            neutral: Some(0.0),
+            ..ParameterSpec::PLAIN
+        },
+        ParameterSpec {
+            name: "gain_in_slip",
+            lower: -0.5,
+            upper: 2.0,
+            default: 0.05,
+            neutral: Some(0.0),
+            ..ParameterSpec::PLAIN
+        },
+    ],
+    hidden: &[],
+    twins: &["load_transfer", "falling_friction"],
+    separated_by: "the same braking with the other end leading, or on dry rail where there is nothing to clean",
+};
+
+/// See [`SELF_CLEANING`].
+#[derive(Debug)]
+pub struct SelfCleaning {
+    gain: f64,
+    gain_in_slip: f64,
+}
+
+/// Slip power at which the front wheelset cleans well, W.
+const CLEANING_POWER_W: f64 = 5e3;
+
+impl SelfCleaning {
+    /// From the values of the spec's parameters.
+    pub fn boxed(values: &[f64]) -> Box<dyn Effect> {
+        Box::new(Self { gain: values[0], gain_in_slip: values[1] })
+    }
+}
+
+impl Effect for SelfCleaning {
+    fn spec(&self) -> &'static EffectSpec {
+        &SELF_CLEANING
+    }
+
+    fn adhesion_peak(&self, wheelset: usize, at: &Operating, _hidden: &[f64], peak: f64) -> f64 {
+        if wheelset == 0 {
+            return peak;
+        }
+        let cleaned = 1.0 - (-at.slip_power_w[0] / CLEANING_POWER_W).exp();
+        peak * (1.0 + self.gain + self.gain_in_slip * cleaned).max(0.05)
+    }
+}
+
+/// A stretch of slippery rail.
+pub static PATCH: EffectSpec = EffectSpec {
+    id: "low_adhesion_patch",
+    term: Term::Adhesion,
+    equation: "mu0 times 1 - d for x in [x0, x0 + L], at each wheelset's own position",
+    source: "leaves and oil leave 0.02 to 0.08 over 10 to 200 m; general knowledge",
+    parameters: &[
+        ParameterSpec {
+            name: "start_m",
+            unit: "m",
+            lower: -50.0,
+            upper: 20000.0,
+            default: 150.0,
+            starts: &[50.0, 300.0, 500.0],
+            ..ParameterSpec::PLAIN
+        },
+        ParameterSpec {
+            name: "length_m",
+            unit: "m",
+            lower: 4.0,
+            upper: 2000.0,
+            default: 60.0,
+            starts: &[],
+            ..ParameterSpec::PLAIN
+        },
+        ParameterSpec {
+            name: "loss",
+            lower: -1.0,
+            upper: 0.97,
+            default: 0.3,
+            neutral: Some(0.0),
+            ..ParameterSpec::PLAIN
+        },
+    ],
+    hidden: &[],
+    twins: &["grade"],
+    separated_by: "a second pass over the stretch at another speed, and one without braking: only a grade acts then",
+};
+
+/// See [`PATCH`].
+#[derive(Debug)]
+pub struct Patch {
+    start_m: f64,
+    length_m: f64,
+    loss: f64,
+}
+
+/// Width over which a stretch of track sets in, m.
+const EDGE_M: f64 = 3.0;
+/// Half the distance of the outer wheelsets that the patch assumes, m.
+const HALF_WHEELBASE_M: f64 = 5.5;
+
+impl Patch {
+    /// From the values of the spec's parameters.
+    pub fn boxed(values: &[f64]) -> Box<dyn Effect> {
+        Box::new(Self { start_m: values[0], length_m: values[1], loss: values[2] })
+    }
+}
+
+impl Effect for Patch {
+    fn spec(&self) -> &'static EffectSpec {
+        &PATCH
+    }
+
+    fn adhesion_peak(&self, wheelset: usize, at: &Operating, _hidden: &[f64], peak: f64) -> f64 {
+        let ahead = if wheelset == 0 { HALF_WHEELBASE_M } else { -HALF_WHEELBASE_M };
+        let inside = window_share(at.position_m + ahead, self.start_m, self.length_m, EDGE_M);
+        peak * (1.0 - self.loss * inside)
+    }
+}
+
+/// Adhesion that falls with vehicle speed.
+pub static SPEED: EffectSpec = EffectSpec {
+    id: "adhesion_speed",
+    term: Term::Adhesion,
+    equation: "mu0 times (1 + 15 m/s c) / (1 + v c)",
+    source: "the form of Curtius & Kniffler (1944), 7.5 / (3.6 v + 44) + 0.161, whose c is about 0.03 s/m",
+    parameters: &[ParameterSpec {
+        name: "decay_s_per_m",
+        unit: "s/m",
+        lower: -0.02,
+        upper: 1.0,
+        default: 0.02,
+        neutral: Some(0.0),
+        starts: &[-0.01],
+        ..ParameterSpec::PLAIN
+    }],
+    hidden: &[],
+    twins: &["falling_friction"],
+    separated_by: "slides of the same depth at high and at low speed",
+};
+
+/// See [`SPEED`].
+#[derive(Debug)]
+pub struct Speed {
+    decay_s_per_m: f64,
+}
+
+/// Speed at which the law leaves the adhesion as it is, m/s.
+const REFERENCE_SPEED_M_S: f64 = 15.0;
+
+impl Speed {
+    /// From the values of the spec's parameters.
+    pub fn boxed(values: &[f64]) -> Box<dyn Effect> {
+        Box::new(Self { decay_s_per_m: values[0] })
+    }
+}
+
+impl Effect for Speed {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEED
+    }
+
+    fn adhesion_peak(&self, _wheelset: usize, at: &Operating, _hidden: &[f64], peak: f64) -> f64 {
+        let c = self.decay_s_per_m;
+        peak * (1.0 + REFERENCE_SPEED_M_S * c) / (1.0 + at.v_m_s.max(0.0) * c).max(0.1)
+    }
+}
+
+/// Sand between wheel and rail.
+pub static SANDING: EffectSpec = EffectSpec {
+    id: "sanding",
+    term: Term::Adhesion,
+    equation: "mu0 times 1 + g s, tau ds/dt = sanding - s",
+    source: "adhesion recovers within seconds of sanding (Schwarz & Keck; 10.3390/2075-4442/13/6/270 for amounts)",
+    parameters: &[
+        ParameterSpec {
+            name: "gain",
+            lower: -0.7,
+            upper: 5.0,
+            default: 0.3,
+            neutral: Some(0.0),
+            ..ParameterSpec::PLAIN
+        },
+        ParameterSpec {
+            name: "build_up_s",
+            unit: "s",
+            lower: 0.01,
+            upper: 10.0,
+            default: 0.3,
+            starts: &[2.0],
+            ..ParameterSpec::PLAIN
+        },
+    ],
+    hidden: &["sand on the rail, 0 to 1"],
+    twins: &["self_cleaning"],
+    separated_by: "the same slide with and without sand",
+};
+
+/// See [`SANDING`].
+#[derive(Debug)]
+pub struct Sanding {
+    gain: f64,
+    build_up_s: f64,
+}
+
+impl Sanding {
+    /// From the values of the spec's parameters.
+    pub fn boxed(values: &[f64]) -> Box<dyn Effect> {
+        Box::new(Self { gain: values[0], build_up_s: values[1] })
+    }
+}
+
+impl Effect for Sanding {
+    fn spec(&self) -> &'static EffectSpec {
+        &SANDING
+    }
+
+    fn hidden_len(&self, _sample_period_s: f64) -> usize {
+        1
+    }
+
+    fn start(&self, at: &Operating, hidden: &mut [f64]) {
+        hidden[0] = at.sanding;
+    }
+
+    fn advance(&self, at: &Operating, dt_s: f64, hidden: &mut [f64]) {
+        hidden[0] += (at.sanding - hidden[0]) * (1.0 - (-dt_s / self.build_up_s).exp());
+    }
+
+    fn adhesion_peak(&self, _wheelset: usize, _at: &Operating, hidden: &[f64], peak: f64) -> f64 {
+        peak * (1.0 + self.gain * hidden[0])
+    }
+}
