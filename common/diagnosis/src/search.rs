@@ -1,0 +1,120 @@
+//! Fits of candidates: nuisances refitted with every one, nonlinearly, from every start.
+
+use crate::library::Candidate;
+use crate::objective::{Innovations, Whitening};
+use crate::parameters::{FittedEffect, Shape};
+use crate::solver::{self, Effort, Fit, Problem};
+use rayon::prelude::*;
+
+/// A fitted model and how well it predicts.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// The shape.
+    pub shape: Shape,
+    /// The fit, with the normal equations of each run.
+    pub fit: Fit,
+    /// Residuals at the solution.
+    pub residuals: Vec<f64>,
+    /// Their derivatives.
+    pub columns: Vec<Vec<f64>>,
+    /// Predicted half cost of each run from a fit to the others.
+    pub left_out: Vec<f64>,
+}
+
+impl Fitted {
+    /// Sum of the predicted half costs.
+    pub fn predictive_cost(&self) -> f64 {
+        self.left_out.iter().sum()
+    }
+}
+
+/// Effort of a fit that is carried to its end.
+const FULL: Effort = Effort { iterations: 25, slow_columns: 0, refresh: 4, tolerance: 0.02 };
+/// Effort spent on each start before the best go on.
+const SHORT: Effort = Effort { iterations: 4, slow_columns: 0, refresh: 100, tolerance: 0.5 };
+/// Starts that go on.
+const SURVIVORS: usize = 2;
+
+/// Fits a shape from `start` to the end and linearises there.
+pub fn finish(whitening: &Whitening, shape: &Shape, start: &[f64], slow: Option<&[Vec<f64>]>) -> Fitted {
+    let problem = Innovations { whitening, shape };
+    let slow_columns = slow.map_or(0, <[Vec<f64>]>::len);
+    let effort = Effort { slow_columns, ..FULL };
+    let mut fit = solver::fit(&problem, shape.parameters(), start, effort, slow);
+    let (residuals, columns) = solver::linearise(&problem, shape.parameters(), &mut fit);
+    // Frozen nuisance columns may have stopped the fit short of the optimum: one more round with all fresh.
+    if slow.is_some() {
+        let (gradient, curvature) = solver::assemble(shape.parameters(), &fit.theta, &fit.blocks);
+        let short = curvature.cholesky().map_or(0.0, |c| 0.5 * gradient.dot(&c.solve(&gradient)));
+        if short > 0.2 {
+            let again = solver::fit(&problem, shape.parameters(), &fit.theta, FULL, None);
+            fit = Fit { converged: again.converged, ..again };
+            let (residuals, columns) = solver::linearise(&problem, shape.parameters(), &mut fit);
+            let left_out = solver::leave_one_out(shape.parameters(), &fit);
+            return Fitted { shape: shape.clone(), fit, residuals, columns, left_out };
+        }
+    }
+    let left_out = solver::leave_one_out(shape.parameters(), &fit);
+    Fitted { shape: shape.clone(), fit, residuals, columns, left_out }
+}
+
+/// Fits one candidate on top of `base`, from all its starts.
+pub fn fit_candidate(whitening: &Whitening, base: &Fitted, candidate: &Candidate) -> Fitted {
+    let mut trials: Vec<(FittedEffect, Fit)> =
+        candidate.starts.iter().map(|effect| (effect.clone(), short_fit(whitening, base, effect))).collect();
+    trials.sort_by(|a, b| a.1.total().total_cmp(&b.1.total()));
+    trials.truncate(SURVIVORS);
+    trials
+        .iter()
+        .map(|(effect, fit)| finish(whitening, &base.shape.with(effect), &fit.theta, Some(&base.columns)))
+        .min_by(|a, b| a.fit.total().total_cmp(&b.fit.total()))
+        .unwrap_or_else(|| base.clone())
+}
+
+fn short_fit(whitening: &Whitening, base: &Fitted, effect: &FittedEffect) -> Fit {
+    let shape = base.shape.with(effect);
+    let mut start = base.fit.theta.clone();
+    start.extend(effect.parameters.iter().map(|p| p.start));
+    let problem = Innovations { whitening, shape: &shape };
+    let effort = Effort { slow_columns: base.columns.len(), ..SHORT };
+    solver::fit(&problem, shape.parameters(), &start, effort, Some(&base.columns))
+}
+
+/// Fits every candidate on top of `base`; the order of the results is that of the candidates on any number of threads.
+pub fn fit_all(
+    whitening: &Whitening,
+    base: &Fitted,
+    candidates: &[Candidate],
+    progress: &(dyn Fn(&'static str) + Sync),
+) -> Vec<Fitted> {
+    candidates
+        .par_iter()
+        .map(|candidate| {
+            let fitted = fit_candidate(whitening, base, candidate);
+            progress(candidate.spec.id);
+            fitted
+        })
+        .collect()
+}
+
+/// Fits the nominal model and freezes the filter at it: twice, since the gains depend on the fit.
+pub fn calibrate<'a>(
+    case: &'a crate::case::Case,
+    shape: &Shape,
+    clutter: &crate::innovations::Clutter,
+) -> (Whitening<'a>, Fitted) {
+    let mut theta = shape.start();
+    for _ in 0..2 {
+        let whitening = Whitening::new(case, &shape.build(&theta), clutter);
+        let problem = Innovations { whitening: &whitening, shape };
+        theta = solver::fit(&problem, shape.parameters(), &theta, FULL, None).theta;
+    }
+    let whitening = Whitening::new(case, &shape.build(&theta), clutter);
+    let base = finish(&whitening, shape, &theta, None);
+    (whitening, base)
+}
+
+/// Number of residuals of a problem.
+pub fn count(problem: &impl Problem) -> usize {
+    problem.block_ends().last().copied().unwrap_or(0)
+}
