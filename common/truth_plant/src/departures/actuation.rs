@@ -2,7 +2,12 @@
 
 use std::collections::VecDeque;
 
-use crate::departure::{Departure, Moment};
+use super::Drawn;
+use crate::{
+    departure::{Departure, Moment},
+    random::Stream,
+    sheet::Sheet,
+};
 
 /// Pad force behind the pressure: dead time, then two equal lags in a row.
 pub(super) struct SlowRigging {
@@ -92,4 +97,31 @@ impl Departure for StuckBrake {
     fn drag_torque_nm(&self, wheelset: usize, now: &Moment) -> f64 {
         if wheelset == self.wheelset { self.torque_nm * now.wheel_speed_rad_s[wheelset].tanh() } else { 0.0 }
     }
+}
+
+pub(super) fn brake_lag(strength: f64, stream: &mut Stream, _sheet: &Sheet) -> Drawn {
+    let dead_s = strength * stream.uniform(0.03, 0.12);
+    let lag_s = strength * stream.uniform(0.12, 0.3);
+    let departure =
+        SlowRigging { dead_s, lag_s, waiting: VecDeque::new(), first: [0.0; 2], second: [0.0; 2] };
+    (Box::new(departure), vec![("dead_s", dead_s), ("lag_s", lag_s)])
+}
+
+pub(super) fn rigging_hysteresis(strength: f64, stream: &mut Stream, sheet: &Sheet) -> Drawn {
+    let relative = strength * stream.uniform(0.04, 0.09);
+    let reversal_n = sheet.full_force_n() * stream.uniform(0.03, 0.08);
+    let departure = DahlRigging { relative, reversal_n, side: [0.0; 2], before_n: [0.0; 2] };
+    (Box::new(departure), vec![("relative", relative), ("reversal_n", reversal_n)])
+}
+
+pub(super) fn pressing_force_offset(strength: f64, stream: &mut Stream, sheet: &Sheet) -> Drawn {
+    let threshold_n = strength * sheet.full_force_n() * stream.uniform(0.04, 0.09);
+    (Box::new(ReturnSpring { threshold_n }), vec![("threshold_n", threshold_n)])
+}
+
+pub(super) fn dragging_brake(strength: f64, stream: &mut Stream, sheet: &Sheet) -> Drawn {
+    let wheelset = stream.below(2);
+    let torque_nm = strength * sheet.mass_kg * sheet.radius_m * stream.uniform(0.012, 0.03);
+    let parameters = vec![("wheelset", wheelset as f64), ("torque_nm", torque_nm)];
+    (Box::new(StuckBrake { wheelset, torque_nm }), parameters)
 }

@@ -1,6 +1,11 @@
 //! Departures of the rail: how much it holds, where, when and at which slip.
 
-use crate::departure::{Departure, Moment};
+use super::Drawn;
+use crate::{
+    departure::{Departure, Moment},
+    random::Stream,
+    sheet::Sheet,
+};
 
 /// Adhesion that falls with slip velocity, along a hyperbola.
 pub(super) struct FallingFriction {
@@ -95,4 +100,44 @@ impl Departure for Sand {
     fn rail_friction(&self, _wheelset: usize, _slip_velocity_m_s: f64, _now: &Moment) -> f64 {
         1.0 + self.gain * self.cover.sqrt()
     }
+}
+
+pub(super) fn falling_friction(strength: f64, stream: &mut Stream, _sheet: &Sheet) -> Drawn {
+    let depth = (strength * stream.uniform(0.3, 0.5)).min(0.8);
+    let half_m_s = stream.uniform(0.6, 2.5);
+    (Box::new(FallingFriction { depth, half_m_s }), vec![("depth", depth), ("half_m_s", half_m_s)])
+}
+
+pub(super) fn self_cleaning(strength: f64, stream: &mut Stream, sheet: &Sheet) -> Drawn {
+    let gain = strength * stream.uniform(0.15, 0.35);
+    let share = stream.uniform(0.4, 0.8);
+    let departure = CleanedRail {
+        rolling: gain * share,
+        sliding: gain * (1.0 - share),
+        power_w: sheet.mass_kg * stream.uniform(0.1, 0.4),
+        smooth_s: 0.4,
+        recent_w: 0.0,
+    };
+    let parameters = vec![("rolling", departure.rolling), ("sliding", departure.sliding)];
+    (Box::new(departure), parameters)
+}
+
+pub(super) fn low_adhesion_patch(strength: f64, stream: &mut Stream, _sheet: &Sheet) -> Drawn {
+    let loss = (strength * stream.uniform(0.4, 0.65)).min(0.85);
+    let from_m = stream.uniform(120.0, 230.0);
+    let to_m = from_m + stream.uniform(50.0, 130.0);
+    let departure = SlipperyStretch { loss, from_m, to_m, edge_m: stream.uniform(1.5, 5.0) };
+    (Box::new(departure), vec![("loss", loss), ("from_m", from_m), ("to_m", to_m)])
+}
+
+pub(super) fn adhesion_speed(strength: f64, stream: &mut Stream, _sheet: &Sheet) -> Drawn {
+    let speed_m_s = stream.uniform(30.0, 60.0) / strength;
+    (Box::new(SpeedDecay { speed_m_s }), vec![("speed_m_s", speed_m_s)])
+}
+
+pub(super) fn sanding(strength: f64, stream: &mut Stream, _sheet: &Sheet) -> Drawn {
+    let gain = strength * stream.uniform(0.3, 0.6);
+    let departure =
+        Sand { gain, fall_s: stream.uniform(0.4, 1.0), stay_s: stream.uniform(0.8, 2.0), cover: 0.0 };
+    (Box::new(departure), vec![("gain", gain)])
 }

@@ -1,7 +1,12 @@
 //! Departures of masses, loads, wheels and shafts, and of the forces on the body.
 
+use std::f64::consts::TAU;
+
+use super::Drawn;
 use crate::{
     departure::{Departure, Moment, Sensed},
+    random::Stream,
+    sheet::Sheet,
     wagon::TrueWagon,
 };
 
@@ -148,4 +153,71 @@ impl Departure for Neighbour {
         }
         self.stiffness_n_per_m * beyond_m * self.stretch_m.signum() + self.damping_n_s_per_m * self.rate_m_s
     }
+}
+
+pub(super) fn load_transfer(strength: f64, stream: &mut Stream, _sheet: &Sheet) -> Drawn {
+    let factor = if stream.chance(0.4) {
+        1.0 - (strength * stream.uniform(0.6, 1.0)).min(1.5)
+    } else {
+        1.0 + strength * stream.uniform(0.6, 1.2)
+    };
+    (Box::new(PitchingBody { factor }), vec![("factor", factor)])
+}
+
+pub(super) fn mass_error(strength: f64, stream: &mut Stream, _sheet: &Sheet) -> Drawn {
+    let relative = (strength * stream.sign() * stream.uniform(0.07, 0.12)).max(-0.3);
+    (Box::new(WrongMass { relative }), vec![("relative", relative)])
+}
+
+pub(super) fn rotating_inertia(strength: f64, stream: &mut Stream, _sheet: &Sheet) -> Drawn {
+    let relative = strength * stream.uniform(0.15, 0.4);
+    (Box::new(WrongInertia { relative }), vec![("relative", relative)])
+}
+
+pub(super) fn wheel_radius(strength: f64, stream: &mut Stream, _sheet: &Sheet) -> Drawn {
+    let wheelset = stream.below(2);
+    let relative = strength * stream.sign() * stream.uniform(0.004, 0.012);
+    let parameters = vec![("wheelset", wheelset as f64), ("relative", relative)];
+    (Box::new(WornWheels { wheelset, relative }), parameters)
+}
+
+pub(super) fn coupler_force(strength: f64, stream: &mut Stream, sheet: &Sheet) -> Drawn {
+    let mass_kg = sheet.mass_kg * stream.uniform(0.7, 1.3);
+    let stiffness_n_per_m = mass_kg * stream.uniform(4.0, 7.0).powi(2);
+    let ratio = 1.0 + strength * stream.sign() * stream.uniform(0.10, 0.2);
+    let departure = Neighbour {
+        mass_kg,
+        stiffness_n_per_m,
+        damping_n_s_per_m: stream.uniform(0.15, 0.3) * (stiffness_n_per_m * mass_kg).sqrt(),
+        slack_m: stream.uniform(0.003, 0.012),
+        late_s: strength.sqrt() * stream.uniform(0.3, 0.8),
+        ratio,
+        own_mass_kg: sheet.mass_kg,
+        brake_n_per_n: sheet.pad_friction * sheet.brake_radius_m / sheet.radius_m,
+        stretch_m: 0.0,
+        rate_m_s: 0.0,
+        braking_n: 0.0,
+    };
+    let parameters = vec![
+        ("ratio", ratio),
+        ("late_s", departure.late_s),
+        ("stiffness_n_per_m", stiffness_n_per_m),
+        ("slack_m", departure.slack_m),
+    ];
+    (Box::new(departure), parameters)
+}
+
+pub(super) fn axle_torsion(strength: f64, stream: &mut Stream, sheet: &Sheet) -> Drawn {
+    let disc_share = (0.25 * strength).clamp(0.15, 0.45);
+    let frequency_hz = stream.uniform(4.0, 8.0) / strength.sqrt();
+    let departure = SoftShaft {
+        disc_share,
+        disc_inertia_kg_m2: sheet.inertia_kg_m2 * disc_share,
+        frequency_rad_s: TAU * frequency_hz,
+        damping_ratio: stream.uniform(0.02, 0.06),
+        twist: [[0.0; 2]; 2],
+        wheel_before: [0.0; 2],
+        started: false,
+    };
+    (Box::new(departure), vec![("disc_share", disc_share), ("frequency_hz", frequency_hz)])
 }

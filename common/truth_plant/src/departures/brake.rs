@@ -1,6 +1,11 @@
 //! Departures of pad friction: speed, heat, pressure, water.
 
-use crate::departure::{Departure, Moment};
+use super::Drawn;
+use crate::{
+    departure::{Departure, Moment},
+    random::Stream,
+    sheet::Sheet,
+};
 
 /// Friction that is higher at low sliding speed, with a Lorentzian Stribeck curve.
 pub(super) struct Stribeck {
@@ -103,4 +108,40 @@ impl Departure for WaterFilm {
     fn pad_friction(&self, wheelset: usize, _now: &Moment) -> f64 {
         1.0 - self.loss * self.film[wheelset]
     }
+}
+
+pub(super) fn brake_friction_speed(strength: f64, stream: &mut Stream, sheet: &Sheet) -> Drawn {
+    let (rise, width_m_s) = (strength * stream.uniform(0.15, 0.3), stream.uniform(2.0, 6.0));
+    let departure = Stribeck { rise, width_m_s, brake_radius_m: sheet.brake_radius_m };
+    (Box::new(departure), vec![("rise", rise), ("width_m_s", width_m_s)])
+}
+
+pub(super) fn brake_fade(strength: f64, stream: &mut Stream, sheet: &Sheet) -> Drawn {
+    let depth = (strength * stream.uniform(0.3, 0.5)).min(0.9);
+    let core_j_per_k = sheet.mass_kg * stream.uniform(0.8, 1.3);
+    let departure = Fade {
+        depth,
+        midpoint_k: stream.uniform(150.0, 230.0),
+        width_k: stream.uniform(45.0, 80.0),
+        layer_j_per_k: 0.25 * core_j_per_k,
+        core_j_per_k,
+        conduction_w_per_k: core_j_per_k / stream.uniform(15.0, 35.0),
+        cooling_w_per_k: core_j_per_k / stream.uniform(250.0, 600.0),
+        heat: [[0.0; 2]; 2],
+    };
+    let parameters =
+        vec![("depth", depth), ("midpoint_k", departure.midpoint_k), ("width_k", departure.width_k)];
+    (Box::new(departure), parameters)
+}
+
+pub(super) fn brake_friction_pressure(strength: f64, stream: &mut Stream, sheet: &Sheet) -> Drawn {
+    let fall = strength * stream.uniform(0.15, 0.35);
+    let quoted_at_n = 0.6 * sheet.full_force_n();
+    (Box::new(PressureDependence { fall, quoted_at_n }), vec![("fall", fall), ("quoted_at_n", quoted_at_n)])
+}
+
+pub(super) fn brake_wet_delay(strength: f64, stream: &mut Stream, sheet: &Sheet) -> Drawn {
+    let loss = (strength * stream.uniform(0.2, 0.4)).min(0.75);
+    let energy_j = sheet.mass_kg / 40e3 * stream.uniform(0.5e6, 1.3e6);
+    (Box::new(WaterFilm { loss, energy_j, film: [1.0; 2] }), vec![("loss", loss), ("energy_j", energy_j)])
 }

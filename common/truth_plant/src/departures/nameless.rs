@@ -2,7 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use crate::departure::{Departure, Moment, Sensed};
+use super::Drawn;
+use crate::{
+    departure::{Departure, Moment, Sensed},
+    random::Stream,
+    sheet::Sheet,
+};
 
 /// A track brake that helps at full braking only.
 pub(super) struct TrackBrake {
@@ -152,4 +157,78 @@ impl Departure for LeakingCylinder {
     fn pad_force_n(&self, wheelset: usize, cylinder_n: f64, _now: &Moment) -> f64 {
         if wheelset == self.wheelset { cylinder_n * (-self.held_s / self.leak_s).exp() } else { cylinder_n }
     }
+}
+
+pub(super) fn track_brake(strength: f64, stream: &mut Stream, sheet: &Sheet) -> Drawn {
+    let force_n = strength * sheet.mass_kg * stream.uniform(0.06, 0.12);
+    (Box::new(TrackBrake { force_n, full_n: sheet.full_force_n() }), vec![("force_n", force_n)])
+}
+
+pub(super) fn initial_bite(strength: f64, stream: &mut Stream, sheet: &Sheet) -> Drawn {
+    let (extra, ease_s) = (strength * stream.uniform(0.12, 0.25), stream.uniform(1.0, 2.5));
+    let touch_n = 0.03 * sheet.full_force_n();
+    let departure = InitialBite { extra, ease_s, touch_n, contact_s: [0.0; 2] };
+    (Box::new(departure), vec![("extra", extra), ("ease_s", ease_s)])
+}
+
+pub(super) fn uneven_disc(strength: f64, stream: &mut Stream, _sheet: &Sheet) -> Drawn {
+    let departure = UnevenDisc {
+        amplitude: (strength * stream.uniform(0.12, 0.2)).min(0.6),
+        turns: stream.uniform(14.0, 30.0),
+        phase_rad: stream.uniform(0.0, TAU),
+    };
+    let parameters = vec![("amplitude", departure.amplitude), ("turns", departure.turns)];
+    (Box::new(departure), parameters)
+}
+
+pub(super) fn cold_bearings(strength: f64, stream: &mut Stream, sheet: &Sheet) -> Drawn {
+    let force_n = strength * sheet.mass_kg * stream.uniform(0.06, 0.12);
+    let way_m = stream.uniform(90.0, 250.0);
+    (Box::new(ColdBearings { force_n, way_m }), vec![("force_n", force_n), ("way_m", way_m)])
+}
+
+pub(super) fn conditioning(strength: f64, stream: &mut Stream, sheet: &Sheet) -> Drawn {
+    let departure = Conditioning {
+        gain: strength * stream.uniform(0.3, 0.6),
+        work_j: sheet.mass_kg * stream.uniform(0.6, 2.0),
+        forget_s: stream.uniform(3.0, 8.0),
+        burnt_j: [0.0; 2],
+    };
+    let parameters = vec![("gain", departure.gain), ("work_j", departure.work_j)];
+    (Box::new(departure), parameters)
+}
+
+pub(super) fn sleeper_radar(strength: f64, stream: &mut Stream, _sheet: &Sheet) -> Drawn {
+    let departure = SleeperRadar {
+        amplitude: strength * stream.uniform(0.012, 0.022),
+        wavelength_m: stream.uniform(12.0, 60.0),
+    };
+    let parameters = vec![("amplitude", departure.amplitude), ("wavelength_m", departure.wavelength_m)];
+    (Box::new(departure), parameters)
+}
+
+pub(super) fn disturbed_tachometer(strength: f64, stream: &mut Stream, sheet: &Sheet) -> Drawn {
+    let departure = DisturbedTachometer {
+        wheelset: stream.below(2),
+        relative: strength * stream.uniform(0.01, 0.02),
+        full_n: sheet.full_force_n(),
+    };
+    let parameters = vec![("wheelset", departure.wheelset as f64), ("relative", departure.relative)];
+    (Box::new(departure), parameters)
+}
+
+pub(super) fn weak_drive(strength: f64, stream: &mut Stream, _sheet: &Sheet) -> Drawn {
+    let loss = (strength * stream.uniform(0.1, 0.2)).min(0.6);
+    (Box::new(WeakDrive { loss }), vec![("loss", loss)])
+}
+
+pub(super) fn leaking_cylinder(strength: f64, stream: &mut Stream, sheet: &Sheet) -> Drawn {
+    let departure = LeakingCylinder {
+        wheelset: stream.below(2),
+        leak_s: stream.uniform(35.0, 60.0) / strength,
+        held_s: 0.0,
+        touch_n: 0.03 * sheet.full_force_n(),
+    };
+    let parameters = vec![("wheelset", departure.wheelset as f64), ("leak_s", departure.leak_s)];
+    (Box::new(departure), parameters)
 }

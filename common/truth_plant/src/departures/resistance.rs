@@ -2,9 +2,11 @@
 
 use std::f64::consts::PI;
 
+use super::Drawn;
 use crate::{
     departure::{Departure, Moment},
     random::{Stream, Wander},
+    sheet::Sheet,
 };
 
 /// A slope that the map does not have, with rounded ends.
@@ -67,4 +69,32 @@ impl Departure for Wind {
     fn headwind_m_s(&self, _now: &Moment) -> f64 {
         self.now_m_s
     }
+}
+
+pub(super) fn grade(strength: f64, stream: &mut Stream, _sheet: &Sheet) -> Drawn {
+    let slope_rad = strength * stream.sign() * stream.uniform(0.003, 0.006);
+    let from_m = stream.uniform(60.0, 260.0);
+    let to_m = from_m + stream.uniform(120.0, 350.0);
+    let departure = UnmappedSlope { slope_rad, from_m, to_m, round_m: stream.uniform(10.0, 30.0) };
+    (Box::new(departure), vec![("slope_rad", slope_rad), ("from_m", from_m), ("to_m", to_m)])
+}
+
+pub(super) fn running_resistance(strength: f64, stream: &mut Stream, sheet: &Sheet) -> Drawn {
+    let extra_n = strength * sheet.mass_kg * stream.uniform(0.02, 0.04);
+    let share = stream.uniform(0.2, 0.8);
+    let (constant_n, at_20_m_s_n) = (extra_n * share, extra_n * (1.0 - share));
+    let departure = StiffRunning { constant_n, at_20_m_s_n };
+    (Box::new(departure), vec![("constant_n", constant_n), ("at_20_m_s_n", at_20_m_s_n)])
+}
+
+pub(super) fn headwind(strength: f64, stream: &mut Stream, _sheet: &Sheet) -> Drawn {
+    let mean_m_s = strength * stream.uniform(6.0, 11.0);
+    let departure = Wind {
+        mean_m_s,
+        stream: Stream::new(stream.below(1 << 30) as u64, "breath", 0),
+        breath: None,
+        now_m_s: mean_m_s,
+        until_next: 0,
+    };
+    (Box::new(departure), vec![("mean_m_s", mean_m_s)])
 }

@@ -1,8 +1,13 @@
 //! Departures of what is shown from what is.
 
-use std::collections::VecDeque;
+use std::{collections::VecDeque, f64::consts::TAU};
 
-use crate::departure::{Departure, Moment, Sensed};
+use super::Drawn;
+use crate::{
+    departure::{Departure, Moment, Sensed},
+    random::Stream,
+    sheet::Sheet,
+};
 
 /// An encoder wheel off its centre: once a turn, with a little second order.
 pub(super) struct OffCentreEncoder {
@@ -117,4 +122,48 @@ fn at<T>(newest_first: &VecDeque<T>, back: f64, value: impl Fn(&T) -> f64) -> f6
     let share = (back - index as f64).clamp(0.0, 1.0);
     let (a, b) = (newest_first.get(index).map_or(0.0, &value), newest_first.get(next).map_or(0.0, &value));
     a + share * (b - a)
+}
+
+pub(super) fn wheel_encoder_eccentricity(strength: f64, stream: &mut Stream, _sheet: &Sheet) -> Drawn {
+    let departure = OffCentreEncoder {
+        wheelset: stream.below(2),
+        amplitude: strength * stream.uniform(0.005, 0.010),
+        phase_rad: stream.uniform(0.0, TAU),
+        second_order: stream.uniform(0.05, 0.15),
+    };
+    let parameters = vec![
+        ("wheelset", departure.wheelset as f64),
+        ("amplitude", departure.amplitude),
+        ("phase_rad", departure.phase_rad),
+    ];
+    (Box::new(departure), parameters)
+}
+
+pub(super) fn wheel_encoder_window(strength: f64, stream: &mut Stream, _sheet: &Sheet) -> Drawn {
+    let window_s = strength * stream.uniform(0.08, 0.16);
+    (Box::new(CountingWindow { window_s, past: VecDeque::new() }), vec![("window_s", window_s)])
+}
+
+pub(super) fn clock_skew(strength: f64, stream: &mut Stream, _sheet: &Sheet) -> Drawn {
+    let drift = strength * stream.uniform(0.003, 0.007);
+    let departure = SlowClock { drift, warming_per_s: stream.uniform(0.0, 0.004), past: VecDeque::new() };
+    (Box::new(departure), vec![("drift", drift)])
+}
+
+pub(super) fn speed_latency(strength: f64, stream: &mut Stream, _sheet: &Sheet) -> Drawn {
+    let latency_s = strength * stream.uniform(0.18, 0.35);
+    let share = stream.uniform(0.5, 0.9);
+    let departure = LateSpeed {
+        delay_s: share * latency_s,
+        smooth_s: (1.0 - share) * latency_s,
+        past: VecDeque::new(),
+        smoothed: None,
+    };
+    (Box::new(departure), vec![("latency_s", latency_s)])
+}
+
+pub(super) fn speed_scale(strength: f64, stream: &mut Stream, _sheet: &Sheet) -> Drawn {
+    let relative = strength * stream.sign() * stream.uniform(0.006, 0.015);
+    let bend_per_m_s = stream.uniform(-0.004, 0.004);
+    (Box::new(WrongScale { relative, bend_per_m_s }), vec![("relative", relative)])
 }
