@@ -1,0 +1,152 @@
+//! What the HTML report shows of a law-level case.
+
+use super::chance::Noise;
+use super::estimates::{axis, binned, effect_curve};
+use super::flexible::{Group, Sense};
+use super::gaps::{Predictions, edges, within};
+use super::input::Kind;
+use super::points::{Covariate, Point};
+use super::search::{Found, Trial};
+use super::verdict::missing_curve;
+use crate::html::detail::{Axis, CandidateDetail, Curve, CurvePoint, HeatGroup, HeatMap, RunRow, Scatter};
+use crate::report::Regime;
+
+const Z95: f64 = 1.96;
+
+/// Most points that a scatter shows.
+const MOST_POINTS: usize = 400;
+
+/// The variables that a kind of bench may have.
+pub fn variables(kind: Kind) -> &'static [Covariate] {
+    match kind {
+        Kind::Creep => &[Covariate::Creepage, Covariate::SlipVelocity, Covariate::Speed, Covariate::Load],
+        Kind::Brake => &[Covariate::Speed, Covariate::Temperature, Covariate::PressingForce],
+    }
+}
+
+/// Gap of the fit points by region of every variable.
+pub fn heat_map(kind: Kind, predictions: &Predictions<'_>) -> HeatMap {
+    let points = &predictions.set.points;
+    let groups = variables(kind).iter().filter(|&&c| own_axis(points, c)).filter_map(|&covariate| {
+        let edges = edges(points, covariate)?;
+        let regions: Vec<(f64, f64, bool)> =
+            edges.windows(2).enumerate().map(|(i, w)| (w[0], w[1], i + 2 == edges.len())).collect();
+        let gaps = regions.iter().map(|&(low, high, closed)| {
+            let inside = |point: &Point| within(covariate.of(point), low, high, closed);
+            (predictions.gaps(inside), points.iter().filter(|point| inside(point)).count())
+        });
+        let (gaps, samples): (Vec<[f64; 3]>, Vec<usize>) = gaps.unzip();
+        let axis = axis(covariate, points);
+        Some(HeatGroup {
+            variable: axis.label,
+            unit: axis.unit,
+            edges,
+            samples,
+            calibrated: vec![gaps.iter().map(|gap| gap[1]).collect()],
+            extended: vec![gaps.iter().map(|gap| gap[2]).collect()],
+        })
+    });
+    HeatMap { signals: vec![kind.signal().to_owned()], groups: groups.collect() }
+}
+
+/// Whether a variable says something that another does not: without a speed column, slip velocity is creepage.
+fn own_axis(points: &[Point], covariate: Covariate) -> bool {
+    covariate != Covariate::SlipVelocity || points.iter().all(|point| !point.speed_m_s.is_nan())
+}
+
+/// Measured points and models over every variable that the set varies.
+pub fn scatters(kind: Kind, predictions: &Predictions<'_>, title: &str) -> Vec<Scatter> {
+    let points = &predictions.set.points;
+    let y = match kind {
+        Kind::Creep => Axis { label: "force over load".to_owned(), unit: String::new() },
+        Kind::Brake => Axis { label: "pad friction".to_owned(), unit: String::new() },
+    };
+    let shown = |point: &Point, value: f64| match kind {
+        Kind::Creep => value * point.creepage.signum() / point.load_n,
+        Kind::Brake => value,
+    };
+    variables(kind)
+        .iter()
+        .filter(|&&covariate| own_axis(points, covariate) && edges(points, covariate).is_some())
+        .map(|&covariate| {
+            let line = |predicted: &[f64]| {
+                let pairs = points.iter().zip(predicted).map(|(p, &y)| [covariate.of(p), shown(p, y)]);
+                binned(pairs.collect(), 32)
+            };
+            let step = points.len().div_ceil(MOST_POINTS).max(1);
+            let dots = points.iter().step_by(step).map(|p| [covariate.of(p), shown(p, p.measured)]);
+            let x = axis(covariate, points);
+            Scatter {
+                title: format!("{title}: {} over {}", y.label, x.label),
+                x,
+                y: y.clone(),
+                measured: dots.collect(),
+                nominal: line(&predictions.nominal),
+                calibrated: line(&predictions.calibrated),
+                extended: line(&predictions.extended),
+            }
+        })
+        .collect()
+}
+
+/// Rows of the table of runs.
+pub fn runs(predictions: &Predictions<'_>, holdout: bool) -> Vec<RunRow> {
+    let files = predictions.set.files.iter().enumerate();
+    files
+        .map(|(file, name)| {
+            let [nominal, calibrated, extended] = predictions.gaps(|point| point.file == file);
+            let samples = predictions.set.points.iter().filter(|point| point.file == file).count();
+            RunRow { name: name.clone(), holdout, samples, duration_s: None, nominal, calibrated, extended }
+        })
+        .collect()
+}
+
+/// Curves of the effects found, strongest first.
+pub fn effect_curves(found: &Found, calibrated: &Trial, noise: &Noise, points: &[Point]) -> Vec<Curve> {
+    let curve = |form: usize| effect_curve(&found.extended, calibrated, noise, points, form);
+    found.effects.iter().map(|effect| curve(effect.form)).collect()
+}
+
+/// The curve of what is missing.
+pub fn missing(
+    group: &Group,
+    trial: &Trial,
+    points: &[Point],
+    noise: &Noise,
+    regime: Option<&Regime>,
+) -> Curve {
+    let what = match group.sense {
+        Sense::Level => "missing factor on the level, minus 1",
+        Sense::Stiffness => "missing factor on the stiffness, minus 1",
+        Sense::Force => "missing force over load",
+    };
+    let points_of_curve = missing_curve(group, trial, points, noise)
+        .into_iter()
+        .map(|[x, y, error]| CurvePoint { x, y, low: y - Z95 * error, high: y + Z95 * error });
+    let points_of_curve: Vec<CurvePoint> = points_of_curve.collect();
+    let ends = points_of_curve.first().zip(points_of_curve.last());
+    Curve {
+        title: format!("what is missing, over {}", group.covariate.name().replace('_', " ")),
+        equation: String::new(),
+        x: axis(group.covariate, points),
+        y: Axis { label: what.to_owned(), unit: String::new() },
+        reference: ends.map(|(a, b)| vec![[a.x, 0.0], [b.x, 0.0]]).unwrap_or_default(),
+        points: points_of_curve,
+        data: Vec::new(),
+        region: regime.filter(|regime| regime.variable == group.covariate.name()).map(|regime| regime.range),
+    }
+}
+
+/// More about every candidate.
+pub fn candidates(found: &Found) -> Vec<CandidateDetail> {
+    found
+        .alone
+        .iter()
+        .map(|scored| CandidateDetail {
+            id: scored.spec.id.to_owned(),
+            cv_gain_interval: Some([scored.cv_gain - scored.cv_spread, scored.cv_gain + scored.cv_spread]),
+            form: scored.trial.model.forms().last().map(|form| form.description()).unwrap_or_default(),
+            on_bound: scored.on_bound.iter().map(|name| (*name).to_owned()).collect(),
+        })
+        .collect()
+}
