@@ -7,12 +7,17 @@ use std::process::Command;
 
 use serde_json::Value;
 
+/// A row of the table.
+type Row = (&'static str, &'static [&'static str]);
+
 /// Member → the members that it may use. Development dependencies count too.
-const ALLOWED: &[(&str, &[&str])] = &[
+const ALLOWED: &[Row] = &[
     ("railgrip-messages", &[]),
     ("railgrip-vehicle", &[]),
     ("railgrip-recording", &[]),
     ("railgrip-indicators", &["railgrip-messages"]),
+    ("railgrip-acoustics", &[]),
+    ("railgrip-history", &[]),
     ("railgrip-truth-plant", &["railgrip-recording"]),
     ("railgrip-simulation", &["railgrip-vehicle", "railgrip-recording"]),
     ("railgrip-filter", &["railgrip-vehicle"]),
@@ -24,6 +29,16 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "railgrip-filter",
             "railgrip-simulation",
             "railgrip-indicators",
+            "railgrip-recording",
+        ],
+    ),
+    (
+        "railgrip-experiments",
+        &[
+            "railgrip-vehicle",
+            "railgrip-filter",
+            "railgrip-simulation",
+            "railgrip-acoustics",
             "railgrip-recording",
         ],
     ),
@@ -43,6 +58,8 @@ const PURE: &[&str] = &[
     "railgrip-diagnosis",
     "railgrip-truth-plant",
     "railgrip-recording",
+    "railgrip-acoustics",
+    "railgrip-experiments",
 ];
 /// What a pure member must not use.
 const IMPURE: &[&str] = &["tokio", "axum", "iceoryx2", "railgrip-bus"];

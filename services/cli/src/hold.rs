@@ -1,12 +1,15 @@
 //! `railgrip hold`: the process that creates the channels of a train and lives longest.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use railgrip_bus::{BusError, Holder};
+use railgrip_bus::{BusConfig, BusError, Holder, Lifecycle};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
 use crate::train::TrainArgs;
 use crate::{CliError, runner};
+
+/// How long one attempt to become the holder takes.
+const RETRY: Duration = Duration::from_millis(50);
 
 /// Create the channels of a train and keep them.
 #[derive(Debug, clap::Args)]
@@ -25,11 +28,23 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     let _span = tracing::info_span!("holder").entered();
     raise_file_limit();
     runner::run(|lifecycle| {
-        let holder = Holder::start(train.bus, patience)?;
+        let Some(holder) = start(&train.bus, patience, lifecycle)? else { return Ok(()) };
         tracing::info!(channels = holder.channels(), dir = %train.settings.instance.dir.display(), "channels exist");
         holder.run(lifecycle);
         Ok::<(), BusError>(())
     })
+}
+
+/// Tries until the time is over; `None` if asked to stop meanwhile.
+fn start(bus: &BusConfig, patience: Duration, lifecycle: &Lifecycle) -> Result<Option<Holder>, BusError> {
+    let deadline = Instant::now() + patience;
+    while !lifecycle.should_stop() {
+        match Holder::start(bus.clone(), RETRY.min(patience)) {
+            Err(BusError::AlreadyHeld { .. }) if Instant::now() < deadline => {}
+            result => return result.map(Some),
+        }
+    }
+    Ok(None)
 }
 
 /// A channel takes about ten file descriptors; the usual soft limit of 1024 is too little for a long train.

@@ -86,6 +86,9 @@ impl Notifier {
                 }
                 std::thread::sleep(period);
             }
+            if !stopping {
+                tell(&[NotifyState::Stopping]);
+            }
         });
         Some(Self { thread, done })
     }

@@ -1,0 +1,99 @@
+//! What systemd needs: units that it accepts, and a service that tells it when it is ready, alive and stopping.
+
+#![allow(clippy::print_stdout, reason = "tests print what they measure")]
+
+use std::os::unix::net::UnixDatagram;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use railgrip_tests::{Process, TrainUnderTest, program, within};
+use rustix::process::Signal;
+
+fn units() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../deploy/systemd")
+}
+
+/// Copies the units, with `edit` applied, into a folder and lets systemd read them; returns what it complains about.
+fn verify(edit: impl Fn(&str) -> String) -> Option<String> {
+    let folder = tempfile::tempdir().expect("folder");
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(units()).expect("units").flatten() {
+        let name = entry.file_name().to_string_lossy().replace("@.", "@3.");
+        if !name.ends_with(".service") && !name.ends_with(".target") {
+            continue;
+        }
+        let text = std::fs::read_to_string(entry.path()).expect("unit");
+        let text = text.replace("/usr/bin/railgrip", &program!().display().to_string());
+        files.push(folder.path().join(name));
+        std::fs::write(files.last().expect("just pushed"), edit(&text)).expect("write");
+    }
+    assert_eq!(files.len(), 5, "{files:?}");
+    let output = Command::new("systemd-analyze").arg("verify").args(&files).output().ok()?;
+    Some(String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+#[test]
+fn systemd_accepts_the_units() {
+    let Some(complaints) = verify(str::to_owned) else {
+        println!("SKIPPED: no systemd-analyze here");
+        return;
+    };
+    assert_eq!(complaints, "");
+    let broken = verify(|text| text.replace("WatchdogSec=", "WatchdogSeconds=")).expect("as before");
+    assert!(broken.contains("WatchdogSeconds"), "the check must see a wrong key: {broken}");
+}
+
+/// A holder that talks to a systemd of ours.
+struct Served {
+    train: TrainUnderTest,
+    child: Child,
+    socket: UnixDatagram,
+}
+
+fn served() -> Served {
+    let vehicle = concat!(env!("CARGO_MANIFEST_DIR"), "/../config/vehicle.toml");
+    let config = format!(
+        "schema = 1\n[train]\nname = \"notify\"\nwagons = 1\nvehicle = \"{vehicle}\"\n[source]\nkind = \"simulate\"\n"
+    );
+    let train = TrainUnderTest::new(program!(), &config);
+    let path = train.folder().join("notify");
+    let socket = UnixDatagram::bind(&path).expect("socket");
+    socket.set_read_timeout(Some(Duration::from_millis(50))).expect("timeout");
+    let child = train
+        .command(&["hold"])
+        .env("NOTIFY_SOCKET", &path)
+        .env("WATCHDOG_USEC", "400000")
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("holder");
+    Served { train, child, socket }
+}
+
+impl Served {
+    fn says(&self, word: &str, patience: Duration) -> bool {
+        let mut buffer = [0; 256];
+        within(patience, || {
+            let length = self.socket.recv(&mut buffer).ok()?;
+            String::from_utf8_lossy(&buffer[..length]).lines().any(|line| line == word).then_some(())
+        })
+        .is_some()
+    }
+}
+
+#[test]
+fn a_service_says_when_it_is_ready_alive_and_stopping() {
+    let mut served = served();
+    let started = Instant::now();
+    assert!(served.says("READY=1", Duration::from_secs(5)), "no READY");
+    println!("ready after {:.0} ms", started.elapsed().as_secs_f64() * 1e3);
+    for _ in 0..5 {
+        assert!(served.says("WATCHDOG=1", Duration::from_millis(400)), "the watchdog would have struck");
+    }
+    let pid = served.child.id().cast_signed();
+    Process { pid, role: "hold".into() }.signal(Signal::TERM);
+    assert!(served.says("STOPPING=1", Duration::from_secs(2)), "no STOPPING");
+    let status = within(Duration::from_secs(5), || served.child.try_wait().ok().flatten()).expect("must end");
+    assert!(status.success());
+    assert_eq!(served.train.shared_memory(), Vec::<String>::new());
+}
