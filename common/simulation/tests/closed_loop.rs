@@ -5,7 +5,7 @@ mod common;
 use common::{coach, samples, scenario};
 use railgrip_recording::Strictness;
 use railgrip_simulation::{Scenario, Train, WagonSample, run};
-use railgrip_vehicle::GRAVITY_M_S2;
+use railgrip_vehicle::{EffectEntry, GRAVITY_M_S2};
 use std::path::Path;
 
 const FULL_BRAKE_ON_LOW: &str = "
@@ -296,6 +296,26 @@ fn a_repeating_programme_returns_to_its_start() {
         assert!(samples[round + 300].truth.pressing_force_n[0] > 1e3, "it brakes again");
     }
     assert!(samples.windows(2).all(|pair| pair[1].row.t_s > pair[0].row.t_s));
+}
+
+/// A vehicle file's effects act in the train: pads that fade lose friction as they heat up.
+#[test]
+fn effects_of_the_vehicle_file_act() {
+    let scenario = scenario(
+        30.0,
+        35.0,
+        1,
+        "[[demand]]\nfrom_s = 0.0\nbrake = 0.9\n[disturbance]\npad_friction_sigma = 0.0\npad_friction_spread = 0.0\n",
+    );
+    let mut fading = coach();
+    let parameters = [("alpha_per_k".to_owned(), 8e-4)].into();
+    fading.effects.push(EffectEntry { id: "brake_fade".to_owned(), parameters });
+    let mut train = Train::new(&scenario, &[fading, coach()], 1, None).expect("a train");
+    let last = (0..2800).map(|_| train.step().wagons.clone()).last().expect("samples");
+    let (faded, plain) = (last[0].truth.row.mu_b[0], last[1].truth.row.mu_b[0]);
+    println!("pad friction {faded:.3} with fade, {plain:.3} without");
+    assert!((plain - 0.35).abs() < 1e-9 && faded < 0.33);
+    assert!(last[0].truth.row.v_m_s > last[1].truth.row.v_m_s + 0.5, "it brakes less");
 }
 
 #[test]

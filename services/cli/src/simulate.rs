@@ -172,7 +172,75 @@ fn wagon_line(run: &WagonRun) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::is_own;
+    use super::*;
+    use railgrip_recording::{Recording, Strictness, Truth, runs_in};
+
+    const SCENARIO: &str = "schema = 1\nname = \"short\"\nduration_s = 8.0\nstart_speed_m_s = 20.0\n\
+        [train]\nwagons = 2\nvehicle = \"v.toml\"\n[[demand]]\nfrom_s = 0.0\nbrake = 0.7\n";
+
+    fn args(folder: &Path, out: &str, seed: u64, format: Form) -> Args {
+        let scenario = folder.join("short.toml").to_string_lossy().into_owned();
+        Args { scenario, out: folder.join(out), vehicle: None, seed, format }
+    }
+
+    /// A folder with a scenario and the vehicle that it names.
+    fn folder() -> tempfile::TempDir {
+        let folder = tempfile::tempdir().expect("folder");
+        std::fs::write(folder.path().join("short.toml"), SCENARIO).expect("scenario");
+        let vehicle = DEFAULT_VEHICLE.replace("name = \"coach\"", "name = \"mine\"");
+        std::fs::write(folder.path().join("v.toml"), vehicle).expect("vehicle");
+        folder
+    }
+
+    #[test]
+    fn a_folder_holds_runs_truth_and_vehicle_and_the_same_seed_the_same_bytes() {
+        let folder = folder();
+        for (out, seed) in [("a", 1), ("b", 1), ("c", 2)] {
+            run(&args(folder.path(), out, seed, Form::Csv)).expect("simulated");
+        }
+        let text = |out: &str, file: &str| {
+            std::fs::read_to_string(folder.path().join(out).join(file))
+                .unwrap_or_else(|_| panic!("{out}/{file}"))
+        };
+        let runs = runs_in(&folder.path().join("a")).expect("runs");
+        assert_eq!(
+            runs.iter().map(|run| run.name.as_str()).collect::<Vec<_>>(),
+            ["wagon01.dry", "wagon02.dry"]
+        );
+        for run in &runs {
+            let recording = Recording::read(&run.path, Strictness::Strict).expect("strict");
+            let file = format!("{}.csv", run.name);
+            let truth = Truth::read(&folder.path().join("a/truth").join(&file)).expect("truth");
+            assert_eq!((recording.len(), truth.len()), (801, 801));
+            assert_eq!(recording.t_s, truth.t_s);
+            assert!(text("a", &file) == text("b", &file) && text("a", &file) != text("c", &file));
+        }
+        assert!(text("a", "vehicle.toml").contains("\"mine\""), "the vehicle that the scenario names");
+    }
+
+    #[test]
+    fn another_form_replaces_the_earlier_one() {
+        let folder = folder();
+        run(&args(folder.path(), "a", 1, Form::Csv)).expect("simulated");
+        run(&args(folder.path(), "a", 1, Form::Parquet)).expect("simulated");
+        let runs = runs_in(&folder.path().join("a")).expect("runs");
+        assert!(
+            runs.len() == 2 && runs.iter().all(|run| run.path.extension().is_some_and(|e| e == "parquet"))
+        );
+        Recording::read(&runs[1].path, Strictness::Strict).expect("strict");
+    }
+
+    #[test]
+    fn bad_input_ends_with_code_2_and_writes_nothing() {
+        let folder = folder();
+        std::fs::write(folder.path().join("v.toml"), DEFAULT_VEHICLE.replace("mass_kg = 4", "mass_kg = -4"))
+            .expect("v");
+        let error = run(&args(folder.path(), "a", 1, Form::Csv)).expect_err("negative mass");
+        assert!(error.code() == 2 && error.to_string().contains("body.mass_kg"), "{error}");
+        let absent = Args { scenario: "nowhere.toml".to_owned(), ..args(folder.path(), "a", 1, Form::Csv) };
+        assert_eq!(run(&absent).expect_err("absent").code(), 2);
+        assert!(!folder.path().join("a").exists());
+    }
 
     #[test]
     fn only_its_own_files_are_replaced() {
