@@ -14,6 +14,8 @@ use crate::{
 pub const SAMPLE_S: f64 = 0.01;
 /// Integration steps in a sample.
 pub const STEPS_PER_SAMPLE: usize = 20;
+/// Integration step, s.
+pub const STEP_S: f64 = SAMPLE_S / STEPS_PER_SAMPLE as f64;
 
 /// One recorded sample, as the file holds it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -117,72 +119,42 @@ impl Plant {
     /// Drives one run, number `index` of its case.
     #[must_use]
     pub fn drive(&mut self, order: &Order, index: u64) -> Run {
-        let wagon = self.wagon.clone();
         let mut clutter = Clutter::new(self.seed, index);
         let mut protection = Protection::new(&mut Stream::new(self.seed, "protection", 0), self.sheet.sander);
         for departure in &mut self.departures.0 {
             departure.begin();
         }
-        let mut motion = Motion {
-            v_m_s: order.start_m_s,
-            wheel_speed_rad_s: wagon.radius_m.map(|radius| order.start_m_s / radius),
-        };
-        let (mut position_m, mut angle_rad, mut lagged_m_s2) = (0.0, [0.0; 2], 0.0);
-        let mut last = Instant::default();
+        let mut state = State::rolling(&self.wagon, order.start_m_s);
         let mut run = Run { order: order.clone(), rows: Vec::new(), truth: Vec::new() };
         for sample in 0..=(LONGEST_S / SAMPLE_S).round() as usize {
             let time_s = sample as f64 * SAMPLE_S;
             let demand_n = order.demand(time_s) * self.sheet.full_force_n();
-            let rim_m_s = motion.wheel_speed_rad_s.map(|w| w * self.sheet.radius_m);
-            protection.decide(time_s, motion.v_m_s, rim_m_s, demand_n);
+            let rim_m_s = state.motion.wheel_speed_rad_s.map(|w| w * self.sheet.radius_m);
+            protection.decide(time_s, state.motion.v_m_s, rim_m_s, demand_n);
             let wander = [clutter.pad[0].advance(), clutter.pad[1].advance()];
             let gust_m_s = clutter.gust.advance();
             for sub in 0..STEPS_PER_SAMPLE {
-                let step_s = SAMPLE_S / STEPS_PER_SAMPLE as f64;
-                let mut now = Moment {
-                    step_s,
-                    time_s: time_s + sub as f64 * step_s,
-                    rail: order.rail,
-                    v_m_s: motion.v_m_s,
-                    acceleration_m_s2: lagged_m_s2,
-                    position_m,
-                    wheel_speed_rad_s: motion.wheel_speed_rad_s,
-                    wheel_angle_rad: angle_rad,
-                    contact_m: [position_m, position_m - wagon.wheelbase_m],
-                    cylinder_force_n: last.cylinder_n,
-                    brake_torque_nm: last.brake_nm,
-                    drive_torque_nm: [0.0; 2],
-                    sliding_power_w: last.sliding_w,
-                    sanding: protection.sanding,
-                };
+                let mut now =
+                    state.moment(&self.wagon, order, time_s + sub as f64 * STEP_S, protection.sanding);
                 let action = self.act(&mut now, order, wander, gust_m_s);
                 let friction = |k: usize, slip_m_s: f64| {
-                    wagon.rail_friction(order.rail)
+                    self.wagon.rail_friction(order.rail)
                         * self.departures.product(|departure| departure.rail_friction(k, slip_m_s, &now))
                 };
-                let (next, rates) = dynamics::step(&wagon, &motion, &action, lagged_m_s2, step_s, &friction);
-                last.brake_nm = now.brake_torque_nm;
-                last.sliding_w = std::array::from_fn(|k| {
-                    let slip_m_s = wagon.radius_m[k] * motion.wheel_speed_rad_s[k] - motion.v_m_s;
-                    (rates.contact_n[k] * slip_m_s).abs()
-                });
+                let (next, rates) =
+                    dynamics::step(&self.wagon, &state.motion, &action, state.lagged_m_s2, STEP_S, &friction);
                 if sub == 0 {
-                    run.rows.push(self.show(&now, order, &mut clutter));
-                    let row = run.rows[run.rows.len() - 1];
-                    run.truth.push(truth(&wagon, &now, &rates, &row));
+                    let row = self.show(&now, order, &mut clutter);
+                    run.truth.push(truth(&self.wagon, &now, &rates, &row));
+                    run.rows.push(row);
                 }
                 for departure in &mut self.departures.0 {
                     departure.advance(&now);
                 }
-                position_m += step_s * 0.5 * (motion.v_m_s + next.v_m_s);
-                for (k, angle) in angle_rad.iter_mut().enumerate() {
-                    *angle += step_s * 0.5 * (motion.wheel_speed_rad_s[k] + next.wheel_speed_rad_s[k]);
-                }
-                motion = Motion { wheel_speed_rad_s: next.wheel_speed_rad_s.map(|w| w.max(0.0)), ..next };
-                lagged_m_s2 = rates.acceleration_m_s2;
-                last.cylinder_n = protection.fill(step_s, demand_n);
+                state.advance(&self.wagon, &now, &next, &rates);
+                state.cylinder_n = protection.fill(STEP_S, demand_n);
             }
-            if motion.v_m_s < END_SPEED_M_S {
+            if state.motion.v_m_s < END_SPEED_M_S {
                 break;
             }
         }
@@ -249,11 +221,61 @@ impl Plant {
 }
 
 /// What the next step takes over from the one before.
-#[derive(Default)]
-struct Instant {
+struct State {
+    motion: Motion,
+    position_m: f64,
+    angle_rad: [f64; 2],
+    lagged_m_s2: f64,
     cylinder_n: [f64; 2],
     brake_nm: [f64; 2],
     sliding_w: [f64; 2],
+}
+
+impl State {
+    fn rolling(wagon: &TrueWagon, v_m_s: f64) -> Self {
+        Self {
+            motion: Motion { v_m_s, wheel_speed_rad_s: wagon.radius_m.map(|radius| v_m_s / radius) },
+            position_m: 0.0,
+            angle_rad: [0.0; 2],
+            lagged_m_s2: 0.0,
+            cylinder_n: [0.0; 2],
+            brake_nm: [0.0; 2],
+            sliding_w: [0.0; 2],
+        }
+    }
+
+    /// The moment before its torques are known; brake torques are those of the step before.
+    fn moment(&self, wagon: &TrueWagon, order: &Order, time_s: f64, sanding: bool) -> Moment {
+        Moment {
+            step_s: STEP_S,
+            time_s,
+            rail: order.rail,
+            v_m_s: self.motion.v_m_s,
+            acceleration_m_s2: self.lagged_m_s2,
+            position_m: self.position_m,
+            wheel_speed_rad_s: self.motion.wheel_speed_rad_s,
+            wheel_angle_rad: self.angle_rad,
+            contact_m: [self.position_m, self.position_m - wagon.wheelbase_m],
+            cylinder_force_n: self.cylinder_n,
+            brake_torque_nm: self.brake_nm,
+            drive_torque_nm: [0.0; 2],
+            sliding_power_w: self.sliding_w,
+            sanding,
+        }
+    }
+
+    fn advance(&mut self, wagon: &TrueWagon, now: &Moment, next: &Motion, rates: &dynamics::Rates) {
+        self.brake_nm = now.brake_torque_nm;
+        self.lagged_m_s2 = rates.acceleration_m_s2;
+        self.position_m += STEP_S * 0.5 * (self.motion.v_m_s + next.v_m_s);
+        for k in 0..2 {
+            let before_rad_s = self.motion.wheel_speed_rad_s[k];
+            let slip_m_s = wagon.radius_m[k] * before_rad_s - self.motion.v_m_s;
+            self.sliding_w[k] = (rates.contact_n[k] * slip_m_s).abs();
+            self.angle_rad[k] += STEP_S * 0.5 * (before_rad_s + next.wheel_speed_rad_s[k]);
+        }
+        self.motion = Motion { wheel_speed_rad_s: next.wheel_speed_rad_s.map(|w| w.max(0.0)), ..*next };
+    }
 }
 
 fn truth(wagon: &TrueWagon, now: &Moment, rates: &dynamics::Rates, row: &Row) -> Truth {
