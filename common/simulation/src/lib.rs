@@ -26,6 +26,7 @@ mod random;
 pub mod scenario;
 mod sensors;
 mod track;
+mod traction;
 mod train;
 mod wagon;
 mod whole_run;

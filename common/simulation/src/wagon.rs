@@ -5,9 +5,10 @@ use crate::disturbance::Disturbance;
 use crate::driver::{Demand, Programme};
 use crate::fault::Faults;
 use crate::pneumatics::{Pneumatics, full_pressing_force_n};
-use crate::scenario::{Scenario, TractionTable};
+use crate::scenario::Scenario;
 use crate::sensors::{self, Measurand, Sensors};
 use crate::track::{Nodes, Track};
+use crate::traction::Traction;
 use crate::train::{WagonSample, WagonTruth};
 use crate::wsp::{CONTROL_PERIOD_S, Valve, WheelSlideProtection};
 use railgrip_recording::{Row, TruthRow};
@@ -20,14 +21,9 @@ use std::sync::Arc;
 
 /// Pressing force below which truth gives no pad friction, N.
 const PAD_FRICTION_FORCE_N: f64 = 2e3;
+
 /// Share of full brake pressure above which traction is cut off.
 const INTERLOCK_SHARE: f64 = 0.1;
-/// Spin of a rim, relative and at least, from which effort is taken back.
-const SPIN_SHARE: f64 = 0.03;
-const SPIN_M_S: f64 = 0.3;
-/// Rates at which effort is taken back and returned, 1/s.
-const SPIN_CUT_PER_S: f64 = 4.0;
-const SPIN_RETURN_PER_S: f64 = 0.4;
 
 /// Counts of time that all wagons share.
 #[derive(Clone, Copy, Debug)]
@@ -45,10 +41,9 @@ pub(crate) struct Pace {
 pub(crate) struct SimulatedWagon {
     model: WagonModel,
     nominal_wheel_radius_m: f64,
-    mass_kg: f64,
     positions_m: PerWheelset,
     programme: Arc<Programme>,
-    traction: TractionTable,
+    traction: Traction,
     headwind_m_s: f64,
     sanding_gain: f64,
     sanding_time_s: f64,
@@ -69,8 +64,6 @@ pub(crate) struct SimulatedWagon {
     hidden: Vec<f64>,
     at: Operating,
     input: WagonInput,
-    spin_share: PerWheelset,
-    torque_nm: f64,
     sanding: f64,
     demand: Demand,
 }
@@ -108,10 +101,14 @@ impl SimulatedWagon {
         let factor = own.map_or(1.0, |own| own.adhesion_factor);
         let mut wagon = Self {
             nominal_wheel_radius_m: vehicle.wheelset.radius_m,
-            mass_kg: constants.mass_kg,
             positions_m: constants.wheelset_positions_m,
             programme: Arc::clone(programme),
-            traction: scenario.traction.clone(),
+            traction: Traction::new(
+                &scenario.traction,
+                constants.mass_kg,
+                vehicle.wheelset.radius_m,
+                wheelsets,
+            ),
             headwind_m_s: scenario.track.headwind_m_s,
             sanding_gain: scenario.track.sanding_gain,
             sanding_time_s: scenario.track.sanding_time_s,
@@ -140,8 +137,6 @@ impl SimulatedWagon {
             hidden: Vec::new(),
             at: Operating::default(),
             input: WagonInput::default(),
-            spin_share: [1.0; MAX_WHEELSETS],
-            torque_nm: 0.0,
             sanding: 0.0,
             demand: Demand::default(),
             model,
@@ -279,8 +274,9 @@ impl SimulatedWagon {
         let valves: [Valve; MAX_WHEELSETS] =
             std::array::from_fn(|i| self.wsp.get(i).map_or(Valve::Apply, WheelSlideProtection::valve));
         self.pneumatics.step(self.demand.brake, &valves[..self.wsp.len()], step_s);
-        self.torque_nm +=
-            (self.wanted_torque_nm() - self.torque_nm) * step_s / (self.traction.response_time_s + step_s);
+        let interlocked = self.pneumatics.supply_share() > INTERLOCK_SHARE;
+        let traction = if interlocked { 0.0 } else { self.demand.traction };
+        self.traction.step(traction, self.state.v_m_s, step_s);
         self.sanding += (self.demand.sanding - self.sanding) * step_s / (self.sanding_time_s + step_s);
     }
 
@@ -293,22 +289,8 @@ impl SimulatedWagon {
         for (i, wsp) in self.wsp.iter_mut().enumerate() {
             let rim_m_s = self.nominal_wheel_radius_m * self.state.wheel_speed_rad_s[i];
             wsp.control(v_m_s, rim_m_s, self.pneumatics.filled(i));
-            let spinning =
-                self.traction.spin_protection && rim_m_s - v_m_s > (SPIN_SHARE * v_m_s).max(SPIN_M_S);
-            let rate_per_s = if spinning { -SPIN_CUT_PER_S } else { SPIN_RETURN_PER_S };
-            self.spin_share[i] = (self.spin_share[i] + rate_per_s * period_s).clamp(0.0, 1.0);
+            self.traction.control(i, v_m_s, rim_m_s, period_s);
         }
-    }
-
-    /// Torque on each wheelset for the demanded traction: constant effort, then constant power.
-    fn wanted_torque_nm(&self) -> f64 {
-        let interlocked = self.pneumatics.supply_share() > INTERLOCK_SHARE;
-        if self.demand.traction <= 0.0 || interlocked {
-            return 0.0;
-        }
-        let power_share = (self.traction.full_power_speed_m_s / self.state.v_m_s.max(0.1)).min(1.0);
-        let effort_n = self.mass_kg * self.traction.acceleration_m_s2 * power_share * self.demand.traction;
-        effort_n * self.nominal_wheel_radius_m / self.wheelsets() as f64
     }
 
     fn gather_input(&mut self, t_s: f64, coupler_force_n: f64) {
@@ -323,7 +305,7 @@ impl SimulatedWagon {
         input.body_force_n = coupler_force_n;
         for i in 0..self.wsp.len() {
             input.pressing_force_n[i] = self.pneumatics.pressing_force_n(i);
-            input.drive_torque_nm[i] = self.torque_nm * self.spin_share[i];
+            input.drive_torque_nm[i] = self.traction.torque_nm(i);
             let place_m = self.position_m + self.positions_m[i];
             input.adhesion_peak[i] = sand * self.track.adhesion(place_m, &mut self.near[i]);
         }
