@@ -136,6 +136,8 @@ pub struct PriorSettings {
     pub wheel_radius: f64,
     /// Creepage at a given force, relative: how well the creep law is known on a clean rail.
     pub creep_law: f64,
+    /// Creepage near the limit of adhesion beyond that of the linear law, relative.
+    pub creep_excess: f64,
     /// Slope of adhesion over slip velocity in sliding, d ln μ / d ln u.
     pub sliding_slope: f64,
     /// Delay of the pads behind the measured pressing force, s.
@@ -161,6 +163,7 @@ impl Default for PriorSettings {
             grade_unknown_rad: 0.003,
             wheel_radius: 0.004,
             creep_law: 0.2,
+            creep_excess: 0.6,
             sliding_slope: 0.1,
             brake_delay_s: 0.06,
             adhesion: 0.02,
@@ -256,6 +259,7 @@ impl EstimatorConfig {
             ("priors.creep_law", priors.creep_law, share),
             ("priors.sliding_slope", priors.sliding_slope, share),
             ("priors.brake_delay_s", priors.brake_delay_s, share),
+            ("priors.creep_excess", priors.creep_excess, (0.0, 10.0, "0 to 10")),
             ("priors.adhesion", priors.adhesion, share),
             ("priors.observable_sigma", priors.observable_sigma, share),
             ("priors.braking_adhesion", priors.braking_adhesion, share),

@@ -147,6 +147,22 @@ impl<const N: usize> Gaussian<N> {
         self.symmetrise();
     }
 
+    /// Like [`Self::update_component`], but component `considered` only lends its uncertainty (Schmidt): its mean and
+    /// variance stay, all others are updated as they would be.
+    #[inline]
+    pub fn update_component_considering(
+        &mut self,
+        index: usize,
+        update: &ScalarUpdate,
+        r: f64,
+        considered: usize,
+    ) {
+        let (mean, variance) = (self.mean[considered], self.covariance[(considered, considered)]);
+        self.update_component(index, update, r);
+        self.mean[considered] = mean;
+        self.covariance[(considered, considered)] = variance;
+    }
+
     /// Forgets component `index`: it takes a new value and sigma, and its ties to the others are cut.
     pub fn reset_component(&mut self, index: usize, value: f64, sigma: f64) {
         self.mean[index] = value;
@@ -250,6 +266,19 @@ mod tests {
         assert!((by_row.covariance - joint.covariance).norm() < 1e-13);
         assert!((by_component.mean - joint.mean).norm() < 1e-13);
         assert!((by_row.mean - joint.mean).norm() < 1e-13);
+    }
+
+    #[test]
+    fn a_considered_component_matches_the_joseph_form_of_its_gain() {
+        let (before, mut after) = (belief(), belief());
+        let update = after.expect_component(0, 1.4, 0.3);
+        after.update_component_considering(0, &update, 0.3, 2);
+        let mut gain = before.covariance.column(0) / update.innovation_variance;
+        gain[2] = 0.0;
+        let keep = Matrix3::identity() - gain * Vector3::new(1.0, 0.0, 0.0).transpose();
+        let joseph = keep * before.covariance * keep.transpose() + gain * gain.transpose() * 0.3;
+        assert!((after.covariance - joseph).norm() < 1e-13);
+        assert!((after.mean - before.mean - gain * update.innovation).norm() < 1e-13);
     }
 
     #[test]

@@ -163,11 +163,13 @@ impl Figures {
     }
     pub fn line(&self) -> String {
         format!(
-            "mu_w rmse {:.5} far {:.3}% cov {:.1}% | pad mean {:.4} cov {:5.1}% | pad own obs n{:6} {:.4} cov {:5.1}% rest n{:6} {:.4} cov {:5.1}% | nis/dof {:.3} rej {}",
+            "mu_w rmse {:.5} bias {:8.5} far {:.3}% cov {:.1}% | pad mean {:.4} bias {:7.4} cov {:5.1}% | pad own obs n{:6} {:.4} cov {:5.1}% rest n{:6} {:.4} cov {:5.1}% | nis/dof {:.3} rej {}",
             self.adhesion.rmse(),
+            self.adhesion.sum / self.adhesion.count,
             100.0 * self.far / self.adhesion.count,
             100.0 * self.adhesion.coverage(),
             self.pad_mean.rmse(),
+            self.pad_mean.sum / self.pad_mean.count.max(1.0),
             100.0 * self.pad_mean.coverage(),
             self.pad_observable.count,
             self.pad_observable.rmse(),

@@ -47,6 +47,9 @@ pub struct WagonEkf<const W: usize, const N: usize> {
     late_force_n: [f64; W],
     since_tie_s: f64,
     tied: u32,
+    /// Known torque drives the wagon: only then does its acceleration say something about its mass. In sliding the
+    /// equations would claim to weigh the wagon by the inertia of its wheels, which is known less well than the mass.
+    learns_mass: bool,
 }
 
 /// Builds the default filter for the wheelsets of `model`.
@@ -81,6 +84,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
             late_force_n: [0.0; W],
             since_tie_s: 0.0,
             tied: 0,
+            learns_mass: false,
         }
     }
 
@@ -214,6 +218,10 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
         for i in 0..W {
             self.late_force_n[i] = self.late_force_n[i] * kept + sample.force_change_n[i];
         }
+        let pushed: f64 = sample.drive_torque_nm[..W].iter().sum::<f64>().abs();
+        let weight = self.physics.mass_kg * railgrip_vehicle::GRAVITY_M_S2;
+        self.learns_mass = pushed > 0.01 * weight * self.physics.wheel_radius_m[0]
+            && self.contacts.iter().all(|contact| contact.rolling > 0.3);
         let input = self.step_input(sample, dt_s);
         let (mut next, mut f) = self.physics.propagate(&self.belief.mean, &input);
         self.hold_locked(&mut next, &mut f);
@@ -236,7 +244,13 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
     }
 
     fn accept(&mut self, output: usize, update: &ScalarUpdate) {
-        self.belief.update_component(output, update, self.sensors.variance(output));
+        let mass = Layout::<W, N>::INDICES.mass;
+        let r = self.sensors.variance(output);
+        if self.learns_mass {
+            self.belief.update_component(output, update, r);
+        } else {
+            self.belief.update_component_considering(output, update, r, mass);
+        }
         if output > 0 {
             let normalised = update.innovation / update.innovation_variance.sqrt();
             self.watches[output - 1].note(normalised, self.step_s);
