@@ -90,6 +90,17 @@ impl<const N: usize> SquareRootBelief<N> {
         self.root = r.transpose();
     }
 
+    /// Forgets everything about component `index`, also what ties it to the others, and takes it as `mean` ± `sigma`.
+    pub fn forget_component(&mut self, index: usize, mean: f64, sigma: f64) {
+        self.mean[index] = mean;
+        let mut rows = self.root.transpose();
+        rows.column_mut(index).fill(0.0);
+        let mut r = SMatrix::zeros();
+        r[(index, index)] = sigma;
+        fold_rows(&mut r, &mut rows);
+        self.root = r.transpose();
+    }
+
     /// What measuring component `index` with variance `r` as `measured` would say, without using it.
     #[inline]
     pub fn expect_component(&self, index: usize, measured: f64, r: f64) -> ScalarUpdate {

@@ -1,6 +1,6 @@
 //! The unscented and the extended filter on the rig's model, behind one type.
 
-use super::model::{STATES, State, TractionModel, TractionNoise, index};
+use super::model::{PRIOR_LN_SIGMA, STATES, State, TractionModel, TractionNoise, adhesion_peak, index};
 use super::sample::{OUTPUTS, TractionEstimate, TractionSample, TractionState};
 use crate::core::{Gaussian, ScalarUpdate};
 use crate::unscented::{Spread, SquareRootBelief};
@@ -11,7 +11,26 @@ const MEASURED: [usize; OUTPUTS] =
     [0, 1, index::MOTOR_SPEED, 5, 6, index::ROLLER_SPEED, index::GENERATOR_CURRENT];
 
 /// Innovation beyond which a value is refused, in sigma, and how many in a row before it is believed after all.
-const GATE: (f64, u32) = (8.0, 20);
+const GATE: (f64, u32) = (10.0, 3);
+
+/// Time after the first sample in which nothing is refused and nothing claimed, s: some rotor time constants.
+const SETTLE_S: f64 = 0.5;
+
+/// ln μ0 of what a surface can have: 0.005 to 1.
+const POSSIBLE_LN_PEAK: (f64, f64) = (-5.3, 0.0);
+
+/// Relative sigma of μ0 above which a value is called unobservable: little is left of the difference to the prior.
+const UNOBSERVABLE_SIGMA: f64 = 0.45;
+
+/// Bend of the creep curve at the present load below which a value is called unobservable: the creep stiffness of a
+/// surface is not known better than that.
+const UNOBSERVABLE_BEND: f64 = 0.02;
+
+/// Time over which creepage is smoothed to judge the present load, s.
+const STEADY_S: f64 = 0.5;
+
+/// Relative sigma of μ0 up to which a value is called observable.
+const OBSERVABLE_SIGMA: f64 = 0.15;
 
 /// A belief about the 13 states that can be moved and measured.
 pub trait TractionBelief: Clone {
@@ -23,6 +42,10 @@ pub trait TractionBelief: Clone {
     fn expect(&self, state: usize, measured: f64, r: f64) -> ScalarUpdate;
     /// Uses that measurement.
     fn accept(&mut self, state: usize, update: &ScalarUpdate, r: f64);
+    /// Forgets everything about a state.
+    fn forget(&mut self, state: usize, mean: f64, sigma: f64);
+    /// Pulls μ0 back to what a surface can have: beyond, the law's slope says nothing and the filter would stay.
+    fn keep_possible(&mut self);
     /// Best estimate.
     fn mean(&self) -> &State;
     /// One sigma of a state.
@@ -55,6 +78,13 @@ impl TractionBelief for Unscented {
     #[inline]
     fn accept(&mut self, state: usize, update: &ScalarUpdate, r: f64) {
         self.belief.update_component(state, update, r);
+    }
+    fn forget(&mut self, state: usize, mean: f64, sigma: f64) {
+        self.belief.forget_component(state, mean, sigma);
+    }
+    fn keep_possible(&mut self) {
+        let ln_peak = &mut self.belief.mean[index::LN_ADHESION_PEAK];
+        *ln_peak = ln_peak.clamp(POSSIBLE_LN_PEAK.0, POSSIBLE_LN_PEAK.1);
     }
     fn mean(&self) -> &State {
         &self.belief.mean
@@ -101,6 +131,16 @@ impl TractionBelief for Extended {
     fn accept(&mut self, state: usize, update: &ScalarUpdate, r: f64) {
         self.belief.update_component(state, update, r);
     }
+    fn forget(&mut self, state: usize, mean: f64, sigma: f64) {
+        self.belief.mean[state] = mean;
+        self.belief.covariance.row_mut(state).fill(0.0);
+        self.belief.covariance.column_mut(state).fill(0.0);
+        self.belief.covariance[(state, state)] = sigma * sigma;
+    }
+    fn keep_possible(&mut self) {
+        let ln_peak = &mut self.belief.mean[index::LN_ADHESION_PEAK];
+        *ln_peak = ln_peak.clamp(POSSIBLE_LN_PEAK.0, POSSIBLE_LN_PEAK.1);
+    }
     fn mean(&self) -> &State {
         &self.belief.mean
     }
@@ -128,7 +168,12 @@ pub struct TractionFilter<B> {
     /// Sigma points of the unscented filter.
     pub spread: Spread,
     last: TractionSample,
+    began_s: f64,
     refused_in_row: [u32; OUTPUTS],
+    /// Samples in a row of which most values were refused.
+    broken_in_row: u32,
+    /// Smoothed creepage: that of the load, without sensor noise.
+    steady_creepage: f64,
     /// Smoothed sine between one current vector and the next, times the direction of the motor.
     turning: f64,
 }
@@ -156,14 +201,12 @@ impl<B: TractionBelief> TractionFilter<B> {
             belief: None,
             spread: Spread::default(),
             last,
+            began_s: f64::NAN,
             refused_in_row: [0; OUTPUTS],
+            broken_in_row: 0,
+            steady_creepage: 0.0,
             turning: 0.0,
         }
-    }
-
-    /// One sigma that the filter gives μ0 without any evidence.
-    pub fn prior_sigma(&self) -> f64 {
-        0.8 * self.model.prior_adhesion_peak
     }
 
     /// Uses a sample; the estimate after it.
@@ -174,14 +217,25 @@ impl<B: TractionBelief> TractionFilter<B> {
             Some(belief) if dt_s > 0.0 => {
                 let sigma = self.noise.over(dt_s);
                 belief.predict(&self.model, &sigma, dt_s);
+                if sample.time_s - self.began_s < SETTLE_S {
+                    // The first samples know the slip so badly that a linear filter would draw firm and false
+                    // conclusions about μ0 from them.
+                    belief.forget(
+                        index::LN_ADHESION_PEAK,
+                        self.model.prior_adhesion_peak.ln(),
+                        PRIOR_LN_SIGMA,
+                    );
+                }
                 self.measure(sample, &mut estimate);
+                self.smooth_creepage(dt_s);
+                self.restart_if_broken(sample, &estimate);
             }
             Some(_) => {}
             None => self.start(sample),
         }
         self.watch_phases(sample);
         self.last = *sample;
-        self.read(&mut estimate);
+        self.read(sample.time_s, &mut estimate);
         estimate
     }
 
@@ -197,7 +251,7 @@ impl<B: TractionBelief> TractionFilter<B> {
         let flux = self.model.flux_guess_wb(sample.current_a, sample.voltage_v, sample.motor_speed_rad_s);
         x[index::FLUX] = flux[0];
         x[index::FLUX + 1] = flux[1];
-        x[index::ADHESION_PEAK] = self.model.prior_adhesion_peak;
+        x[index::LN_ADHESION_PEAK] = self.model.prior_adhesion_peak.ln();
         let current = x[index::GENERATOR_CURRENT];
         self.model.follow(&mut x);
         x[index::GENERATOR_CURRENT] = current;
@@ -205,13 +259,15 @@ impl<B: TractionBelief> TractionFilter<B> {
         for (slot, state) in MEASURED.into_iter().enumerate() {
             sigma[state] = self.noise.sensors[slot];
         }
-        sigma[index::ADHESION_PEAK] = self.prior_sigma();
+        sigma[index::LN_ADHESION_PEAK] = PRIOR_LN_SIGMA;
+        self.began_s = sample.time_s;
         self.belief = Some(B::independent(x, &sigma, &self.spread));
     }
 
     #[inline]
     fn measure(&mut self, sample: &TractionSample, estimate: &mut TractionEstimate) {
         let Some(belief) = &mut self.belief else { return };
+        let settled = sample.time_s - self.began_s > SETTLE_S;
         let variances: SVector<f64, OUTPUTS> = self.noise.sensors.component_mul(&self.noise.sensors);
         for (slot, value) in sample.outputs().into_iter().enumerate() {
             if !value.is_finite() {
@@ -220,7 +276,7 @@ impl<B: TractionBelief> TractionFilter<B> {
             let update = belief.expect(MEASURED[slot], value, variances[slot]);
             estimate.nis += update.nis();
             estimate.nis_dof += 1;
-            if update.nis() > GATE.0 * GATE.0 && self.refused_in_row[slot] < GATE.1 {
+            if settled && update.nis() > GATE.0 * GATE.0 && self.refused_in_row[slot] < GATE.1 {
                 self.refused_in_row[slot] += 1;
                 estimate.rejected |= 1 << slot;
                 continue;
@@ -228,6 +284,7 @@ impl<B: TractionBelief> TractionFilter<B> {
             self.refused_in_row[slot] = 0;
             belief.accept(MEASURED[slot], &update, variances[slot]);
         }
+        belief.keep_possible();
     }
 
     fn watch_phases(&mut self, sample: &TractionSample) {
@@ -238,7 +295,23 @@ impl<B: TractionBelief> TractionFilter<B> {
         }
     }
 
-    fn read(&self, estimate: &mut TractionEstimate) {
+    /// Most values at odds with the belief for several samples: the record jumped, and the belief is worthless.
+    fn restart_if_broken(&mut self, sample: &TractionSample, estimate: &TractionEstimate) {
+        let broken = estimate.rejected.count_ones() as usize > OUTPUTS / 2;
+        self.broken_in_row = if broken { self.broken_in_row + 1 } else { 0 };
+        if self.broken_in_row >= GATE.1 {
+            self.broken_in_row = 0;
+            self.start(sample);
+        }
+    }
+
+    fn smooth_creepage(&mut self, dt_s: f64) {
+        let Some(belief) = &self.belief else { return };
+        let share = (dt_s / STEADY_S).min(1.0);
+        self.steady_creepage += share * (belief.mean()[index::CREEPAGE] - self.steady_creepage);
+    }
+
+    fn read(&self, sample_time_s: f64, estimate: &mut TractionEstimate) {
         let Some(belief) = &self.belief else { return };
         let x = belief.mean();
         estimate.creepage = x[index::CREEPAGE];
@@ -246,18 +319,23 @@ impl<B: TractionBelief> TractionFilter<B> {
         estimate.creep_force_n = x[index::CREEP_FORCE];
         estimate.creep_force_sigma_n = belief.sigma(index::CREEP_FORCE);
         estimate.friction = x[index::FRICTION];
-        estimate.adhesion_peak = x[index::ADHESION_PEAK];
-        estimate.adhesion_peak_sigma = belief.sigma(index::ADHESION_PEAK);
-        estimate.state = self.judge(estimate);
+        let relative = belief.sigma(index::LN_ADHESION_PEAK);
+        estimate.adhesion_peak = adhesion_peak(x);
+        estimate.adhesion_peak_sigma = relative * estimate.adhesion_peak;
+        estimate.state = self.judge(sample_time_s, estimate.adhesion_peak, relative);
     }
 
     /// What the value of μ0 is worth.
-    fn judge(&self, estimate: &TractionEstimate) -> TractionState {
+    fn judge(&self, time_s: f64, adhesion_peak: f64, relative_sigma: f64) -> TractionState {
         if self.turning < -0.01 {
             TractionState::PhasesSwapped
-        } else if estimate.adhesion_peak_sigma > 0.6 * self.prior_sigma() {
+        } else if time_s - self.began_s < SETTLE_S {
+            TractionState::Starting
+        } else if relative_sigma > UNOBSERVABLE_SIGMA
+            || self.model.bend(self.steady_creepage, adhesion_peak) < UNOBSERVABLE_BEND
+        {
             TractionState::Unobservable
-        } else if estimate.adhesion_peak_sigma > 0.15 * estimate.adhesion_peak {
+        } else if relative_sigma > OBSERVABLE_SIGMA {
             TractionState::Weak
         } else {
             TractionState::Observable

@@ -8,6 +8,7 @@
 //! # What the model adds to the paper's
 //! * The contact is stiffer than the sample rate: F_γ drives the speeds through one linearly implicit step.
 //! * The voltage vector turns with the flux instead of standing still between samples (the paper's random walk).
+//! * μ0 is carried as its logarithm, so that it stays positive and its sigma is relative.
 //! * μ0 forgets: without evidence it returns to what is known beforehand, with that sigma, instead of wandering
 //!   without bound. That makes "nothing seen" visible as a sigma near the prior's.
 //!
@@ -18,5 +19,5 @@ mod model;
 mod sample;
 
 pub use filters::{Extended, TractionBelief, TractionEkf, TractionFilter, TractionUkf, Unscented};
-pub use model::{STATES, State, TractionModel, TractionNoise, index};
+pub use model::{PRIOR_LN_SIGMA, STATES, State, TractionModel, TractionNoise, adhesion_peak, index};
 pub use sample::{OUTPUTS, TractionEstimate, TractionSample, TractionState};

@@ -1,7 +1,9 @@
 //! One step of the rig as the filter sees it.
 
 use nalgebra::SVector;
+use railgrip_vehicle::adhesion::creep_force_at;
 use railgrip_vehicle::traction_rig::{MotorState, TractionRig};
+use std::f64::consts::FRAC_2_PI;
 
 /// Number of states.
 pub const STATES: usize = 13;
@@ -27,11 +29,14 @@ pub mod index {
     pub const ROLLER_SPEED: usize = 9;
     /// Traction coefficient μ at the present slip velocity.
     pub const FRICTION: usize = 10;
-    /// Friction coefficient μ0.
-    pub const ADHESION_PEAK: usize = 11;
+    /// Natural logarithm of the friction coefficient μ0.
+    pub const LN_ADHESION_PEAK: usize = 11;
     /// Generator current, A.
     pub const GENERATOR_CURRENT: usize = 12;
 }
+
+/// One sigma of ln μ0 without any evidence: from oil to dry steel.
+pub const PRIOR_LN_SIGMA: f64 = 0.9;
 
 /// Noise of model and sensors, one sigma. Model values are those of one second for states that move by
 /// themselves (they grow with √t) and of one sample for γ, F_γ, μ and I_dc, which follow from the others.
@@ -49,7 +54,7 @@ impl Default for TractionNoise {
     /// Physical: what voltage ripple, belts and bearings leave unexplained; sensors as (5-4) lists them, read as
     /// standard deviations.
     fn default() -> Self {
-        let model = [0.1, 0.1, 1e-3, 1e-3, 3e-3, 5.0, 5.0, 1e-6, 0.05, 3e-4, 1e-5, 0.02, 2e-3];
+        let model = [0.1, 0.1, 1e-3, 1e-3, 3e-3, 0.5, 0.5, 1e-6, 0.05, 3e-4, 1e-5, 0.15, 2e-3];
         Self { model: State::from(model), sensors: SVector::repeat(1e-2), per_sample: false }
     }
 }
@@ -67,7 +72,7 @@ impl TractionNoise {
         let mut sigma = self.model;
         if !self.per_sample {
             let root = dt_s.sqrt();
-            for moving in [0, 1, 2, 3, 4, 5, 6, index::ROLLER_SPEED, index::ADHESION_PEAK] {
+            for moving in [0, 1, 2, 3, 4, 5, 6, index::ROLLER_SPEED, index::LN_ADHESION_PEAK] {
                 sigma[moving] *= root;
             }
         }
@@ -82,19 +87,25 @@ pub struct TractionModel {
     pub rig: TractionRig,
     /// Time in which μ0 returns to `prior_adhesion_peak` without evidence, s; infinite: random walk.
     pub friction_memory_s: f64,
-    /// μ0 as known beforehand.
+    /// μ0 as known beforehand, give or take a factor of e^[`PRIOR_LN_SIGMA`].
     pub prior_adhesion_peak: f64,
     /// True: the voltage vector turns with the flux; false: it keeps still between samples, as in the paper.
     pub voltage_turns: bool,
 }
 
-/// μ0 that the contact law is evaluated for; outside there is no surface.
-const ADHESION_RANGE: (f64, f64) = (0.004, 1.2);
+/// ln μ0 that the contact law is evaluated for: μ0 of 0.002 to 2; outside there is no surface.
+const LN_ADHESION_RANGE: (f64, f64) = (-6.2, 0.7);
+
+/// μ0 of a state.
+#[inline]
+pub fn adhesion_peak(x: &State) -> f64 {
+    x[index::LN_ADHESION_PEAK].clamp(LN_ADHESION_RANGE.0, LN_ADHESION_RANGE.1).exp()
+}
 
 impl TractionModel {
     /// The model of a rig with the filter's default assumptions.
     pub fn new(rig: TractionRig) -> Self {
-        Self { rig, friction_memory_s: 60.0, prior_adhesion_peak: 0.15, voltage_turns: true }
+        Self { rig, friction_memory_s: 60.0, prior_adhesion_peak: 0.12, voltage_turns: true }
     }
 
     /// The state after `dt_s`.
@@ -108,11 +119,11 @@ impl TractionModel {
         let voltages = self.voltages(&motor, motor_speed, [x[index::VOLTAGE], x[index::VOLTAGE + 1]], dt_s);
         let next = self.rig.motor.step(&motor, motor_speed, voltages, dt_s);
         let torque = 0.5 * (self.rig.motor.torque_nm(&motor) + self.rig.motor.torque_nm(&next));
-        let peak = x[index::ADHESION_PEAK];
+        let peak = adhesion_peak(x);
         let speeds = [motor_speed, x[index::ROLLER_SPEED]];
-        let [motor_speed, roller_speed] = self.speeds(speeds, torque, x[index::CREEP_FORCE], peak, dt_s);
+        let [motor_speed, roller_speed] = self.speeds(speeds, torque, peak, dt_s);
         let remembered = (-dt_s / self.friction_memory_s).exp();
-        let peak = self.prior_adhesion_peak + (peak - self.prior_adhesion_peak) * remembered;
+        let prior = self.prior_adhesion_peak.ln();
         let mut out = *x;
         out[index::CURRENT] = next.current_a[0];
         out[index::CURRENT + 1] = next.current_a[1];
@@ -122,7 +133,7 @@ impl TractionModel {
         out[index::VOLTAGE] = voltages[2][0];
         out[index::VOLTAGE + 1] = voltages[2][1];
         out[index::ROLLER_SPEED] = roller_speed;
-        out[index::ADHESION_PEAK] = peak;
+        out[index::LN_ADHESION_PEAK] = prior + (x[index::LN_ADHESION_PEAK] - prior) * remembered;
         self.follow(&mut out);
         out
     }
@@ -130,12 +141,22 @@ impl TractionModel {
     /// Sets γ, F_γ, μ and I_dc to what speeds and μ0 make them.
     #[inline]
     pub fn follow(&self, x: &mut State) {
-        let peak = x[index::ADHESION_PEAK].clamp(ADHESION_RANGE.0, ADHESION_RANGE.1);
-        let contact = self.rig.wheel_contact(x[index::MOTOR_SPEED], x[index::ROLLER_SPEED], peak);
+        let contact = self.rig.wheel_contact(x[index::MOTOR_SPEED], x[index::ROLLER_SPEED], adhesion_peak(x));
         x[index::CREEPAGE] = contact.creepage;
         x[index::CREEP_FORCE] = contact.force.force_n;
         x[index::FRICTION] = contact.friction;
         x[index::GENERATOR_CURRENT] = self.rig.generator().current_a(x[index::ROLLER_SPEED]);
+    }
+
+    /// How far the creep force at this creepage stays behind the straight line of small creepages, relative: 0 on the
+    /// line, towards 1 in full slip. On the line the force depends on creep stiffness alone, so this bend is all that
+    /// speaks about μ0.
+    pub fn bend(&self, creepage: f64, adhesion_peak: f64) -> f64 {
+        let contact = &self.rig.parameters.contact;
+        let load = self.rig.parameters.drivetrain.normal_load_n;
+        let force = creep_force_at(contact, creepage.abs(), 1.0, load, adhesion_peak).force_n;
+        let line = FRAC_2_PI * (contact.k_a + contact.k_s) * contact.stiffness_n * creepage.abs();
+        if line > 0.0 { 1.0 - force / line } else { 0.0 }
     }
 
     /// Rotor flux in steady state from one sample of current and voltage, neglecting slip: a place to start from.
@@ -181,31 +202,36 @@ impl TractionModel {
         [start_v, middle, turn(middle)]
     }
 
-    /// Both speeds after a step in which the creep force starts from `creep_force_n` and follows the slope of
-    /// Polach's law: linearly implicit, hence stable however stiff the contact is.
+    /// Both speeds after a step: the L-stable SDIRK method of order two with one Newton step a stage (linearly
+    /// implicit), hence stable however stiff the contact is.
     #[inline]
-    fn speeds(
-        &self,
-        [motor, roller]: [f64; 2],
-        torque_nm: f64,
-        creep_force_n: f64,
-        peak: f64,
-        dt_s: f64,
-    ) -> [f64; 2] {
+    fn speeds(&self, start: [f64; 2], torque_nm: f64, peak: f64, dt_s: f64) -> [f64; 2] {
+        const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
+        const WEIGHT: f64 = (1.0 - GAMMA) / GAMMA;
+        let first = self.stage(start, start, torque_nm, peak, GAMMA * dt_s);
+        let base = [start[0] + WEIGHT * (first[0] - start[0]), start[1] + WEIGHT * (first[1] - start[1])];
+        self.stage(base, first, torque_nm, peak, GAMMA * dt_s)
+    }
+
+    /// One Newton step from `guess` towards `u = base + stage_s · f(u)`.
+    #[inline]
+    fn stage(&self, base: [f64; 2], guess: [f64; 2], torque_nm: f64, peak: f64, stage_s: f64) -> [f64; 2] {
         let drivetrain = &self.rig.parameters.drivetrain;
-        let peak = peak.clamp(ADHESION_RANGE.0, ADHESION_RANGE.1);
-        let slope = self.rig.wheel_contact(motor, roller, peak).force.slope_n_s_per_m;
-        let rim = drivetrain.rim_per_motor_m();
-        let [motor_rate, roller_rate] = self.rig.accelerations_rad_s2(torque_nm, creep_force_n, roller);
-        let compliance = 2.0
-            * dt_s
-            * (rim * rim / drivetrain.equivalent_inertia_kg_m2()
-                + drivetrain.roller_radius_m * drivetrain.roller_radius_m / drivetrain.roller_inertia_kg_m2);
-        let slip_change = dt_s * (rim * motor_rate - drivetrain.roller_radius_m * roller_rate)
-            / (1.0 + compliance * slope).max(0.2);
-        let force = creep_force_n + slope * slip_change;
-        let [motor_rate, roller_rate] = self.rig.accelerations_rad_s2(torque_nm, force, roller);
-        [motor + dt_s * motor_rate, roller + dt_s * roller_rate]
+        let (rim, radius) = (drivetrain.rim_per_motor_m(), drivetrain.roller_radius_m);
+        let (motor_gain, roller_gain) =
+            (stage_s / drivetrain.equivalent_inertia_kg_m2(), stage_s / drivetrain.roller_inertia_kg_m2);
+        let damping = 1.0 + roller_gain * self.rig.generator().load_coefficient_nm_s();
+        let contact = self.rig.wheel_contact(guess[0], guess[1], peak).force;
+        let guess_slip = rim * guess[0] - radius * guess[1];
+        // Both speeds are linear in the creep force, and the force is taken as linear in the slip velocity.
+        let (motor_free, roller_free) = (base[0] + motor_gain * torque_nm, base[1] / damping);
+        let (motor_per_n, roller_per_n) = (2.0 * rim * motor_gain, 2.0 * radius * roller_gain / damping);
+        let compliance = rim * motor_per_n + radius * roller_per_n;
+        let slip_free = rim * motor_free - radius * roller_free;
+        let excess = slip_free - guess_slip - compliance * contact.force_n;
+        let change = excess / (1.0 + compliance * contact.slope_n_s_per_m).max(0.2);
+        let force = contact.force_n + contact.slope_n_s_per_m * change;
+        [motor_free - motor_per_n * force, roller_free + roller_per_n * force]
     }
 }
 
@@ -242,7 +268,7 @@ mod tests {
                 x[3] = before.motor.flux_wb[1];
                 x[index::MOTOR_SPEED] = before.motor_speed_rad_s;
                 x[index::ROLLER_SPEED] = before.roller_speed_rad_s;
-                x[index::ADHESION_PEAK] = surface.adhesion_peak();
+                x[index::LN_ADHESION_PEAK] = surface.adhesion_peak().ln();
                 model.follow(&mut x);
                 let next = model.step(&x, 1e-3);
                 if k > 100 {

@@ -101,3 +101,13 @@ fn nees_of_a_truth_one_sigma_away_is_one() {
     let truth = belief.mean + belief.root.column(1);
     assert!((belief.nees(&truth) - 1.0).abs() < 1e-12);
 }
+
+#[test]
+fn forgetting_a_component_leaves_the_others() {
+    let mut ours = belief();
+    ours.forget_component(1, 7.0, 3.0);
+    let (before, after) = (belief().covariance(), ours.covariance());
+    assert!((after[(0, 2)] - before[(0, 2)]).abs() < 1e-14 && (after[(2, 2)] - before[(2, 2)]).abs() < 1e-14);
+    assert!(after[(0, 1)].abs() < 1e-14 && (after[(1, 1)] - 9.0).abs() < 1e-13);
+    assert!(ours.mean[1] == 7.0 && ours.is_sound());
+}

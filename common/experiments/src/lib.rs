@@ -1,0 +1,97 @@
+//! The papers' experiments: each runs a rig, feeds the product's filters, and writes what the paper shows – a table
+//! with the paper's figure, ours and the difference (CSV and Markdown), and a plot laid out like the paper's (SVG).
+//!
+//! **Adding one**: write its module and add its line to [`EXPERIMENTS`].
+//!
+//! * [`traction`] – Zhao et al. 2014: traction rig, 13-state unscented filter.
+//! * [`bench`] – time of one filter step, for `railgrip bench` and the reports.
+//!
+//! Everything is seeded: a rerun writes the same bytes, but for measured times.
+
+pub mod bench;
+mod error;
+pub mod plot;
+mod table;
+pub mod traction;
+
+pub use error::ExperimentError;
+pub use table::{Criterion, Row, Table};
+
+use std::path::{Path, PathBuf};
+
+/// One experiment.
+pub struct Experiment {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// One line for people.
+    pub about: &'static str,
+    /// Runs it and writes its files into a directory that exists.
+    pub run: fn(&Path) -> Result<Report, ExperimentError>,
+}
+
+/// What an experiment leaves behind.
+#[derive(Clone, Debug, Default)]
+pub struct Report {
+    /// Paper against ours.
+    pub table: Table,
+    /// What must hold, and whether it does.
+    pub criteria: Vec<Criterion>,
+    /// Files written.
+    pub files: Vec<PathBuf>,
+}
+
+/// Every experiment railgrip knows.
+pub static EXPERIMENTS: &[Experiment] = &[Experiment {
+    name: "zhao-traction",
+    about: "Zhao et al. 2014: friction from motor currents on base, water and oil; UKF against EKF",
+    run: traction::experiment,
+}];
+
+/// The experiment of that name.
+pub fn find(name: &str) -> Option<&'static Experiment> {
+    EXPERIMENTS.iter().find(|experiment| experiment.name == name)
+}
+
+/// The names of all experiments, for people.
+pub fn names() -> String {
+    EXPERIMENTS.iter().map(|experiment| experiment.name).collect::<Vec<_>>().join(", ")
+}
+
+impl Experiment {
+    /// Creates `directory` and runs the experiment into it.
+    ///
+    /// # Errors
+    /// Files that cannot be written, or a filter that cannot be built.
+    pub fn run_into(&self, directory: &Path) -> Result<Report, ExperimentError> {
+        std::fs::create_dir_all(directory)
+            .map_err(|source| ExperimentError::Write { path: directory.to_owned(), source })?;
+        let mut report = (self.run)(directory)?;
+        for (ending, text) in [("csv", report.table.csv()), ("md", report.markdown(self.about))] {
+            let path = directory.join(format!("{}.{ending}", self.name));
+            std::fs::write(&path, text)
+                .map_err(|source| ExperimentError::Write { path: path.clone(), source })?;
+            report.files.push(path);
+        }
+        Ok(report)
+    }
+}
+
+impl Report {
+    /// Table and criteria as Markdown.
+    pub fn markdown(&self, title: &str) -> String {
+        let mut text = format!("# {title}\n\n{}", self.table.markdown());
+        if !self.criteria.is_empty() {
+            text.push_str("\n## Criteria\n\n");
+            for criterion in &self.criteria {
+                let verdict = if criterion.met { "met" } else { "NOT MET" };
+                text.push_str(&format!("- {verdict}: {} ({})\n", criterion.name, criterion.figure));
+            }
+        }
+        text
+    }
+
+    /// True if every criterion is met.
+    pub fn all_met(&self) -> bool {
+        self.criteria.iter().all(|criterion| criterion.met)
+    }
+}

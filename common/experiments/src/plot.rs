@@ -1,0 +1,198 @@
+//! Figures of several panels as SVG.
+
+use crate::ExperimentError;
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use std::path::Path;
+
+/// Colours that stay apart for the colour-blind (Okabe & Ito), in order of use.
+pub const COLOURS: [RGBColor; 7] = [
+    RGBColor(0, 0, 0),
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+];
+
+/// How a series is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mark {
+    /// Thin line.
+    Line,
+    /// Thick line.
+    Bold,
+    /// Dots.
+    Dots,
+}
+
+/// One series.
+#[derive(Clone, Debug)]
+pub struct Series {
+    /// Label in the legend; empty: none.
+    pub label: String,
+    /// Colour.
+    pub colour: RGBColor,
+    /// How.
+    pub mark: Mark,
+    /// Points.
+    pub points: Vec<(f64, f64)>,
+}
+
+impl Series {
+    /// A series; `colour` counts in [`COLOURS`].
+    pub fn new(label: impl Into<String>, colour: usize, mark: Mark, points: Vec<(f64, f64)>) -> Self {
+        Self { label: label.into(), colour: COLOURS[colour % COLOURS.len()], mark, points }
+    }
+}
+
+/// One panel.
+#[derive(Clone, Debug)]
+pub struct Panel {
+    /// Title.
+    pub title: String,
+    /// Name of the horizontal axis, with its unit.
+    pub x_label: &'static str,
+    /// Name of the vertical axis, with its unit.
+    pub y_label: &'static str,
+    /// Ends of the horizontal axis; absent: from the data.
+    pub x_range: Option<(f64, f64)>,
+    /// Ends of the vertical axis; absent: from the data.
+    pub y_range: Option<(f64, f64)>,
+    /// Series, first below.
+    pub series: Vec<Series>,
+}
+
+impl Panel {
+    /// An empty panel.
+    pub fn new(title: impl Into<String>, x_label: &'static str, y_label: &'static str) -> Self {
+        Self { title: title.into(), x_label, y_label, x_range: None, y_range: None, series: Vec::new() }
+    }
+
+    /// With ends of the horizontal axis.
+    pub fn x(mut self, from: f64, to: f64) -> Self {
+        self.x_range = Some((from, to));
+        self
+    }
+
+    /// With ends of the vertical axis.
+    pub fn y(mut self, from: f64, to: f64) -> Self {
+        self.y_range = Some((from, to));
+        self
+    }
+
+    /// With one more series.
+    pub fn with(mut self, series: Series) -> Self {
+        self.series.push(series);
+        self
+    }
+
+    fn range(&self, given: Option<(f64, f64)>, pick: impl Fn(&(f64, f64)) -> f64) -> (f64, f64) {
+        let from_data = || {
+            let values = self.series.iter().flat_map(|series| &series.points).map(&pick);
+            let (low, high) = values
+                .filter(|value| value.is_finite())
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+                    (low.min(value), high.max(value))
+                });
+            if low > high {
+                return (0.0, 1.0);
+            }
+            let margin = if high > low { 0.05 * (high - low) } else { 0.5 * low.abs().max(1.0) };
+            (low - margin, high + margin)
+        };
+        given.unwrap_or_else(from_data)
+    }
+}
+
+/// Draws `panels` row by row in a grid of `columns`, each panel `size` pixels.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_svg(
+    path: &Path,
+    columns: usize,
+    size: (u32, u32),
+    panels: &[Panel],
+) -> Result<(), ExperimentError> {
+    let rows = panels.len().div_ceil(columns);
+    let whole = (size.0 * columns as u32, size.1 * rows as u32);
+    let draw = || -> Result<(), Box<dyn std::error::Error>> {
+        let root = SVGBackend::new(path, whole).into_drawing_area();
+        root.fill(&WHITE)?;
+        for (area, panel) in root.split_evenly((rows, columns)).iter().zip(panels) {
+            draw_panel(area, panel)?;
+        }
+        root.present()?;
+        Ok(())
+    };
+    draw().map_err(|error| ExperimentError::Draw { path: path.to_owned(), message: error.to_string() })
+}
+
+fn draw_panel(
+    area: &DrawingArea<SVGBackend<'_>, Shift>,
+    panel: &Panel,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let (x_low, x_high) = panel.range(panel.x_range, |point| point.0);
+    let (y_low, y_high) = panel.range(panel.y_range, |point| point.1);
+    let mut chart = ChartBuilder::on(area)
+        .caption(&panel.title, ("sans-serif", 15))
+        .margin(8)
+        .margin_right(16)
+        .x_label_area_size(34)
+        .y_label_area_size(58)
+        .build_cartesian_2d(x_low..x_high, y_low..y_high)?;
+    let decimals = |low: f64, high: f64| (1.0 - (high - low).log10().floor()).clamp(0.0, 6.0) as usize;
+    let (x_decimals, y_decimals) = (decimals(x_low, x_high), decimals(y_low, y_high));
+    chart
+        .configure_mesh()
+        .light_line_style(WHITE)
+        .bold_line_style(RGBColor(225, 225, 225))
+        .x_labels(8)
+        .y_labels(6)
+        .x_label_formatter(&|value| format!("{value:.x_decimals$}"))
+        .y_label_formatter(&|value| format!("{value:.y_decimals$}"))
+        .label_style(("sans-serif", 12))
+        .x_desc(panel.x_label)
+        .y_desc(panel.y_label)
+        .draw()?;
+    let mut labelled = false;
+    for series in &panel.series {
+        let colour = series.colour;
+        let width = if series.mark == Mark::Bold { 2 } else { 1 };
+        let mut label = series.label.as_str();
+        if series.mark == Mark::Dots {
+            let inside = (series.points.iter().copied())
+                .filter(|(x, y)| (x_low..=x_high).contains(x) && (y_low..=y_high).contains(y));
+            chart.draw_series(inside.map(|point| Circle::new(point, 1, colour.filled())))?;
+        }
+        // A value that is not a number interrupts a line.
+        for piece in series.points.split(|(x, y)| !x.is_finite() || !y.is_finite()) {
+            let clipped = (piece.iter().copied())
+                .filter(|(x, _)| (x_low..=x_high).contains(x))
+                .map(|(x, y)| (x, y.clamp(y_low, y_high)));
+            let style = colour.stroke_width(width);
+            if series.mark == Mark::Dots || piece.is_empty() {
+                continue;
+            }
+            let drawn = chart.draw_series(LineSeries::new(clipped, style))?;
+            if !label.is_empty() {
+                labelled = true;
+                drawn.label(std::mem::take(&mut label)).legend(move |(x, y)| {
+                    PathElement::new(vec![(x, y), (x + 16, y)], colour.stroke_width(2))
+                });
+            }
+        }
+    }
+    if labelled {
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperRight)
+            .background_style(WHITE.mix(0.8))
+            .border_style(RGBColor(200, 200, 200))
+            .label_font(("sans-serif", 12))
+            .draw()?;
+    }
+    Ok(())
+}
