@@ -1,0 +1,100 @@
+//! The fitted curve of each effect with its band, and the curve of what is missing.
+
+use super::chart::{Frame, legend, range, svg, with_unit};
+use super::detail::{Curve, Detail};
+use super::words::{number, plain, term};
+use crate::report::Report;
+use maud::{Markup, html};
+
+/// Curves of the effects found.
+pub fn effects(report: &Report, detail: &Detail) -> Markup {
+    html! {
+        @if !detail.effect_curves.is_empty() {
+            section aria-labelledby="effect" {
+                h2 id="effect" { @if report.effects.len() > 1 { "The effects, as fitted" } @else { "The effect, as fitted" } }
+                p.say { "Line: the law of the extended model; band: its 95 % interval. Dashed: the calibrated model, without the effect." }
+                (legend(
+                    detail.effect_curves.iter().any(|curve| !curve.data.is_empty()).then_some("bins"),
+                    &[("calibrated-line", "calibrated"), ("extended-line", "extended")],
+                ))
+                div class=(if detail.effect_curves.len() > 1 { "pair" } else { "" }) {
+                    @for (index, curve) in detail.effect_curves.iter().enumerate() {
+                        (figure(curve, &format!("effect-{index}"), detail.effect_curves.len() > 1))
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The curve of what is missing.
+pub fn missing(report: &Report, detail: &Detail) -> Markup {
+    html! {
+        @if let Some(rest) = &report.unexplained {
+            section aria-labelledby="missing" {
+                h2 id="missing" { "What is missing" }
+                p.say {
+                    "In " b { (term(&rest.term)) } " (" code { (rest.term) } "); the gap that is left on the fit runs is "
+                    b { (super::words::gap(rest.gap)) } "."
+                    @if let Some(region) = detail.missing_curve.as_ref().and_then(|curve| curve.region) {
+                        " It matters most from " (number(region[0])) " to " (number(region[1])) " (shaded)."
+                    }
+                }
+                @if let Some(curve) = &detail.missing_curve { (figure(curve, "missing-curve", false)) }
+            }
+        }
+    }
+}
+
+fn figure(curve: &Curve, id: &str, narrow: bool) -> Markup {
+    let inner = |point: &super::detail::CurvePoint| (point.high - point.low).abs();
+    let mut widths: Vec<f64> = curve.points.iter().map(inner).filter(|w| w.is_finite()).collect();
+    widths.sort_by(f64::total_cmp);
+    // A band that explodes at one end must not flatten the curve.
+    let usual = widths.get(widths.len() * 3 / 4).copied().unwrap_or(0.0);
+    let band = curve
+        .points
+        .iter()
+        .filter(|point| inner(point) <= 2.0 * usual)
+        .flat_map(|point| [point.low, point.high]);
+    let line = curve.points.iter().map(|point| point.y);
+    let rest = curve.data.iter().chain(&curve.reference).map(|point| point[1]);
+    let xs = curve.points.iter().map(|point| point.x);
+    let (Some(x), Some(y)) = (range(xs), range(band.chain(line).chain(rest))) else { return html! {} };
+    let (width, height) = if narrow { (430.0, 290.0) } else { (860.0, 340.0) };
+    let frame = Frame { left: 64.0, top: 30.0, width: width - 76.0, height: height - 74.0, x, y };
+    let band: Vec<(f64, f64, f64)> = curve.points.iter().map(|p| (p.x, p.low, p.high)).collect();
+    let marks = html! {
+        @if let Some([low, high]) = curve.region { (frame.region("region", low, high)) }
+        (frame.axes(Some(&curve.x), &with_unit(&curve.y), 5))
+        (frame.clipped(id, html! {
+            (frame.band(&band))
+            (frame.line("calibrated-line", curve.reference.iter().copied()))
+            (frame.line("extended-line", curve.points.iter().map(|p| [p.x, p.y])))
+            (frame.dots("bin", 3.2, &curve.data))
+        }))
+    };
+    let title = format!("{}: {} over {}", plain(&curve.title), curve.y.label, curve.x.label);
+    html! {
+        figure {
+            div.scroll { (svg("plot", width, height, &title, &ends(curve), &marks)) }
+            figcaption {
+                b { (plain(&curve.title)) }
+                @if !curve.equation.is_empty() { ": " (curve.equation) }
+                ". " (ends(curve)) "."
+            }
+        }
+    }
+}
+
+/// The curve in words: its values at both ends.
+fn ends(curve: &Curve) -> String {
+    let point = |p: &super::detail::CurvePoint| format!("{} at {}", number(p.y), number(p.x));
+    match (curve.points.first(), curve.points.last()) {
+        (Some(first), Some(last)) => {
+            let unit = if curve.x.unit.is_empty() { String::new() } else { format!(" {}", curve.x.unit) };
+            format!("From {}{unit} to {}{unit}", point(first), point(last))
+        }
+        _ => "No data".to_owned(),
+    }
+}

@@ -1,0 +1,82 @@
+//! Gap bars: nominal, calibrated and extended, on fit and on holdout runs.
+
+use super::words::{gap, percent, signal};
+use crate::report::{Report, ThreeGaps};
+use maud::{Markup, html};
+
+/// The section.
+pub fn section(report: &Report) -> Markup {
+    let holdout = &report.gap.holdout;
+    let unseen =
+        ThreeGaps { nominal: holdout.nominal, calibrated: holdout.calibrated, extended: holdout.extended };
+    let top = [report.gap.fit, unseen]
+        .iter()
+        .flat_map(|gaps| [gaps.nominal, gaps.calibrated, gaps.extended])
+        .filter(|x| x.is_finite())
+        .fold(1.2, f64::max);
+    let [low, high] = holdout.reduction_ci95.map(percent);
+    html! {
+        section aria-labelledby="how-far" {
+            h2 id="how-far" { "How far it shrinks" }
+            p.say {
+                "RMS of the prediction error over sensor sigma. Reduction on unseen runs: " b { (percent(holdout.reduction)) }
+                ", 95 % interval " (low) " to " (high) "."
+            }
+            div.bars {
+                (panel("Fit runs", &report.gap.fit, top))
+                (panel("Holdout runs, only predicted", &unseen, top))
+            }
+            p.note { "Dotted line: gap 1, where the sensors can tell no more." }
+            @if holdout.by_signal.len() > 1 { (by_signal(report)) }
+        }
+    }
+}
+
+fn panel(title: &str, gaps: &ThreeGaps, top: f64) -> Markup {
+    let rows = [
+        ("nominal", "Nominal", gaps.nominal),
+        ("calibrated", "Calibrated", gaps.calibrated),
+        ("extended", "Extended", gaps.extended),
+    ];
+    html! {
+        div.panel role="group" aria-label=(title) {
+            h3 { (title) }
+            @for (class, name, value) in rows {
+                div.bar {
+                    span { (name) }
+                    div.track aria-hidden="true" {
+                        div class={ "fill " (class) } style={ "width:" (share(value, top)) "%" } {}
+                        div.floor style={ "left:" (share(1.0, top)) "%" } {}
+                    }
+                    span.value { (gap(value)) }
+                }
+            }
+        }
+    }
+}
+
+fn share(value: f64, top: f64) -> String {
+    format!("{:.2}", 100.0 * (value / top).clamp(0.0, 1.0))
+}
+
+fn by_signal(report: &Report) -> Markup {
+    html! {
+        div.scroll { table {
+            caption { "Holdout gap by output" }
+            thead { tr {
+                th scope="col" { "Output" } th.n scope="col" { "Calibrated" } th.n scope="col" { "Extended" }
+                th.n scope="col" { "Reduction" }
+            } }
+            tbody {
+                @for (name, gaps) in &report.gap.holdout.by_signal {
+                    tr {
+                        th scope="row" { (signal(name)) " " code { (name) } }
+                        td.n { (gap(gaps.calibrated)) }
+                        td.n { (gap(gaps.extended)) }
+                        td.n { (percent(1.0 - gaps.extended / gaps.calibrated)) }
+                    }
+                }
+            }
+        } }
+    }
+}

@@ -1,0 +1,103 @@
+//! Where the gap lies: term, outputs, region, and the heat map of output × region.
+
+use super::detail::{Detail, HeatGroup, HeatMap};
+use super::words::{gap, number, percent, plain, signal, term};
+use crate::report::Report;
+use maud::{Markup, html};
+
+/// Strongest tint of a cell.
+const DEEPEST: f64 = 0.72;
+
+/// The section.
+pub fn section(report: &Report, detail: &Detail) -> Markup {
+    let place = &report.location;
+    html! {
+        section aria-labelledby="where" {
+            h2 id="where" { "Where it lies" }
+            p.say {
+                @match &place.term {
+                    Some(name) => { "In " b { (term(name)) } " (" code { (name) } ")." }
+                    None => { "No place in the equations stands out." }
+                }
+                @if let Some(regime) = &place.regime {
+                    " Worst where " b { (plain(&regime.variable)) " is " (number(regime.range[0])) " to "
+                    (number(regime.range[1])) } ": gap " b { (gap(regime.gap_inside)) } " inside, "
+                    (gap(regime.gap_outside)) " outside."
+                }
+            }
+            @if place.signals.len() > 1 { (signals(report)) }
+            (heat(&detail.heat_map))
+        }
+    }
+}
+
+fn signals(report: &Report) -> Markup {
+    let mut signals = report.location.signals.clone();
+    signals.sort_by(|a, b| b.share.total_cmp(&a.share));
+    html! {
+        div.panel role="group" aria-label="Share of the excess gap by output" {
+            @for entry in &signals {
+                div.bar style="grid-template-columns: minmax(8rem, 13rem) 1fr 7.5rem" {
+                    span { (signal(&entry.name)) }
+                    div.track aria-hidden="true" {
+                        div class="fill calibrated" style={ "width:" (format!("{:.1}", 100.0 * entry.share.clamp(0.0, 1.0))) "%" } {}
+                    }
+                    span.value { (percent(entry.share)) " · gap " (gap(entry.gap)) }
+                }
+            }
+        }
+    }
+}
+
+fn heat(map: &HeatMap) -> Markup {
+    let top = map
+        .groups
+        .iter()
+        .flat_map(|group| group.calibrated.iter().flatten())
+        .filter(|x| x.is_finite())
+        .fold(2.0_f64, |top, x| top.max(*x));
+    html! {
+        @if !map.groups.is_empty() {
+            h3 { "Gap by region" }
+            p.note { "Each cell: gap of the calibrated model, and under it that of the extended model. Deeper tint: larger gap." }
+            @for group in &map.groups { (table(map, group, top)) }
+        }
+    }
+}
+
+fn table(map: &HeatMap, group: &HeatGroup, top: f64) -> Markup {
+    let regions = group.edges.len().saturating_sub(1);
+    let unit = if group.unit.is_empty() { String::new() } else { format!(" ({})", group.unit) };
+    html! {
+        div.scroll { table.heat {
+            caption { (plain(&group.variable)) (unit) }
+            thead { tr {
+                td style="--a:0" {}
+                @for region in 0..regions {
+                    th scope="col" { (number(group.edges[region])) "–" (number(group.edges[region + 1])) }
+                }
+            } }
+            tbody {
+                @for (row, name) in map.signals.iter().enumerate() {
+                    tr {
+                        th scope="row" { (signal(name)) }
+                        @for region in 0..regions { (cell(group, row, region, top)) }
+                    }
+                }
+            }
+        } }
+    }
+}
+
+fn cell(group: &HeatGroup, row: usize, region: usize, top: f64) -> Markup {
+    let at = |table: &[Vec<f64>]| table.get(row).and_then(|r| r.get(region)).copied().unwrap_or(f64::NAN);
+    let (before, after) = (at(&group.calibrated), at(&group.extended));
+    let depth = if before.is_finite() && before > 1.0 { DEEPEST * before.ln() / top.ln() } else { 0.0 };
+    let samples = group.samples.get(region).copied().unwrap_or(0);
+    html! {
+        td style={ "--a:" (format!("{depth:.2}")) } title={ (samples) " samples" } {
+            b { (gap(before)) }
+            @if before.is_finite() { small { "→ " (gap(after)) } }
+        }
+    }
+}

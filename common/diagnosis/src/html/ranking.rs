@@ -1,0 +1,94 @@
+//! The ranking of candidates, the test against chance, and groups that the data cannot separate.
+
+use super::detail::{CandidateDetail, Detail, Tie};
+use super::words::{gap, number, p_value, percent, plain};
+use crate::report::{Candidate, Report};
+use maud::{Markup, html};
+
+/// The section.
+pub fn section(report: &Report, detail: &Detail) -> Markup {
+    html! {
+        section aria-labelledby="which" {
+            h2 id="which" { "Which effect: all " (report.candidates.len()) " candidates" }
+            p.say {
+                "Each was refitted together with the nuisances. Gain: share of the squared error on left-out data that it removes. p: probability "
+                "that the best of the whole library does as well where there is no effect."
+                @if let Some(alarm) = &detail.alarm {
+                    " Alarm threshold " b { (number(alarm.threshold)) } " for " (percent(alarm.level)) " false alarms from "
+                    (alarm.replicates) " simulated cases; the best candidate reaches " b { (number(alarm.observed)) } " (" (alarm.statistic) ")."
+                }
+            }
+            div.scroll { table {
+                caption { "Candidates, best predictor first" }
+                thead { tr {
+                    th scope="col" { "Effect" } th.n scope="col" { "Fit gap" } th scope="col" { "Gain on left-out data" }
+                    th.n scope="col" { "p" } th scope="col" { "Converged" }
+                    @if detail.candidates.iter().any(|c| !c.form.is_empty()) { th scope="col" { "Best form" } }
+                } }
+                tbody { @for candidate in &report.candidates { (row(report, detail, candidate)) } }
+            } }
+            @if !ties(report, detail).is_empty() {
+                h3 { "What these data cannot separate" }
+                @for tie in ties(report, detail) {
+                    div.tie {
+                        p style="margin:0" { b { (tie.ids.iter().map(|id| plain(id)).collect::<Vec<_>>().join(" · ")) } }
+                        p.note style="margin:.15rem 0 0" { (tie.because) }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The engine's ties, or those that the report's equivalents make.
+fn ties(report: &Report, detail: &Detail) -> Vec<Tie> {
+    if !detail.ties.is_empty() {
+        return detail.ties.clone();
+    }
+    let tied = report.effects.iter().filter(|effect| !effect.equivalent.is_empty());
+    tied.map(|effect| {
+        let mut ids = vec![effect.id.clone()];
+        ids.extend(effect.equivalent.iter().cloned());
+        Tie { ids, because: "They predict these runs alike.".to_owned() }
+    })
+    .collect()
+}
+
+fn row(report: &Report, detail: &Detail, candidate: &Candidate) -> Markup {
+    let found = report.effects.iter().any(|effect| effect.id == candidate.id);
+    let more = detail.candidates.iter().find(|more| more.id == candidate.id);
+    let forms = detail.candidates.iter().any(|c| !c.form.is_empty());
+    html! {
+        tr class=[found.then_some("found")] {
+            th scope="row" { code { (candidate.id) } }
+            td.n { (gap(candidate.fit_gap)) }
+            td.gain { (gain(candidate, more)) }
+            td.n { (p_value(candidate.p_value)) }
+            td {
+                @if candidate.converged { "yes" } @else { "no" }
+                @if let Some(bound) = more.filter(|more| !more.on_bound.is_empty()) {
+                    span.form { " · on its bound: " (bound.on_bound.join(", ")) }
+                }
+            }
+            @if forms { td.form { @if let Some(more) = more { (more.form) } } }
+        }
+    }
+}
+
+/// A bar from zero with its interval, and the number.
+fn gain(candidate: &Candidate, more: Option<&CandidateDetail>) -> Markup {
+    let place = |x: f64| 20.0 + 84.0 * x.clamp(-0.2, 1.0);
+    let (zero, end) = (place(0.0), place(candidate.cv_gain));
+    let class = if candidate.cv_gain >= 0.0 { "var(--extended)" } else { "var(--nominal)" };
+    html! {
+        svg viewBox="0 0 150 18" role="img" aria-label={ "gain " (percent(candidate.cv_gain)) } {
+            line class="axis" x1=(zero) x2=(zero) y1="1" y2="17" {}
+            rect x=(format!("{:.1}", zero.min(end))) y="5" width=(format!("{:.1}", (end - zero).abs().max(1.0))) height="8" rx="1"
+                style={ "fill:" (class) } {}
+            @if let Some([low, high]) = more.and_then(|more| more.cv_gain_interval) {
+                line x1=(format!("{:.1}", place(low))) x2=(format!("{:.1}", place(high))) y1="9" y2="9" style="stroke:var(--ink);stroke-width:1.3" {}
+            }
+            text x="148" y="13.5" text-anchor="end" { (percent(candidate.cv_gain)) }
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! Numbers and names as people read them.
+
+/// A number with three significant digits and a real minus sign.
+pub fn number(x: f64) -> String {
+    number_to(x, 3)
+}
+
+/// A number with `digits` significant digits.
+pub fn number_to(x: f64, digits: usize) -> String {
+    if !x.is_finite() {
+        return "–".to_owned();
+    }
+    if x == 0.0 {
+        return "0".to_owned();
+    }
+    let magnitude = x.abs().log10().floor() as i32;
+    let text = if !(-3..6).contains(&magnitude) {
+        let mantissa = x / 10f64.powi(magnitude);
+        format!("{} × 10{}", trimmed(mantissa, digits.saturating_sub(1)), superscript(magnitude))
+    } else if magnitude >= 4 {
+        let scale = 10f64.powi((magnitude + 1 - digits as i32).max(0));
+        thousands(((x / scale).round() * scale) as i64)
+    } else {
+        trimmed(x, (digits as i32 - 1 - magnitude).max(0) as usize)
+    };
+    text.replace('-', "−")
+}
+
+fn trimmed(x: f64, decimals: usize) -> String {
+    let text = format!("{x:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// Groups of three with a narrow space.
+fn thousands(x: i64) -> String {
+    let digits = x.unsigned_abs().to_string();
+    let mut grouped = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            grouped.push('\u{202f}');
+        }
+        grouped.push(digit);
+    }
+    if x < 0 { format!("-{grouped}") } else { grouped }
+}
+
+fn superscript(exponent: i32) -> String {
+    let sign = if exponent < 0 { "⁻" } else { "" };
+    let digits = exponent.unsigned_abs().to_string();
+    let high: String = digits
+        .chars()
+        .filter_map(|digit| digit.to_digit(10))
+        .map(|digit| ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][digit as usize])
+        .collect();
+    format!("{sign}{high}")
+}
+
+/// A gap with two decimals, or one from ten up.
+pub fn gap(x: f64) -> String {
+    match x {
+        x if !x.is_finite() => "–".to_owned(),
+        x if x >= 1000.0 => number(x),
+        x if x >= 100.0 => format!("{x:.0}"),
+        x if x >= 10.0 => format!("{x:.1}"),
+        x => format!("{x:.2}"),
+    }
+}
+
+/// A share as a whole percentage.
+pub fn percent(share: f64) -> String {
+    if share.is_finite() { format!("{:.0} %", 100.0 * share).replace('-', "−") } else { "–".to_owned() }
+}
+
+/// A p-value: never zero.
+pub fn p_value(p: f64) -> String {
+    if p < 0.01 { format!("{p:.4}") } else { format!("{p:.2}") }
+}
+
+/// An interval.
+pub fn interval([low, high]: [f64; 2]) -> String {
+    format!("{} to {}", number(low), number(high))
+}
+
+/// An id or name with underscores as words.
+pub fn plain(name: &str) -> String {
+    name.replace('_', " ")
+}
+
+/// A term of the equations in words.
+pub fn term(name: &str) -> String {
+    let words = match name {
+        "brake_friction" => "the friction between pad and disc",
+        "brake_actuation" => "the way from brake pressure to pad force",
+        "adhesion" => "the adhesion between wheel and rail",
+        "load_distribution" => "the loads of the wheelsets",
+        "inertia" => "mass or rotating inertia",
+        "kinematics" => "the wheel radii",
+        "resistance" => "running resistance or grade",
+        "longitudinal_force" => "forces along the track",
+        "sensor_wheel_speed" => "the measurement of wheel speed",
+        "sensor_speed" => "the measurement of vehicle speed",
+        "drivetrain" => "the elasticity of axle or drivetrain",
+        other => return plain(other),
+    };
+    words.to_owned()
+}
+
+/// An output in words.
+pub fn signal(name: &str) -> String {
+    match name {
+        "v_m_s" => "vehicle speed".to_owned(),
+        "omega_f_rad_s" => "front wheelset speed".to_owned(),
+        "omega_r_rad_s" => "rear wheelset speed".to_owned(),
+        "force_n" => "creep force".to_owned(),
+        "mu" => "pad friction".to_owned(),
+        other => plain(other),
+    }
+}
+
+/// `a`, `a and b`, `a, b and c`.
+pub fn list(items: &[String]) -> String {
+    match items {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_keep_three_digits() {
+        assert_eq!(number(0.000_82), "8.2 × 10⁻⁴");
+        assert_eq!(number(-0.0345), "−0.0345");
+        assert_eq!(number(12.345), "12.3");
+        assert_eq!(number(2.0), "2");
+        assert_eq!(number(12_345.0), "12\u{202f}300");
+        assert_eq!(number(6.04e6), "6.04 × 10⁶");
+        assert_eq!(number(f64::NAN), "–");
+        assert_eq!(list(&["a".into(), "b".into(), "c".into()]), "a, b and c");
+    }
+}
