@@ -85,6 +85,7 @@ impl Surgery {
             verified,
             seconds: visit.seconds,
             failure: visit.failure,
+            correlation_ranking: Vec::new(),
         })
     }
 

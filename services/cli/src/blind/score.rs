@@ -43,8 +43,8 @@ pub(super) struct Answer {
     pub calibrated: f64,
     /// The same of the extended model.
     pub extended: f64,
-    /// First of the ranking by calibrated RMSE, where the report's candidates allow it.
-    pub lowest_rmse: Option<String>,
+    /// Baseline: every candidate with its nuisances refitted, lowest RMSE on the fit runs first.
+    pub rmse_ranking: Vec<String>,
 }
 
 impl Answer {
@@ -66,7 +66,8 @@ impl Answer {
         };
         let gap_of =
             |candidate: &Value| candidate.get("fit_gap").and_then(Value::as_f64).unwrap_or(f64::INFINITY);
-        let candidates = list("candidates");
+        let mut candidates = list("candidates");
+        candidates.sort_by(|a, b| gap_of(a).total_cmp(&gap_of(b)));
         Self {
             verdict: text(report, "verdict").unwrap_or_default(),
             term: report.pointer("/where/term").and_then(Value::as_str).map(str::to_owned),
@@ -74,10 +75,7 @@ impl Answer {
             effects: list("effects").iter().map(named).collect(),
             calibrated: number("/gap/holdout/calibrated"),
             extended: number("/gap/holdout/extended"),
-            lowest_rmse: candidates
-                .iter()
-                .min_by(|a, b| gap_of(a).total_cmp(&gap_of(b)))
-                .and_then(|candidate| text(candidate, "id")),
+            rmse_ranking: candidates.iter().filter_map(|candidate| text(candidate, "id")).collect(),
         }
     }
 
@@ -116,6 +114,8 @@ pub(super) struct Outcome {
     pub seconds: f64,
     /// Why there is no answer.
     pub failure: Option<String>,
+    /// Baseline: ids by correlation of the calibrated model's residuals with one-shot sensitivities, best first.
+    pub correlation_ranking: Vec<String>,
 }
 
 impl Outcome {
@@ -192,6 +192,35 @@ impl Rate {
     }
 }
 
+/// What a mere ranking scores: it always names its first, so that it alarms on every case and never says `unknown`.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct Baseline {
+    pub top_1: Rate,
+    pub pairs_both_named: Rate,
+    pub false_alarms: Rate,
+    pub unknown_called_unknown: Rate,
+}
+
+impl Baseline {
+    fn of(outcomes: &[Outcome], ranking: impl Fn(&Outcome) -> &[String]) -> Self {
+        let ranked = || outcomes.iter().filter(|outcome| !ranking(outcome).is_empty());
+        let known = |count: usize| {
+            ranked()
+                .filter(move |outcome| !outcome.made.is_unknown() && outcome.made.nameable().len() == count)
+        };
+        let named = |outcome: &Outcome, count: usize| {
+            let first = &ranking(outcome)[..count.min(ranking(outcome).len())];
+            outcome.made.nameable().iter().all(|id| first.iter().any(|named| named == id))
+        };
+        Self {
+            top_1: Rate::count(known(1), |outcome| named(outcome, 1)),
+            pairs_both_named: Rate::count(known(2), |outcome| named(outcome, 2)),
+            false_alarms: Rate::count(ranked().filter(|o| o.made.label.effects.is_empty()), |_| true),
+            unknown_called_unknown: Rate::count(ranked().filter(|o| o.made.is_unknown()), |_| false),
+        }
+    }
+}
+
 /// One bin of stated confidence.
 #[derive(Debug, Clone, Serialize)]
 pub(super) struct Bin {
@@ -225,7 +254,8 @@ pub(super) struct Score {
     pub parameter_error_median: f64,
     pub in_ci95: Rate,
     pub in_90: Rate,
-    pub baseline_rmse_top_1: Rate,
+    pub baseline_rmse: Baseline,
+    pub baseline_correlation: Baseline,
     pub confidence: Vec<Bin>,
     pub seconds_median: f64,
     pub seconds_longest: f64,
@@ -283,10 +313,10 @@ impl Score {
             parameter_error_median: quantile(&errors, 0.5),
             in_ci95: tally(&|agreement| agreement.in_ci95),
             in_90: tally(&|agreement| agreement.in_90),
-            baseline_rmse_top_1: Rate::count(single(), |outcome| {
-                let lowest = outcome.answer.as_ref().and_then(|answer| answer.lowest_rmse.as_deref());
-                lowest == outcome.made.nameable().first().copied()
+            baseline_rmse: Baseline::of(outcomes, |outcome| {
+                outcome.answer.as_ref().map_or(&[], |answer| answer.rmse_ranking.as_slice())
             }),
+            baseline_correlation: Baseline::of(outcomes, |outcome| outcome.correlation_ranking.as_slice()),
             confidence: reliability(outcomes),
             seconds_median: quantile(&seconds, 0.5),
             seconds_longest: seconds.last().copied().unwrap_or(f64::NAN),
@@ -379,7 +409,7 @@ mod tests {
         assert_eq!(answer.word(), "sanding + unknown");
         assert!(answer.effects[0].is("self_cleaning") && !answer.effects[0].is("brake_lag"));
         assert_eq!(answer.effects[0].parameters["gain"], (0.3, 0.2, 0.4));
-        assert_eq!(answer.lowest_rmse.as_deref(), Some("b"));
+        assert_eq!(answer.rmse_ranking, ["b", "a"]);
         assert_eq!((answer.calibrated, answer.extended), (8.0, 2.0));
     }
 }
