@@ -1,0 +1,284 @@
+//! The wagon: body and wheelsets coupled by contact, with brakes, resistance and effects.
+//!
+//! Equations (Schwarz & Keck (1)–(6) in one sign convention, their factor ½ on g mended):
+//!
+//! ```text
+//! J ω̇_i = M_W,i − T_B,i sign(ω_i) − r_W,i F_x,i
+//! m v̇   = Σ F_x,i − (a + b v) − k_d (v+w)|v+w| − m g sin(grade) + F_other
+//! ```
+
+mod integrate;
+mod quantities;
+
+pub use quantities::{Constants, Forces, Loading, WagonInput, WagonState};
+
+use crate::adhesion::{ContactForce, creep_force};
+use crate::effects::{self, Effect, Observation, Operating};
+use crate::load::LoadDistribution;
+use crate::resistance::{grade_force, running_resistance};
+use crate::{PerWheelset, VehicleParameters};
+
+/// Why a model cannot be built.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ModelError {
+    /// An effect that the catalogue lacks.
+    #[error("effect `{id}` is not in the catalogue; `railgrip gap effects` lists what is")]
+    UnknownEffect {
+        /// The id.
+        id: String,
+    },
+    /// A parameter that the effect does not have.
+    #[error("effect `{id}` has no parameter `{name}`")]
+    UnknownParameter {
+        /// The effect.
+        id: &'static str,
+        /// The parameter.
+        name: String,
+    },
+    /// A value outside its bounds.
+    #[error("effect `{id}`: `{name}` is {value}, allowed is {lower} to {upper}")]
+    ParameterOutOfBounds {
+        /// The effect.
+        id: &'static str,
+        /// The parameter.
+        name: &'static str,
+        /// The value.
+        value: f64,
+        /// Lower bound.
+        lower: f64,
+        /// Upper bound.
+        upper: f64,
+    },
+}
+
+/// A wagon with its laws and effects. `Clone` is cheap and shares the effects.
+#[derive(Clone, Debug)]
+pub struct WagonModel {
+    constants: Constants,
+    loads: LoadDistribution,
+    effects: std::sync::Arc<[Box<dyn Effect>]>,
+}
+
+impl WagonModel {
+    /// The model of a vehicle file, with the effects that it names.
+    ///
+    /// # Errors
+    /// An effect that the catalogue does not know, or whose parameters are wrong.
+    pub fn new(parameters: &VehicleParameters) -> Result<Self, ModelError> {
+        let effects = parameters.effects.iter().map(effects::build).collect::<Result<Vec<_>, _>>()?;
+        Ok(Self::with_effects(parameters, effects))
+    }
+
+    /// The model of `parameters` (whose own effect entries are ignored) with these effects.
+    pub fn with_effects(parameters: &VehicleParameters, effects: Vec<Box<dyn Effect>>) -> Self {
+        Self::from_constants(Constants::of(parameters), effects)
+    }
+
+    /// The model with these constants, before effects change them.
+    pub fn from_constants(mut constants: Constants, effects: Vec<Box<dyn Effect>>) -> Self {
+        effects.iter().for_each(|effect| effect.constants(&mut constants));
+        let loads = match constants.fixed_load_n {
+            Some(load_n) => LoadDistribution::fixed(load_n, constants.wheelsets),
+            None => LoadDistribution::new(
+                constants.mass_kg,
+                constants.com_height_m,
+                &constants.wheelset_positions_m,
+                constants.wheelsets,
+            ),
+        };
+        Self { constants, loads, effects: effects.into() }
+    }
+
+    /// Constants after all effects.
+    pub fn constants(&self) -> &Constants {
+        &self.constants
+    }
+
+    /// How load spreads over the wheelsets.
+    pub fn load_distribution(&self) -> &LoadDistribution {
+        &self.loads
+    }
+
+    /// The effects in the order in which they act.
+    pub fn effects(&self) -> &[Box<dyn Effect>] {
+        &self.effects
+    }
+
+    /// Hidden states of all effects at the start of a run.
+    pub fn start_hidden(&self, at: &Operating, sample_period_s: f64) -> Vec<f64> {
+        let mut hidden = Vec::new();
+        for effect in self.effects.iter() {
+            let from = hidden.len();
+            hidden.resize(from + effect.hidden_len(sample_period_s), 0.0);
+            effect.start(at, &mut hidden[from..]);
+        }
+        hidden
+    }
+
+    /// Advances the hidden states of all effects by one sample.
+    pub fn advance_hidden(&self, at: &Operating, dt_s: f64, hidden: &mut [f64]) {
+        self.each_effect_mut(dt_s, hidden, |effect, own| effect.advance(at, dt_s, own));
+    }
+
+    /// What the sensors read at this operating point.
+    pub fn observe(&self, at: &Operating, sample_period_s: f64, hidden: &[f64]) -> Observation {
+        let mut reading = Observation { v_m_s: at.v_m_s, wheel_speed_rad_s: at.wheel_speed_rad_s };
+        let mut from = 0;
+        for effect in self.effects.iter() {
+            let to = from + effect.hidden_len(sample_period_s);
+            effect.observe(at, &hidden[from..to], &mut reading);
+            from = to;
+        }
+        reading
+    }
+
+    /// Turns what the sensors read at the start of a simulation into the state of the vehicle, see [`Self::observe`].
+    pub fn correct(&self, at: &Operating, sample_period_s: f64, hidden: &[f64], state: &mut Observation) {
+        let mut from = 0;
+        for effect in self.effects.iter() {
+            let to = from + effect.hidden_len(sample_period_s);
+            effect.correct(at, &hidden[from..to], state);
+            from = to;
+        }
+    }
+
+    fn each_effect_mut(&self, dt_s: f64, hidden: &mut [f64], mut visit: impl FnMut(&dyn Effect, &mut [f64])) {
+        let mut rest = hidden;
+        for effect in self.effects.iter() {
+            let (own, others) = rest.split_at_mut(effect.hidden_len(dt_s));
+            visit(effect.as_ref(), own);
+            rest = others;
+        }
+    }
+
+    /// Passes a value through the same law of every effect.
+    fn compose(
+        &self,
+        dt_s: f64,
+        hidden: &[f64],
+        value: f64,
+        law: impl Fn(&dyn Effect, &[f64], f64) -> f64,
+    ) -> f64 {
+        let mut from = 0;
+        let mut value = value;
+        for effect in self.effects.iter() {
+            let to = from + effect.hidden_len(dt_s);
+            value = law(effect.as_ref(), &hidden[from..to], value);
+            from = to;
+        }
+        value
+    }
+
+    /// The operating point of `state` under `input`; powers and acceleration are zero until [`Self::note_forces`].
+    pub fn operating(&self, state: &WagonState, input: &WagonInput) -> Operating {
+        Operating {
+            time_s: input.time_s,
+            v_m_s: state.v_m_s,
+            position_m: input.position_m,
+            sanding: input.sanding,
+            grade_rad: input.grade_rad,
+            adhesion_peak: input.adhesion_peak,
+            wheel_speed_rad_s: state.wheel_speed_rad_s,
+            pressing_force_n: input.pressing_force_n,
+            drive_torque_nm: input.drive_torque_nm,
+            ..Operating::default()
+        }
+    }
+
+    /// Writes acceleration and dissipated powers of `forces` into the operating point.
+    pub fn note_forces(&self, at: &mut Operating, forces: &Forces) {
+        at.acceleration_m_s2 = forces.acceleration_m_s2;
+        at.wheel_acceleration_rad_s2 = forces.wheel_acceleration_rad_s2;
+        for i in 0..self.constants.wheelsets {
+            let omega = at.wheel_speed_rad_s[i];
+            at.brake_power_w[i] = (-forces.brake_torque_nm[i] * omega).max(0.0);
+            at.slip_power_w[i] =
+                (forces.contact_n[i] * (self.constants.wheel_radius_m[i] * omega - at.v_m_s)).max(0.0);
+        }
+    }
+
+    /// Evaluates the laws of actuation, pad friction, rail and body forces at an operating point.
+    ///
+    /// `sample_period_s` and `hidden` are those of [`Self::start_hidden`].
+    pub fn loading(
+        &self,
+        at: &Operating,
+        input: &WagonInput,
+        sample_period_s: f64,
+        hidden: &[f64],
+    ) -> Loading {
+        let constants = &self.constants;
+        let mut loading = Loading {
+            drive_torque_nm: input.drive_torque_nm,
+            wind_m_s: input.wind_m_s,
+            other_n: grade_force(constants.mass_kg, input.grade_rad) + input.body_force_n,
+            ..Loading::default()
+        };
+        for i in 0..constants.wheelsets {
+            let force =
+                self.compose(sample_period_s, hidden, input.pressing_force_n[i], |effect, own, value| {
+                    effect.pad_force_n(i, at, own, value)
+                });
+            let level = constants.brake_friction[i] * input.brake_friction_factor[i];
+            let friction = self.compose(sample_period_s, hidden, level, |effect, own, value| {
+                effect.brake_friction(i, at, own, value)
+            });
+            let torque = friction * force.max(0.0) * constants.brake_radius_m;
+            loading.pad_force_n[i] = force.max(0.0);
+            loading.brake_friction[i] = friction;
+            loading.brake_torque_nm[i] = self
+                .compose(sample_period_s, hidden, torque, |effect, own, value| {
+                    effect.brake_torque_nm(i, at, own, value)
+                })
+                .max(0.0);
+            loading.adhesion_peak[i] =
+                self.compose(sample_period_s, hidden, input.adhesion_peak[i], |effect, own, value| {
+                    effect.adhesion_peak(i, at, own, value)
+                });
+        }
+        loading.wind_m_s = self.compose(sample_period_s, hidden, loading.wind_m_s, |effect, own, value| {
+            effect.headwind_m_s(at, own, value)
+        });
+        loading.other_n = self.compose(sample_period_s, hidden, loading.other_n, |effect, own, value| {
+            effect.body_force_n(at, own, value)
+        });
+        loading
+    }
+
+    /// Forces and accelerations at a state. Loads and acceleration are consistent with each other to rounding.
+    pub fn forces(&self, state: &WagonState, loading: &Loading) -> Forces {
+        let constants = &self.constants;
+        let resistance_n = running_resistance(&constants.resistance, state.v_m_s, loading.wind_m_s);
+        let mut forces = Forces { resistance_n, other_n: loading.other_n, ..Forces::default() };
+        // The map acceleration → loads → contact forces → acceleration contracts by about (h/a)·Δμ, a few percent.
+        for _ in 0..12 {
+            forces.load_n = self.loads.loads_n(forces.acceleration_m_s2);
+            for i in 0..constants.wheelsets {
+                forces.contact_n[i] = self.contact(i, state, loading, &forces.load_n).force_n;
+            }
+            let sum = forces.contact_n.iter().sum::<f64>() - resistance_n + loading.other_n;
+            let acceleration = sum / constants.mass_kg;
+            let change = acceleration - forces.acceleration_m_s2;
+            forces.acceleration_m_s2 = acceleration;
+            if change.abs() < 1e-13 * (1.0 + acceleration.abs()) {
+                break;
+            }
+        }
+        for i in 0..constants.wheelsets {
+            let free = loading.drive_torque_nm[i] - constants.wheel_radius_m[i] * forces.contact_n[i];
+            let omega = state.wheel_speed_rad_s[i];
+            let holding = loading.brake_torque_nm[i];
+            forces.brake_torque_nm[i] =
+                if omega == 0.0 { -free.clamp(-holding, holding) } else { -holding * omega.signum() };
+            forces.wheel_acceleration_rad_s2[i] =
+                (free + forces.brake_torque_nm[i]) / constants.inertia_kg_m2[i];
+        }
+        forces
+    }
+
+    #[inline]
+    fn contact(&self, i: usize, state: &WagonState, loading: &Loading, load_n: &PerWheelset) -> ContactForce {
+        let rim_speed = self.constants.wheel_radius_m[i] * state.wheel_speed_rad_s[i];
+        creep_force(&self.constants.contact, rim_speed, state.v_m_s, load_n[i], loading.adhesion_peak[i])
+    }
+}
