@@ -28,6 +28,7 @@
 //! * **batch**: the slice of items that one message carries.
 //! * **history**: the last batches of a publisher, delivered to those who join late.
 
+pub mod bare;
 mod channels;
 mod clock;
 mod config;

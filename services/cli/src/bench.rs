@@ -9,8 +9,8 @@ use railgrip_filter::models::{DrivenSample, PaperFilter, WagonFilter, WagonPhysi
 use railgrip_filter::{EstimatorConfig, EstimatorInput, WagonEstimator};
 use railgrip_vehicle::{VehicleParameters, WagonInput, WagonModel, WagonState};
 
-use crate::CliError;
 use crate::output::say;
+use crate::{CliError, bench_transport};
 
 /// The vehicle that is timed.
 const VEHICLE: &str = include_str!("../../../config/vehicle.toml");
@@ -23,6 +23,9 @@ pub(crate) struct Args {
     /// Print JSON instead of a table
     #[arg(long)]
     json: bool,
+    /// Measure the way from ingest to estimate through real processes instead
+    #[arg(long)]
+    transport: bool,
 }
 
 /// One line of the table.
@@ -36,6 +39,9 @@ struct Line {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
+    if args.transport {
+        return run_transport(args.json);
+    }
     let path = std::path::Path::new("built-in vehicle");
     let vehicle = railgrip_settings::vehicle::parse(path, VEHICLE).map_err(CliError::failed)?;
     let lines = filter_lines(&vehicle)?;
@@ -49,6 +55,16 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
             "{:<44} {:>9.0}   {:<44} {:>9.0} {:>7.3}",
             line.what, line.nanoseconds, line.reference, line.reference_nanoseconds, line.ratio
         ));
+    }
+    Ok(())
+}
+
+fn run_transport(json: bool) -> Result<(), CliError> {
+    let lines = bench_transport::run()?;
+    if json {
+        say(&serde_json::to_string_pretty(&lines).map_err(CliError::failed)?);
+    } else {
+        bench_transport::show(&lines);
     }
     Ok(())
 }

@@ -4,9 +4,11 @@
 //! are tools. Exit codes: 0 done, 1 failed, 2 bad input or config.
 
 mod bench;
+mod bench_transport;
 mod blind;
 mod error;
 mod estimate;
+mod experiment;
 mod hold;
 mod logging;
 mod output;
@@ -50,8 +52,13 @@ enum Command {
     Record(record::Args),
     /// Estimate adhesion and pad friction of a recording
     Estimate(estimate::Args),
+    /// Run a published experiment, with its table and its figures
+    Experiment(experiment::Args),
     /// Measure the speed of the parts on this machine
     Bench(bench::Args),
+    /// The other end of `railgrip bench --transport`
+    #[command(hide = true)]
+    BenchPeer(bench_transport::PeerArgs),
     /// Turn a scenario into recordings, with the truth beside them
     Simulate(simulate::Args),
 }
@@ -67,7 +74,9 @@ impl Command {
             Self::Status(args) => status::run(&args),
             Self::Record(args) => record::run(&args),
             Self::Estimate(args) => estimate::run(&args),
+            Self::Experiment(args) => experiment::run(&args),
             Self::Bench(args) => bench::run(&args),
+            Self::BenchPeer(args) => bench_transport::peer(&args),
             Self::Simulate(args) => simulate::run(&args),
         }
     }

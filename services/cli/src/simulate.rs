@@ -243,6 +243,25 @@ mod tests {
     }
 
     #[test]
+    fn every_vehicle_of_the_project_runs_the_demo() {
+        let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/vehicles");
+        let mut scenario = Scenario::load("demo", Path::new("")).expect("built in");
+        scenario.duration_s = 70.0;
+        let mut count = 0;
+        for entry in std::fs::read_dir(vehicles).expect("vehicles") {
+            let file = entry.expect("entry").path();
+            let vehicle = railgrip_settings::vehicle::load(&file).unwrap_or_else(|error| panic!("{error}"));
+            let (runs, _) = simulate(&scenario, &[vehicle], 1).expect("simulated");
+            let braked = runs[0].truth.mu_w.iter().copied().fold(0.0, f64::min);
+            let slowest = runs[0].truth.v_m_s.iter().copied().fold(f64::INFINITY, f64::min);
+            println!("{}: {}", file.display(), wagon_line(&runs[0]));
+            assert!((-0.12..-0.06).contains(&braked) && slowest < 20.0, "{}", file.display());
+            count += 1;
+        }
+        assert!(count >= 3);
+    }
+
+    #[test]
     fn only_its_own_files_are_replaced() {
         for name in ["wagon01.dry.csv", "wagon12.low.parquet", "wagon100.wet.csv"] {
             assert!(is_own(name), "{name}");
