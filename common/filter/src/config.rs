@@ -97,8 +97,8 @@ impl Default for RateSettings {
         Self {
             speed_per_sqrt_s: 0.003,
             rim_speed_per_sqrt_s: 0.005,
-            adhesion_rolling_per_sqrt_s: 0.003,
-            adhesion_sliding_per_sqrt_s: 0.015,
+            adhesion_rolling_per_sqrt_s: 0.001,
+            adhesion_sliding_per_sqrt_s: 0.008,
             adhesion_changing_per_sqrt_s: 0.1,
             adhesion_plain_per_sqrt_s: 0.05,
             pad_common_per_sqrt_s: 0.006,

@@ -45,7 +45,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
         let (x, dt) = (&self.belief.mean, input.dt_s);
         let mut q = SVector::<f64, N>::zeros();
         q[0] = rates.speed_per_sqrt_s.powi(2) * dt;
-        let mut force_rate = 0.0;
+        let mut late = 0.0;
         for i in 0..W {
             let radius = physics.wheel_radius_m[i];
             let sliding = 1.0 - self.contacts[i].rolling;
@@ -70,13 +70,12 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
                 rates.adhesion_changing_per_sqrt_s
             };
             q[at.adhesion + i] = per_sqrt_s.powi(2) * dt;
-            force_rate += x[at.pad + i] * physics.brake_radius_m * sample.force_change_n[i]
-                / (radius * physics.static_load_n[i])
-                / dt.max(1e-6);
+            late += x[at.pad + i] * physics.brake_radius_m * self.late_force_n[i]
+                / (radius * physics.static_load_n[i]);
             q[at.radius + i] = 1e-12 * dt;
         }
-        let lagging = rates.brake_lag_share * rates.brake_lag_s * force_rate / W as f64;
-        q[at.lag] = (1.0 - input.lag_kept * input.lag_kept) * (lagging * lagging + 1e-8);
+        let lagging = rates.brake_lag_share * late / W as f64;
+        q[at.lag] = (1.0 - input.lag_kept * input.lag_kept) * (lagging * lagging + 1e-10);
         q[at.disturbance] = 1.0 - input.disturbance_kept * input.disturbance_kept;
         q[at.mass] = 1e-12 * dt;
         let forget = (2.0 * dt / rates.sliding_slope_s).min(1.0);
