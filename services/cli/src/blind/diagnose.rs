@@ -14,10 +14,12 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 use super::{
-    Args, cannot_write,
+    Args,
+    answer::Answer,
+    cannot_write,
     make::{Made, case_folder, twin_folder},
     read,
-    score::{Answer, Outcome},
+    score::Outcome,
     seal, verify, write,
 };
 use crate::CliError;

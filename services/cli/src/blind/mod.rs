@@ -8,6 +8,8 @@
 //! answer is `unknown`. *Nameless*: an effect that no id names. *Twin*: the case without its effect, the same clutter;
 //! the calibrated model's gap there is the *floor*. *Closure*: (calibrated − extended) / (calibrated − floor) on holdout.
 
+mod answer;
+mod belief;
 mod diagnose;
 mod make;
 mod score;

@@ -1,103 +1,12 @@
 //! What the answers are worth.
 
-use std::collections::BTreeMap;
-
 use serde::Serialize;
-use serde_json::Value;
 
-use super::make::Made;
-
-/// An effect that a report names.
-#[derive(Debug, Clone, Serialize)]
-pub(super) struct Named {
-    /// Id.
-    pub id: String,
-    /// Term of the equations.
-    pub term: String,
-    /// Stated probability of being right.
-    pub confidence: f64,
-    /// Ids that the report declares equivalent.
-    pub equivalent: Vec<String>,
-    /// Value and 95 % interval of each parameter.
-    pub parameters: BTreeMap<String, (f64, f64, f64)>,
-}
-
-impl Named {
-    fn is(&self, id: &str) -> bool {
-        self.id == id || self.equivalent.iter().any(|other| other == id)
-    }
-}
-
-/// What the score reads from a report.
-#[derive(Debug, Clone, Serialize)]
-pub(super) struct Answer {
-    /// The answer in one word.
-    pub verdict: String,
-    /// Where the gap lies.
-    pub term: Option<String>,
-    /// Term of what is left over.
-    pub unexplained_term: Option<String>,
-    /// Effects, strongest first.
-    pub effects: Vec<Named>,
-    /// Holdout gaps of the calibrated and the extended model.
-    pub calibrated: f64,
-    /// The same of the extended model.
-    pub extended: f64,
-    /// Baseline: every candidate with its nuisances refitted, lowest RMSE on the fit runs first.
-    pub rmse_ranking: Vec<String>,
-}
-
-impl Answer {
-    /// Reads a report; what is missing counts as not said.
-    pub(super) fn read(report: &Value) -> Self {
-        let text = |value: &Value, key: &str| value.get(key).and_then(Value::as_str).map(str::to_owned);
-        let number = |pointer: &str| report.pointer(pointer).and_then(Value::as_f64).unwrap_or(f64::NAN);
-        let list = |key: &str| report.get(key).and_then(Value::as_array).cloned().unwrap_or_default();
-        let named = |effect: &Value| Named {
-            id: text(effect, "id").unwrap_or_default(),
-            term: text(effect, "term").unwrap_or_default(),
-            confidence: effect.get("confidence").and_then(Value::as_f64).unwrap_or(f64::NAN),
-            equivalent: effect
-                .get("equivalent")
-                .and_then(Value::as_array)
-                .map(|ids| ids.iter().filter_map(|id| id.as_str().map(str::to_owned)).collect())
-                .unwrap_or_default(),
-            parameters: parameters(effect),
-        };
-        let gap_of =
-            |candidate: &Value| candidate.get("fit_gap").and_then(Value::as_f64).unwrap_or(f64::INFINITY);
-        let mut candidates = list("candidates");
-        candidates.sort_by(|a, b| gap_of(a).total_cmp(&gap_of(b)));
-        Self {
-            verdict: text(report, "verdict").unwrap_or_default(),
-            term: report.pointer("/where/term").and_then(Value::as_str).map(str::to_owned),
-            unexplained_term: report.pointer("/unexplained/term").and_then(Value::as_str).map(str::to_owned),
-            effects: list("effects").iter().map(named).collect(),
-            calibrated: number("/gap/holdout/calibrated"),
-            extended: number("/gap/holdout/extended"),
-            rmse_ranking: candidates.iter().filter_map(|candidate| text(candidate, "id")).collect(),
-        }
-    }
-
-    /// The word for the confusion matrix.
-    pub(super) fn word(&self) -> String {
-        match (self.effects.first(), self.verdict.contains("unknown")) {
-            (Some(effect), false) => effect.id.clone(),
-            (Some(effect), true) => format!("{} + unknown", effect.id),
-            (None, true) => format!("unknown ({})", self.term.as_deref().unwrap_or("no term")),
-            (None, false) => self.verdict.clone(),
-        }
-    }
-}
-
-fn parameters(effect: &Value) -> BTreeMap<String, (f64, f64, f64)> {
-    let entries = effect.get("parameters").and_then(Value::as_object);
-    let read = |(name, value): (&String, &Value)| {
-        let number = |pointer: &str| value.pointer(pointer).and_then(Value::as_f64);
-        Some((name.clone(), (number("/value")?, number("/ci95/0")?, number("/ci95/1")?)))
-    };
-    entries.map(|entries| entries.iter().filter_map(read).collect()).unwrap_or_default()
-}
+use super::{
+    answer::{Answer, Named},
+    belief::{Agreement, Bin, agreement, reliability},
+    make::Made,
+};
 
 /// A case with its answer.
 #[derive(Debug, Clone, Serialize)]
@@ -119,7 +28,8 @@ pub(super) struct Outcome {
 }
 
 impl Outcome {
-    fn effects(&self) -> &[Named] {
+    /// Effects that were named, strongest first.
+    pub(super) fn effects(&self) -> &[Named] {
         self.answer.as_ref().map_or(&[], |answer| &answer.effects)
     }
 
@@ -182,7 +92,8 @@ impl Rate {
         outcomes.fold(Self::default(), |rate, outcome| rate.and(right(outcome)))
     }
 
-    fn and(self, right: bool) -> Self {
+    /// Counts one more.
+    pub(super) fn and(self, right: bool) -> Self {
         Self { right: self.right + usize::from(right), of: self.of + 1 }
     }
 
@@ -219,17 +130,6 @@ impl Baseline {
             unknown_called_unknown: Rate::count(ranked().filter(|o| o.made.is_unknown()), |_| false),
         }
     }
-}
-
-/// One bin of stated confidence.
-#[derive(Debug, Clone, Serialize)]
-pub(super) struct Bin {
-    /// Range of stated confidence.
-    pub range: (f64, f64),
-    /// Mean of what was stated.
-    pub stated: f64,
-    /// How often it was right.
-    pub right: Rate,
 }
 
 /// The score of a run.
@@ -324,55 +224,6 @@ impl Score {
     }
 }
 
-/// How often first names are right, by stated confidence. A name given to an unknown or to nothing is wrong.
-fn reliability(outcomes: &[Outcome]) -> Vec<Bin> {
-    const EDGES: [f64; 6] = [0.0, 0.5, 0.7, 0.85, 0.95, 1.000_001];
-    let bin = |range: &[f64]| {
-        let inside = |named: &Named| (range[0]..range[1]).contains(&named.confidence);
-        let named =
-            outcomes.iter().filter_map(|o| Some((o, o.effects().first()?))).filter(|(_, n)| inside(n));
-        let (mut stated, mut right) = (0.0, Rate::default());
-        for (outcome, named) in named {
-            stated += named.confidence;
-            right = right.and(outcome.made.nameable().iter().any(|id| named.is(id)));
-        }
-        Bin { range: (range[0], range[1].min(1.0)), stated: stated / right.of as f64, right }
-    };
-    EDGES.windows(2).map(bin).collect()
-}
-
-struct Agreement {
-    relative_error: f64,
-    in_ci95: bool,
-    in_90: bool,
-}
-
-/// Effects whose form in the plant is that of the catalogue: id, the plant's parameter, the catalogue's, and what to add
-/// to the plant's value.
-const AGREEING: [(&str, &str, &str, f64); 6] = [
-    ("wheel_radius", "relative", "relative_error", 0.0),
-    ("mass_error", "relative", "relative_error", 0.0),
-    ("rotating_inertia", "relative", "relative_error", 0.0),
-    ("load_transfer", "factor", "relative_error", -1.0),
-    ("dragging_brake", "torque_nm", "torque_nm", 0.0),
-    ("wheel_encoder_window", "window_s", "window_s", 0.0),
-];
-
-/// Compares the fitted parameter with the true one where the first name is right and the forms agree.
-fn agreement(outcome: &Outcome) -> Option<Agreement> {
-    let truth = outcome.made.label.effects.first()?;
-    let (_, plants, catalogues, offset) = AGREEING.iter().find(|(id, ..)| *id == truth.id)?;
-    let named = outcome.effects().iter().find(|named| named.id == truth.id)?;
-    let value = truth.parameters.iter().find(|(name, _)| name == plants)?.1 + offset;
-    let (fitted, low, high) = *named.parameters.get(*catalogues)?;
-    let narrow = 1.645 / 1.96;
-    Some(Agreement {
-        relative_error: ((fitted - value) / value).abs(),
-        in_ci95: (low..=high).contains(&value),
-        in_90: (fitted + narrow * (low - fitted)..=fitted + narrow * (high - fitted)).contains(&value),
-    })
-}
-
 /// Quantile of sorted values, between neighbours linearly.
 fn quantile(sorted: &[f64], share: f64) -> f64 {
     if sorted.is_empty() {
@@ -385,8 +236,6 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use serde_json::json;
-
     use super::*;
 
     #[test]
@@ -394,22 +243,5 @@ mod tests {
         assert_eq!(quantile(&[1.0, 2.0, 4.0], 0.5), 2.0);
         assert_eq!(quantile(&[1.0, 2.0, 4.0], 0.75), 3.0);
         assert!(quantile(&[], 0.5).is_nan());
-    }
-
-    #[test]
-    fn an_answer_is_read_from_the_contracts_keys() {
-        let report = json!({
-            "verdict": "effects+unknown", "where": {"term": "adhesion"}, "unexplained": {"gap": 2.0, "term": "inertia"},
-            "effects": [{"id": "sanding", "term": "adhesion", "confidence": 0.9, "equivalent": ["self_cleaning"],
-                         "parameters": {"gain": {"value": 0.3, "ci95": [0.2, 0.4]}}}],
-            "candidates": [{"id": "a", "fit_gap": 3.0}, {"id": "b", "fit_gap": 2.0}],
-            "gap": {"holdout": {"calibrated": 8.0, "extended": 2.0}}
-        });
-        let answer = Answer::read(&report);
-        assert_eq!(answer.word(), "sanding + unknown");
-        assert!(answer.effects[0].is("self_cleaning") && !answer.effects[0].is("brake_lag"));
-        assert_eq!(answer.effects[0].parameters["gain"], (0.3, 0.2, 0.4));
-        assert_eq!(answer.rmse_ranking, ["b", "a"]);
-        assert_eq!((answer.calibrated, answer.extended), (8.0, 2.0));
     }
 }

@@ -1,0 +1,123 @@
+//! What the score reads from a report, by the keys of the contract alone.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use serde_json::Value;
+
+/// An effect that a report names.
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct Named {
+    /// Id.
+    pub id: String,
+    /// Term of the equations.
+    pub term: String,
+    /// Stated probability of being right.
+    pub confidence: f64,
+    /// Ids that the report declares equivalent.
+    pub equivalent: Vec<String>,
+    /// Value and 95 % interval of each parameter.
+    pub parameters: BTreeMap<String, (f64, f64, f64)>,
+}
+
+impl Named {
+    /// Whether it means this id, by name or by declared equivalence.
+    pub(super) fn is(&self, id: &str) -> bool {
+        self.id == id || self.equivalent.iter().any(|other| other == id)
+    }
+}
+
+/// What the score reads from a report.
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct Answer {
+    /// The answer in one word.
+    pub verdict: String,
+    /// Where the gap lies.
+    pub term: Option<String>,
+    /// Term of what is left over.
+    pub unexplained_term: Option<String>,
+    /// Effects, strongest first.
+    pub effects: Vec<Named>,
+    /// Holdout gaps of the calibrated and the extended model.
+    pub calibrated: f64,
+    /// The same of the extended model.
+    pub extended: f64,
+    /// Baseline: every candidate with its nuisances refitted, lowest RMSE on the fit runs first.
+    pub rmse_ranking: Vec<String>,
+}
+
+impl Answer {
+    /// Reads a report; what is missing counts as not said.
+    pub(super) fn read(report: &Value) -> Self {
+        let text = |value: &Value, key: &str| value.get(key).and_then(Value::as_str).map(str::to_owned);
+        let number = |pointer: &str| report.pointer(pointer).and_then(Value::as_f64).unwrap_or(f64::NAN);
+        let list = |key: &str| report.get(key).and_then(Value::as_array).cloned().unwrap_or_default();
+        let named = |effect: &Value| Named {
+            id: text(effect, "id").unwrap_or_default(),
+            term: text(effect, "term").unwrap_or_default(),
+            confidence: effect.get("confidence").and_then(Value::as_f64).unwrap_or(f64::NAN),
+            equivalent: effect
+                .get("equivalent")
+                .and_then(Value::as_array)
+                .map(|ids| ids.iter().filter_map(|id| id.as_str().map(str::to_owned)).collect())
+                .unwrap_or_default(),
+            parameters: parameters(effect),
+        };
+        let gap_of =
+            |candidate: &Value| candidate.get("fit_gap").and_then(Value::as_f64).unwrap_or(f64::INFINITY);
+        let mut candidates = list("candidates");
+        candidates.sort_by(|a, b| gap_of(a).total_cmp(&gap_of(b)));
+        Self {
+            verdict: text(report, "verdict").unwrap_or_default(),
+            term: report.pointer("/where/term").and_then(Value::as_str).map(str::to_owned),
+            unexplained_term: report.pointer("/unexplained/term").and_then(Value::as_str).map(str::to_owned),
+            effects: list("effects").iter().map(named).collect(),
+            calibrated: number("/gap/holdout/calibrated"),
+            extended: number("/gap/holdout/extended"),
+            rmse_ranking: candidates.iter().filter_map(|candidate| text(candidate, "id")).collect(),
+        }
+    }
+
+    /// The word for the confusion matrix.
+    pub(super) fn word(&self) -> String {
+        match (self.effects.first(), self.verdict.contains("unknown")) {
+            (Some(effect), false) => effect.id.clone(),
+            (Some(effect), true) => format!("{} + unknown", effect.id),
+            (None, true) => format!("unknown ({})", self.term.as_deref().unwrap_or("no term")),
+            (None, false) => self.verdict.clone(),
+        }
+    }
+}
+
+fn parameters(effect: &Value) -> BTreeMap<String, (f64, f64, f64)> {
+    let entries = effect.get("parameters").and_then(Value::as_object);
+    let read = |(name, value): (&String, &Value)| {
+        let number = |pointer: &str| value.pointer(pointer).and_then(Value::as_f64);
+        Some((name.clone(), (number("/value")?, number("/ci95/0")?, number("/ci95/1")?)))
+    };
+    entries.map(|entries| entries.iter().filter_map(read).collect()).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn an_answer_is_read_from_the_contracts_keys() {
+        let report = json!({
+            "verdict": "effects+unknown", "where": {"term": "adhesion"}, "unexplained": {"gap": 2.0, "term": "inertia"},
+            "effects": [{"id": "sanding", "term": "adhesion", "confidence": 0.9, "equivalent": ["self_cleaning"],
+                         "parameters": {"gain": {"value": 0.3, "ci95": [0.2, 0.4]}}}],
+            "candidates": [{"id": "a", "fit_gap": 3.0}, {"id": "b", "fit_gap": 2.0}],
+            "gap": {"holdout": {"calibrated": 8.0, "extended": 2.0}}
+        });
+        let answer = Answer::read(&report);
+        assert_eq!(answer.word(), "sanding + unknown");
+        assert!(answer.effects[0].is("self_cleaning") && !answer.effects[0].is("brake_lag"));
+        assert_eq!(answer.effects[0].parameters["gain"], (0.3, 0.2, 0.4));
+        assert_eq!(answer.rmse_ranking, ["b", "a"]);
+        assert_eq!((answer.calibrated, answer.extended), (8.0, 2.0));
+    }
+}
