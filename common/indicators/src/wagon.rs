@@ -8,7 +8,7 @@ use crate::settings::IndicatorSettings;
 use crate::slides::{Change, Motion, Slides};
 use bytemuck::{Pod, Zeroable};
 use railgrip_messages::{
-    Condition, Estimate, Event, EventKind, Grade, MAX_WHEELSETS, NO_WHEELSET, Sample, Text, flags, valid,
+    Estimate, Event, EventKind, Grade, MAX_WHEELSETS, NO_WHEELSET, Sample, Text, flags, valid,
 };
 
 /// Longer steps are gaps and count for nothing, s.

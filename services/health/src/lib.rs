@@ -1,28 +1,122 @@
-//! railgrip health.
+//! Health: the indicators of the train over HTTP, for maintenance, Prometheus and people.
+//!
+//! One thread ([`collect`]) listens to the channels and renews a [`store::Snapshot`] several times a second; requests are
+//! answered from the latest one, so that no request ever waits for a channel. [`routes::router`] can be tested without a
+//! socket and without channels. Stale data are marked with their age and never shown as the present.
 
-use railgrip_bus::{Bus, BusConfig, BusError, Lifecycle};
-use railgrip_messages::{NO_WAGON, ProcessKind};
+pub mod alerts;
+mod collect;
+pub mod metrics;
+pub mod model;
+mod page;
+pub mod problem;
+pub mod routes;
+pub mod shared;
+pub mod store;
+mod stream;
+pub mod time;
+mod view;
+
+use crate::shared::Shared;
+use crate::store::Store;
+use railgrip_bus::{BusError, Lifecycle, now};
 use railgrip_settings::TrainSettings;
+use std::path::Path;
+use std::time::Duration;
+use tokio::net::TcpListener;
 
-/// Why the health process ended.
+/// How often the stop flag is looked at.
+const STOP_POLL: Duration = Duration::from_millis(50);
+/// How long running requests may take once the service shall stop.
+const DRAIN: Duration = Duration::from_secs(2);
+
+/// Why the health service ended.
 #[derive(Debug, thiserror::Error)]
 pub enum HealthError {
-    /// The bus refused or went away.
+    /// The channels cannot be used.
     #[error(transparent)]
     Bus(#[from] BusError),
+    /// Nothing can be served there.
+    #[error("{what}: {source}")]
+    Serve {
+        /// Address or file.
+        what: String,
+        /// What the system says.
+        source: std::io::Error,
+    },
 }
 
-/// Runs until `lifecycle` asks to stop.
+/// Runs until asked to stop.
 ///
 /// # Errors
-/// See [`HealthError`].
+/// An address that cannot be listened on, or channels that cannot be used.
 pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), HealthError> {
-    let bus = Bus::open(BusConfig::of(settings), ProcessKind::Health, NO_WAGON)?;
+    let shared = Shared::new(Store::new(settings).snapshot(now()), now);
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .map_err(|source| HealthError::Serve { what: "runtime".to_owned(), source })?;
+    std::thread::scope(|scope| {
+        let ended = Lifecycle::new();
+        let collector = scope.spawn({
+            let (shared, ended) = (shared.clone(), ended.clone());
+            move || {
+                let result = collect::collect(settings, &shared, lifecycle);
+                ended.stop();
+                result
+            }
+        });
+        let served = runtime.block_on(serve(settings, shared, lifecycle, &ended));
+        if served.is_err() {
+            lifecycle.stop();
+        }
+        let collected = collector.join().unwrap_or(Ok(()));
+        collected?;
+        served
+    })
+}
+
+async fn serve(
+    settings: &TrainSettings,
+    shared: Shared,
+    lifecycle: &Lifecycle,
+    ended: &Lifecycle,
+) -> Result<(), HealthError> {
+    let failed = |what: String| move |source| HealthError::Serve { what, source };
+    let wanted = settings.http.listen;
+    let listener = TcpListener::bind(wanted).await.map_err(failed(wanted.to_string()))?;
+    let address = listener.local_addr().map_err(failed(wanted.to_string()))?;
+    let file = settings.instance.http_address_file();
+    write_whole(&file, &format!("{address}\n")).map_err(failed(file.display().to_string()))?;
     lifecycle.ready();
-    while !lifecycle.should_stop() {
-        std::thread::sleep(std::time::Duration::from_millis(100));
-        bus.check_holder()?;
-        lifecycle.beat();
-    }
-    Ok(())
+    tracing::info!("http://{address}/");
+    let stopping = async {
+        while !lifecycle.should_stop() && !ended.should_stop() {
+            tokio::time::sleep(STOP_POLL).await;
+        }
+        shared.close();
+    };
+    let server = axum::serve(listener, routes::router(shared.clone())).with_graceful_shutdown({
+        let mut closing = shared.closing();
+        async move {
+            let _ = closing.wait_for(|closing| *closing).await;
+        }
+    });
+    let drained = async {
+        stopping.await;
+        tokio::time::sleep(DRAIN).await;
+    };
+    let result = tokio::select! {
+        result = server.into_future() => result,
+        () = drained => Ok(()),
+    };
+    let _ = std::fs::remove_file(&file);
+    result.map_err(failed(address.to_string()))
+}
+
+/// Writes a small file so that no reader sees half of it.
+fn write_whole(file: &Path, text: &str) -> std::io::Result<()> {
+    let beside = file.with_extension("new");
+    std::fs::write(&beside, text)?;
+    std::fs::rename(&beside, file)
 }

@@ -1,0 +1,133 @@
+//! The thread that listens to the channels and renews what is served.
+
+use crate::model::WagonRow;
+use crate::shared::{Shared, StreamEvent};
+use crate::store::{self, Snapshot, Store};
+use railgrip_bus::{
+    Bus, BusConfig, BusError, HealthSubscriber, HeartbeatPublisher, HeartbeatSubscriber, Lifecycle, now,
+};
+use railgrip_messages::{Heartbeat, NO_WAGON, ProcessKind};
+use railgrip_settings::TrainSettings;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// The channels are looked at this often.
+const POLL: Duration = Duration::from_millis(20);
+/// Time between two looks at the holder.
+const HOLDER_CHECK: Duration = Duration::from_millis(500);
+/// Time between two heartbeats.
+const HEARTBEAT: Duration = Duration::from_secs(1);
+/// Listeners of the stream get changes this often.
+const STREAM_PERIOD: Duration = Duration::from_millis(500);
+
+/// Listens until asked to stop. Ports stay on the thread that opened them, so the bus is opened here.
+///
+/// # Errors
+/// Channels that cannot be used, or a holder that is gone.
+pub(crate) fn collect(
+    settings: &TrainSettings,
+    shared: &Shared,
+    lifecycle: &Lifecycle,
+) -> Result<(), BusError> {
+    let mut ends = Ends::open(settings)?;
+    let mut store = Store::new(settings);
+    let mut streamer = Streamer::default();
+    let refresh = Duration::from_secs_f64(settings.http.refresh_s);
+    let started = Instant::now();
+    let (mut renewed, mut checked, mut beaten) = (None::<Instant>, started, None::<Instant>);
+    let elapsed =
+        |since: Option<Instant>, period: Duration| since.is_none_or(|since| since.elapsed() >= period);
+    while !lifecycle.should_stop() {
+        ends.receive(&mut store)?;
+        if elapsed(renewed, refresh) {
+            renewed = Some(Instant::now());
+            let snapshot = Arc::new(store.snapshot(now()));
+            shared.replace(Arc::clone(&snapshot));
+            streamer.stream(shared, &snapshot);
+            lifecycle.beat();
+        }
+        if elapsed(beaten, HEARTBEAT) {
+            beaten = Some(Instant::now());
+            ends.beat(started.elapsed().as_secs_f64())?;
+        }
+        if checked.elapsed() >= HOLDER_CHECK {
+            checked = Instant::now();
+            ends.bus.check_holder()?;
+        }
+        std::thread::sleep(POLL);
+    }
+    Ok(())
+}
+
+struct Ends {
+    bus: Bus,
+    health: Vec<HealthSubscriber>,
+    heartbeats: HeartbeatSubscriber,
+    own: HeartbeatPublisher,
+    sequence: u64,
+}
+
+impl Ends {
+    fn open(settings: &TrainSettings) -> Result<Self, BusError> {
+        let bus = Bus::open(BusConfig::of(settings), ProcessKind::Health, NO_WAGON)?;
+        let wagons = settings.wagons.iter();
+        let health = wagons.map(|wagon| bus.health_subscriber(wagon.number)).collect::<Result<_, _>>()?;
+        let (heartbeats, own) = (bus.heartbeat_subscriber()?, bus.heartbeat_publisher()?);
+        Ok(Self { bus, health, heartbeats, own, sequence: 0 })
+    }
+
+    fn receive(&mut self, store: &mut Store) -> Result<(), BusError> {
+        for subscriber in &mut self.health {
+            subscriber.receive(|batch| batch.iter().for_each(|health| store.take_health(health)))?;
+        }
+        self.heartbeats.receive(|batch| batch.iter().for_each(|beat| store.take_heartbeat(beat)))?;
+        Ok(())
+    }
+
+    fn beat(&mut self, uptime_s: f64) -> Result<(), BusError> {
+        self.sequence += 1;
+        self.own.publish(&[Heartbeat {
+            sequence: self.sequence,
+            stamp: now(),
+            process: ProcessKind::Health.code(),
+            pid: std::process::id(),
+            uptime_s,
+            ..Heartbeat::default()
+        }])
+    }
+}
+
+/// Tells the listeners of the stream what changed.
+#[derive(Default)]
+struct Streamer {
+    told: Vec<WagonRow>,
+    at: Option<Instant>,
+}
+
+impl Streamer {
+    fn stream(&mut self, shared: &Shared, snapshot: &Snapshot) {
+        for alert in &snapshot.news {
+            let place = alert.wheelset.map_or_else(String::new, |wheelset| format!(", wheelset {wheelset}"));
+            let verb = if alert.active { "alert" } else { "alert cleared" };
+            tracing::info!(
+                id = alert.id,
+                grade = alert.grade.word(),
+                "{verb}: wagon {}{place}: {}: {}",
+                alert.wagon,
+                alert.cause,
+                alert.reason
+            );
+            shared.send(StreamEvent { name: "alert", data: store::json(alert) });
+        }
+        if self.at.is_some_and(|at| at.elapsed() < STREAM_PERIOD) || !shared.has_listeners() {
+            return;
+        }
+        self.at = Some(Instant::now());
+        let changed: Vec<&WagonRow> = snapshot.rows.iter().filter(|row| !self.told.contains(row)).collect();
+        if !changed.is_empty() {
+            shared.send(StreamEvent { name: "wagons", data: store::json(&changed) });
+        }
+        shared.send(StreamEvent { name: "train", data: snapshot.train_json.clone() });
+        self.told.clone_from(&snapshot.rows);
+    }
+}

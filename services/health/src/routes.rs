@@ -1,0 +1,136 @@
+//! The HTTP interface: one handler a route, the router, and its OpenAPI description.
+
+use crate::model::{AlertList, Check, TrainView, WagonList, WagonView};
+use crate::problem::Problem;
+use crate::shared::Shared;
+use crate::{metrics, page, stream};
+use axum::Json;
+use axum::body::Bytes;
+use axum::extract::{Path, State};
+use axum::http::{HeaderValue, Method, StatusCode, Uri, header};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use utoipa::OpenApi;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+/// A snapshot older than this means that the feeding thread is stuck, s.
+const STUCK_S: f64 = 5.0;
+
+#[derive(OpenApi)]
+#[openapi(info(
+    title = "railgrip",
+    description = "Brake friction and adhesion of every wagon of a train. Figures carry a 95 % interval, a grade and the \
+                   reason in words; what is unknown is null; what is stale says so with its age."
+))]
+struct Api;
+
+/// All routes of the service.
+pub fn router(shared: Shared) -> axum::Router {
+    let (router, api) = OpenApiRouter::with_openapi(Api::openapi())
+        .routes(routes!(live))
+        .routes(routes!(ready))
+        .routes(routes!(train))
+        .routes(routes!(wagons))
+        .routes(routes!(wagon))
+        .routes(routes!(alerts))
+        .routes(routes!(stream::stream))
+        .routes(routes!(metrics::metrics))
+        .routes(routes!(openapi))
+        .split_for_parts();
+    let _ = shared.openapi().set(api.to_json().unwrap_or_default().into());
+    router
+        .route("/", get(page::index))
+        .route("/app.css", get(page::style))
+        .route("/app.js", get(page::script))
+        .method_not_allowed_fallback(wrong_method)
+        .fallback(nowhere)
+        .with_state(shared)
+}
+
+fn as_json(body: Bytes) -> Response {
+    let headers = [
+        (header::CONTENT_TYPE, HeaderValue::from_static("application/json")),
+        (header::CACHE_CONTROL, HeaderValue::from_static("no-store")),
+    ];
+    (headers, body).into_response()
+}
+
+/// Whether the service itself works: for a supervisor that restarts it.
+#[utoipa::path(get, path = "/health/live", tag = "health", responses(
+    (status = 200, description = "The service works", body = Check),
+    (status = 503, description = "It is stuck and should be restarted", body = Check),
+))]
+async fn live(State(shared): State<Shared>) -> (StatusCode, Json<Check>) {
+    let age_s = shared.latest().taken.age_s(shared.now().monotonic_ns);
+    if age_s <= STUCK_S {
+        return (StatusCode::OK, Json(Check { status: "ok".to_owned(), reasons: Vec::new() }));
+    }
+    let reasons = vec![format!("the data of this service have not been renewed for {age_s:.0} s")];
+    (StatusCode::SERVICE_UNAVAILABLE, Json(Check { status: "stuck".to_owned(), reasons }))
+}
+
+/// Whether every wagon is live: for whoever relies on the figures.
+#[utoipa::path(get, path = "/health/ready", tag = "health", responses(
+    (status = 200, description = "Every wagon is live", body = Check),
+    (status = 503, description = "Some wagon is not; the reasons name it", body = Check),
+))]
+async fn ready(State(shared): State<Shared>) -> (StatusCode, Json<Check>) {
+    let reasons = shared.latest().not_ready.clone();
+    if reasons.is_empty() {
+        return (StatusCode::OK, Json(Check { status: "ok".to_owned(), reasons }));
+    }
+    (StatusCode::SERVICE_UNAVAILABLE, Json(Check { status: "not ready".to_owned(), reasons }))
+}
+
+/// The train at a glance.
+#[utoipa::path(get, path = "/api/v1/train", tag = "train", responses((status = 200, body = TrainView)))]
+async fn train(State(shared): State<Shared>) -> Response {
+    as_json(shared.latest().train_json.clone())
+}
+
+/// All wagons, one line each.
+#[utoipa::path(get, path = "/api/v1/wagons", tag = "wagons", responses((status = 200, body = WagonList)))]
+async fn wagons(State(shared): State<Shared>) -> Response {
+    as_json(shared.latest().rows_json.clone())
+}
+
+/// Everything about one wagon.
+#[utoipa::path(get, path = "/api/v1/wagons/{id}", tag = "wagons",
+    params(("id" = u32, Path, minimum = 1, description = "Number of the wagon, 1 first")),
+    responses(
+        (status = 200, body = WagonView),
+        (status = 404, description = "There is no such wagon", body = Problem, content_type = "application/problem+json"),
+    ))]
+async fn wagon(State(shared): State<Shared>, Path(id): Path<String>) -> Result<Json<WagonView>, Problem> {
+    let snapshot = shared.latest();
+    let found = id.parse().ok().and_then(|id: u32| snapshot.wagons.iter().find(|wagon| wagon.id == id));
+    found.cloned().map(Json).ok_or_else(|| {
+        let detail = format!("there is no wagon \"{id}\"; allowed is 1 to {}", snapshot.wagons.len());
+        Problem::new(StatusCode::NOT_FOUND, detail)
+    })
+}
+
+/// Alerts: active ones first, then the latest that are over.
+#[utoipa::path(get, path = "/api/v1/alerts", tag = "alerts", responses((status = 200, body = AlertList)))]
+async fn alerts(State(shared): State<Shared>) -> Json<AlertList> {
+    Json(shared.latest().alerts.clone())
+}
+
+/// This description.
+#[utoipa::path(get, path = "/openapi.json", tag = "service", responses(
+    (status = 200, description = "OpenAPI 3.1", body = serde_json::Value),
+))]
+async fn openapi(State(shared): State<Shared>) -> Response {
+    as_json(shared.openapi().get().cloned().unwrap_or_default())
+}
+
+async fn nowhere(uri: Uri) -> Problem {
+    let detail = format!("there is nothing at {}; see /openapi.json", uri.path());
+    Problem::new(StatusCode::NOT_FOUND, detail)
+}
+
+async fn wrong_method(method: Method, uri: Uri) -> Problem {
+    let detail = format!("{} does not take {method}; see /openapi.json", uri.path());
+    Problem::new(StatusCode::METHOD_NOT_ALLOWED, detail)
+}

@@ -1,0 +1,109 @@
+//! What the feeding thread and the requests share.
+
+use crate::store::Snapshot;
+use axum::body::Bytes;
+use railgrip_messages::Stamp;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, PoisonError, RwLock};
+use tokio::sync::{broadcast, watch};
+
+/// Events that may wait for a slow reader of the stream; it then gets the whole picture anew.
+const WAITING_EVENTS: usize = 64;
+
+/// One server-sent event, ready to be sent.
+#[derive(Debug, Clone)]
+pub struct StreamEvent {
+    /// Its name.
+    pub name: &'static str,
+    /// Its data, JSON.
+    pub data: Bytes,
+}
+
+/// The latest snapshot and the stream of changes. Clones share.
+#[derive(Debug, Clone)]
+pub struct Shared {
+    inner: Arc<Inner>,
+}
+
+#[derive(Debug)]
+struct Inner {
+    latest: RwLock<Arc<Snapshot>>,
+    stream: broadcast::Sender<StreamEvent>,
+    closing: watch::Sender<bool>,
+    requests: AtomicU64,
+    clock: fn() -> Stamp,
+    openapi: std::sync::OnceLock<Bytes>,
+}
+
+impl Shared {
+    /// Serves `first` until there is a newer snapshot; `clock` tells the time.
+    #[must_use]
+    pub fn new(first: Snapshot, clock: fn() -> Stamp) -> Self {
+        let inner = Inner {
+            latest: RwLock::new(Arc::new(first)),
+            stream: broadcast::Sender::new(WAITING_EVENTS),
+            closing: watch::Sender::new(false),
+            requests: AtomicU64::new(0),
+            clock,
+            openapi: std::sync::OnceLock::new(),
+        };
+        Self { inner: Arc::new(inner) }
+    }
+
+    /// The latest snapshot.
+    #[must_use]
+    pub fn latest(&self) -> Arc<Snapshot> {
+        self.inner.requests.fetch_add(1, Ordering::Relaxed);
+        Arc::clone(&self.inner.latest.read().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Serves `snapshot` from now on.
+    pub fn replace(&self, snapshot: Arc<Snapshot>) {
+        *self.inner.latest.write().unwrap_or_else(PoisonError::into_inner) = snapshot;
+    }
+
+    /// Sends an event to everybody who listens.
+    pub fn send(&self, event: StreamEvent) {
+        // An error only says that nobody listens.
+        let _ = self.inner.stream.send(event);
+    }
+
+    /// True if somebody listens.
+    #[must_use]
+    pub fn has_listeners(&self) -> bool {
+        self.inner.stream.receiver_count() > 0
+    }
+
+    /// Listens to the events from now on.
+    #[must_use]
+    pub fn listen(&self) -> broadcast::Receiver<StreamEvent> {
+        self.inner.stream.subscribe()
+    }
+
+    /// Ends all streams: the service is about to stop.
+    pub fn close(&self) {
+        self.inner.closing.send_replace(true);
+    }
+
+    /// Becomes true when the service is about to stop.
+    #[must_use]
+    pub fn closing(&self) -> watch::Receiver<bool> {
+        self.inner.closing.subscribe()
+    }
+
+    /// Requests answered from snapshots so far.
+    #[must_use]
+    pub fn requests(&self) -> u64 {
+        self.inner.requests.load(Ordering::Relaxed)
+    }
+
+    /// This instant.
+    #[must_use]
+    pub fn now(&self) -> Stamp {
+        (self.inner.clock)()
+    }
+
+    pub(crate) fn openapi(&self) -> &std::sync::OnceLock<Bytes> {
+        &self.inner.openapi
+    }
+}

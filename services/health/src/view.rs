@@ -1,0 +1,262 @@
+//! From messages to what the API says. Here stale data lose everything that would pass for the present.
+
+use crate::model::{
+    Condition, DataState, Figure, Grade, Present, ProcessView, RailView, WagonRow, WagonView,
+    WheelsetPresent, WheelsetView,
+};
+use crate::time::rfc3339;
+use railgrip_messages::{Health, Heartbeat, Indicator, NO_WAGON, WheelsetHealth};
+
+/// Rounds to five significant digits: sensors know no more, and JSON is shorter.
+pub(crate) fn rounded(value: f64) -> f64 {
+    if value == 0.0 || !value.is_finite() {
+        return 0.0;
+    }
+    let scale = 10_f64.powi(4 - value.abs().log10().floor() as i32);
+    (value * scale).round() / scale
+}
+
+/// Rounds a time to milliseconds.
+fn milliseconds(seconds: f64) -> f64 {
+    (seconds * 1e3).round() / 1e3
+}
+
+/// What the age of a wagon's data means.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Freshness {
+    pub state: DataState,
+    pub age_s: Option<f64>,
+}
+
+impl Freshness {
+    /// By the monotonic clock.
+    pub fn of(health: Option<&Health>, now_ns: u64, stale_after_s: f64) -> Self {
+        match health {
+            None => Self { state: DataState::Silent, age_s: None },
+            Some(health) => {
+                let age_s = health.acquired.age_s(now_ns);
+                let state = if age_s > stale_after_s { DataState::Stale } else { DataState::Live };
+                Self { state, age_s: Some(milliseconds(age_s)) }
+            }
+        }
+    }
+
+    const fn is_live(self) -> bool {
+        matches!(self.state, DataState::Live)
+    }
+
+    /// Why nothing can be judged.
+    fn reason(self) -> String {
+        match self.age_s {
+            Some(age_s) => format!("stale: no news for {age_s:.0} s"),
+            None => "silent: nothing has arrived yet".to_owned(),
+        }
+    }
+}
+
+fn figure(indicator: &Indicator, fresh: Freshness) -> Figure {
+    let known = |value: f64| (indicator.known != 0).then(|| rounded(value));
+    Figure {
+        value: known(indicator.value),
+        low: known(indicator.low),
+        high: known(indicator.high),
+        grade: if fresh.is_live() { indicator.grade().into() } else { Grade::Unknown },
+        reason: if fresh.is_live() {
+            indicator.reason.as_str().to_owned()
+        } else {
+            format!("{}; before: {}", fresh.reason(), indicator.reason)
+        },
+    }
+}
+
+/// The indicators of a wagon that are judged, by the name of their cause.
+pub(crate) fn judged(health: &Health) -> Vec<(&'static str, Option<u32>, &Indicator)> {
+    let mut all = vec![
+        ("brake_friction", None, &health.brake_friction),
+        ("asymmetry", None, &health.asymmetry),
+        ("rail", None, &health.rail),
+        ("wsp_share", None, &health.wsp_share),
+        ("sensors", None, &health.sensors),
+        ("filter", None, &health.filter),
+    ];
+    for (index, wheelset) in health.wheelset[..health.wheelset_count()].iter().enumerate() {
+        let number = Some(index as u32 + 1);
+        all.push(("brake_friction", number, &wheelset.brake_friction));
+        all.push(("slides", number, &wheelset.slides));
+    }
+    all
+}
+
+/// The worst grade of a wagon and where it comes from.
+fn verdict(health: Option<&Health>, fresh: Freshness) -> (Grade, String) {
+    let Some(health) = health.filter(|_| fresh.is_live()) else { return (Grade::Unknown, fresh.reason()) };
+    let grade = health.grade();
+    // The first of the worst: the order of `judged` is that of importance.
+    let worst = judged(health).into_iter().find(|(_, _, indicator)| indicator.grade() == grade);
+    let reason = match worst {
+        Some(_) if grade == railgrip_messages::Grade::Ok => "everything known is as it should be".to_owned(),
+        Some((cause, wheelset, indicator)) => {
+            let place = wheelset.map_or_else(String::new, |number| format!(" of wheelset {number}"));
+            format!("{}{place}: {}", cause.replace('_', " "), indicator.reason)
+        }
+        None => "no indicator is known yet".to_owned(),
+    };
+    (grade.into(), reason)
+}
+
+fn condition(health: &Health) -> Option<Condition> {
+    (health.samples > 0)
+        .then(|| railgrip_messages::Condition::from_code(health.condition))
+        .flatten()
+        .map(Into::into)
+}
+
+/// One line about a wagon.
+pub(crate) fn row(id: u32, name: &str, health: Option<&Health>, fresh: Freshness) -> WagonRow {
+    let (grade, reason) = verdict(health, fresh);
+    let live = health.filter(|_| fresh.is_live());
+    let wheelsets = || live.map(|health| &health.wheelset[..health.wheelset_count()]);
+    WagonRow {
+        id,
+        name: name.to_owned(),
+        state: fresh.state,
+        age_s: fresh.age_s,
+        grade,
+        reason,
+        v_m_s: live.map(|health| rounded(health.v_m_s)),
+        adhesion_utilised: live.map(|health| rounded(health.mu_w.abs())),
+        adhesion_available: live.and_then(|health| health.adhesion_available.figure()).map(rounded),
+        adhesion_available_is_lower_bound: live.map(|health| health.adhesion_available_is_bound != 0),
+        condition: live.and_then(condition),
+        brake_friction: health.and_then(|health| health.brake_friction.figure()).map(rounded),
+        asymmetry: health.and_then(|health| health.asymmetry.figure()).map(rounded),
+        sliding: wheelsets().map(|all| all.iter().any(|wheelset| wheelset.sliding != 0)),
+        wsp_active: wheelsets().map(|all| all.iter().any(|wheelset| wheelset.wsp_active != 0)),
+    }
+}
+
+/// Everything about a wagon.
+pub(crate) fn wagon(
+    id: u32,
+    name: &str,
+    health: Option<&Health>,
+    estimator: Option<&Heartbeat>,
+    fresh: Freshness,
+    now_ns: u64,
+) -> WagonView {
+    let (grade, reason) = verdict(health, fresh);
+    let acquired_at = health.map(|health| rfc3339(health.acquired.unix_ns));
+    let nothing = Health::default();
+    let health = health.unwrap_or(&nothing);
+    let now = fresh.is_live().then(|| Present {
+        v_m_s: rounded(health.v_m_s),
+        position_m: rounded(health.position_m),
+        adhesion: rounded(health.mu_w),
+        adhesion_sigma: rounded(health.mu_w_sigma),
+        brake_friction: rounded(health.mu_b_mean),
+        brake_friction_sigma: rounded(health.mu_b_mean_sigma),
+    });
+    let wheelsets = health.wheelset[..health.wheelset_count()].iter().enumerate();
+    WagonView {
+        id,
+        name: name.to_owned(),
+        state: fresh.state,
+        age_s: fresh.age_s,
+        acquired_at,
+        grade,
+        reason,
+        now,
+        brake_friction: figure(&health.brake_friction, fresh),
+        asymmetry: figure(&health.asymmetry, fresh),
+        adhesion_utilised: figure(&health.adhesion_utilised, fresh),
+        adhesion_available: figure(&health.adhesion_available, fresh),
+        adhesion_available_is_lower_bound: health.adhesion_available_is_bound != 0,
+        rail: rail(health, fresh),
+        slides: figure(&health.slides, fresh),
+        wsp_share: figure(&health.wsp_share, fresh),
+        sensors: figure(&health.sensors, fresh),
+        filter: figure(&health.filter, fresh),
+        braking_s: rounded(health.braking_s),
+        samples: health.samples,
+        samples_missed: health.missed,
+        outputs_rejected: health.rejected,
+        wheelsets: wheelsets.map(|(index, health)| wheelset(index as u32 + 1, health, fresh)).collect(),
+        estimator: estimator.map(|beat| process(beat, now_ns)),
+    }
+}
+
+fn rail(health: &Health, fresh: Freshness) -> RailView {
+    let judged = figure(&health.rail, fresh);
+    let [dry, wet, low, very_low] = health.condition_probability.map(rounded);
+    let condition = condition(health).filter(|_| fresh.is_live());
+    RailView { condition, dry, wet, low, very_low, grade: judged.grade, reason: judged.reason }
+}
+
+fn wheelset(id: u32, health: &WheelsetHealth, fresh: Freshness) -> WheelsetView {
+    let now = fresh.is_live().then(|| WheelsetPresent {
+        adhesion: rounded(health.mu_w),
+        adhesion_sigma: rounded(health.mu_w_sigma),
+        brake_friction: rounded(health.mu_b),
+        brake_friction_sigma: rounded(health.mu_b_sigma),
+        observable: health.observable != 0,
+        creepage: rounded(health.slip),
+        sliding: health.sliding != 0,
+        wsp_active: health.wsp_active != 0,
+    });
+    WheelsetView {
+        id,
+        now,
+        brake_friction: figure(&health.brake_friction, fresh),
+        brake_friction_to_nominal: health
+            .brake_friction
+            .figure()
+            .map(|_| rounded(health.brake_friction_ratio)),
+        adhesion_utilised: figure(&health.adhesion_utilised, fresh),
+        adhesion_available: figure(&health.adhesion_available, fresh),
+        adhesion_available_is_lower_bound: health.adhesion_available_is_bound != 0,
+        slides: figure(&health.slides, fresh),
+        slide_energy_j: rounded(health.slide_energy_j),
+        slide_s: rounded(health.slide_s),
+        wsp_share: figure(&health.wsp_share, fresh),
+    }
+}
+
+/// A process by its last heartbeat.
+pub(crate) fn process(beat: &Heartbeat, now_ns: u64) -> ProcessView {
+    ProcessView {
+        process: beat
+            .process()
+            .map_or_else(|| format!("kind {}", beat.process), |kind| kind.word().to_owned()),
+        wagon: (beat.wagon != NO_WAGON).then_some(beat.wagon),
+        pid: beat.pid,
+        age_s: milliseconds(beat.stamp.age_s(now_ns)),
+        uptime_s: rounded(beat.uptime_s),
+        received: beat.received,
+        missed: beat.missed,
+        rejected: beat.rejected,
+        published: beat.published,
+        step_p50_ns: beat.step_p50_ns,
+        step_p99_ns: beat.step_p99_ns,
+        latency_p50_ns: beat.latency_p50_ns,
+        latency_p99_ns: beat.latency_p99_ns,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn five_digits_are_kept() {
+        for (value, expected) in [
+            (0.123_456_7, 0.12346),
+            (-123_456.7, -123_460.0),
+            (0.0, 0.0),
+            (f64::NAN, 0.0),
+            (1e-9, 1e-9),
+            (20.0, 20.0),
+        ] {
+            assert_eq!(rounded(value), expected);
+        }
+    }
+}

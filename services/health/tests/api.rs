@@ -1,0 +1,307 @@
+//! The HTTP interface without a socket and without channels.
+
+use axum::body::Body;
+use axum::http::{Request, StatusCode, header};
+use http_body_util::BodyExt;
+use railgrip_health::routes::router;
+use railgrip_health::shared::{Shared, StreamEvent};
+use railgrip_health::store::Store;
+use railgrip_messages::{Grade, Health, Heartbeat, Indicator, ProcessKind, Stamp};
+use railgrip_settings::{Overrides, TrainSettings};
+use serde_json::Value;
+use std::path::Path;
+use std::sync::Arc;
+use tower::ServiceExt;
+
+const NOW: Stamp = Stamp { unix_ns: 1_772_366_400_000_000_000, monotonic_ns: 100_000_000_000 };
+
+fn settings() -> TrainSettings {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/railgrip.toml");
+    TrainSettings::load(Some(&file), &Overrides::default()).unwrap()
+}
+
+fn later(seconds: f64) -> Stamp {
+    let ns = (seconds * 1e9) as i64;
+    Stamp { unix_ns: NOW.unix_ns + ns, monotonic_ns: NOW.monotonic_ns.saturating_add_signed(ns) }
+}
+
+fn indicator(value: f64, grade: Grade, reason: &str) -> Indicator {
+    Indicator {
+        value,
+        low: value - 0.01,
+        high: value + 0.01,
+        grade: grade.code(),
+        known: 1,
+        reason: reason.into(),
+    }
+}
+
+/// A wagon in which everything is ok.
+fn health(wagon: u32, acquired: Stamp) -> Health {
+    let mut health = Health {
+        wagon,
+        wheelsets: 2,
+        acquired,
+        published_monotonic_ns: acquired.monotonic_ns,
+        samples: 100,
+        v_m_s: 20.0,
+        mu_w: -0.1,
+        grade: Grade::Ok.code(),
+        condition_probability: [0.7, 0.3, 0.0, 0.0],
+        brake_friction: indicator(0.35, Grade::Ok, "as it should be"),
+        rail: indicator(0.7, Grade::Ok, "adhesion is not low"),
+        ..Health::default()
+    };
+    for wheelset in &mut health.wheelset[..2] {
+        wheelset.brake_friction = indicator(0.35, Grade::Ok, "as it should be");
+        wheelset.slides = indicator(0.0, Grade::Ok, "none");
+    }
+    health
+}
+
+/// Eight wagons, all live and ok.
+fn sound_train() -> Store {
+    let mut store = Store::new(&settings());
+    (1..=8).for_each(|wagon| store.take_health(&health(wagon, NOW)));
+    store
+}
+
+fn serve(store: &mut Store, at: Stamp) -> (axum::Router, Shared) {
+    let shared = Shared::new(store.snapshot(at), || NOW);
+    (router(shared.clone()), shared)
+}
+
+async fn get(router: &axum::Router, path: &str) -> (StatusCode, String, String) {
+    let request = Request::get(path).body(Body::empty()).unwrap();
+    let response = router.clone().oneshot(request).await.unwrap();
+    let kind = response.headers().get(header::CONTENT_TYPE).map(|kind| kind.to_str().unwrap().to_owned());
+    let status = response.status();
+    let body = response.into_body().collect().await.unwrap().to_bytes();
+    (status, kind.unwrap_or_default(), String::from_utf8(body.to_vec()).unwrap())
+}
+
+async fn get_json(router: &axum::Router, path: &str) -> Value {
+    let (status, kind, body) = get(router, path).await;
+    assert_eq!((status, kind.as_str()), (StatusCode::OK, "application/json"), "{path}: {body}");
+    serde_json::from_str(&body).unwrap()
+}
+
+#[tokio::test]
+async fn a_sound_train_is_ready_and_shown_as_present() {
+    let (router, _) = serve(&mut sound_train(), later(0.1));
+    assert_eq!(get(&router, "/health/live").await.0, StatusCode::OK);
+    assert_eq!(get(&router, "/health/ready").await.0, StatusCode::OK);
+    let train = get_json(&router, "/api/v1/train").await;
+    assert_eq!((&train["ready"], &train["live"], &train["grade"]), (&true.into(), &8.into(), &"ok".into()));
+    assert_eq!(train["generated_at"], "2026-03-01T12:00:00.100Z");
+    let list = get_json(&router, "/api/v1/wagons").await;
+    let wagon = &list["wagons"][2];
+    assert_eq!(list["wagons"].as_array().unwrap().len(), 8);
+    assert_eq!((&wagon["id"], &wagon["state"], &wagon["age_s"]), (&3.into(), &"live".into(), &0.1.into()));
+    assert_eq!((&wagon["v_m_s"], &wagon["adhesion_utilised"]), (&20.0.into(), &0.1.into()));
+    assert_eq!((&wagon["condition"], &wagon["brake_friction"]), (&"dry".into(), &0.35.into()));
+    let wagon = get_json(&router, "/api/v1/wagons/3").await;
+    assert_eq!(wagon["wheelsets"].as_array().unwrap().len(), 2);
+    assert_eq!((&wagon["now"]["adhesion"], &wagon["brake_friction"]["low"]), (&(-0.1).into(), &0.34.into()));
+    assert_eq!(get_json(&router, "/api/v1/alerts").await["alerts"], serde_json::json!([]));
+}
+
+#[tokio::test]
+async fn a_silent_and_a_stale_wagon_are_named_and_never_shown_as_present() {
+    let mut store = Store::new(&settings());
+    (1..=7).for_each(|wagon| store.take_health(&health(wagon, NOW)));
+    let fresh = later(12.3);
+    (1..=6).for_each(|wagon| store.take_health(&health(wagon, fresh)));
+    let (router, _) = serve(&mut store, fresh);
+    let (status, _, body) = get(&router, "/health/ready").await;
+    println!("{body}");
+    assert_eq!(status, StatusCode::SERVICE_UNAVAILABLE);
+    let reasons = serde_json::from_str::<Value>(&body).unwrap()["reasons"].clone();
+    assert_eq!(reasons.as_array().unwrap().len(), 2);
+    assert!(reasons[0].as_str().unwrap().contains("wagon 7 (wagon-7) is stale: no news for 12 s"));
+    assert!(reasons[1].as_str().unwrap().contains("wagon 8 (wagon-8) is silent"));
+
+    let stale = get_json(&router, "/api/v1/wagons").await["wagons"][6].clone();
+    assert_eq!(
+        (&stale["state"], &stale["age_s"], &stale["grade"]),
+        (&"stale".into(), &12.3.into(), &"unknown".into())
+    );
+    for present in ["v_m_s", "adhesion_utilised", "adhesion_available", "condition", "sliding", "wsp_active"]
+    {
+        assert_eq!(stale[present], Value::Null, "{present}");
+    }
+    let stale = get_json(&router, "/api/v1/wagons/7").await;
+    assert_eq!((&stale["now"], &stale["wheelsets"][0]["now"]), (&Value::Null, &Value::Null));
+    assert_eq!(stale["brake_friction"]["grade"], "unknown");
+    assert!(stale["brake_friction"]["reason"].as_str().unwrap().starts_with("stale: no news for 12 s"));
+    let silent = get_json(&router, "/api/v1/wagons/8").await;
+    assert_eq!((&silent["age_s"], &silent["acquired_at"]), (&Value::Null, &Value::Null));
+    let (_, _, metrics) = get(&router, "/metrics").await;
+    assert!(
+        metrics.contains("railgrip_wagon_up{wagon=\"7\"} 0.0")
+            && !metrics.contains("per_second{wagon=\"7\"}")
+    );
+    assert!(metrics.contains("railgrip_wagon_data_age_seconds{wagon=\"7\"} 12.3"));
+}
+
+#[tokio::test]
+async fn a_bad_brake_becomes_one_alert_with_advice() {
+    let mut store = sound_train();
+    let mut news = Vec::new();
+    for tenth in 0..40 {
+        let now = later(f64::from(tenth) * 0.1);
+        for wagon in 1..=8 {
+            let mut health = health(wagon, now);
+            if wagon == 5 {
+                health.wheelset[1].brake_friction = indicator(0.2, Grade::Act, "far too low: 0.200");
+                health.grade = Grade::Act.code();
+            }
+            store.take_health(&health);
+        }
+        news.extend(store.snapshot(now).news);
+    }
+    assert_eq!(news.len(), 1);
+    let (router, _) = serve(&mut store, later(4.0));
+    let alerts = get_json(&router, "/api/v1/alerts").await["alerts"].clone();
+    println!("{alerts}");
+    assert_eq!(alerts.as_array().unwrap().len(), 1);
+    let alert = &alerts[0];
+    assert_eq!(
+        (&alert["wagon"], &alert["wheelset"], &alert["cause"]),
+        (&5.into(), &2.into(), &"brake_friction".into())
+    );
+    assert_eq!((&alert["active"], &alert["grade"]), (&true.into(), &"act".into()));
+    assert_eq!(alert["raised_at"], "2026-03-01T12:00:02.000Z");
+    let train = get_json(&router, "/api/v1/train").await;
+    assert_eq!((&train["grade"], &train["worst"][0]["id"]), (&"act".into(), &5.into()));
+    assert_eq!(train["reason"], "wagon 5: brake friction of wheelset 2: far too low: 0.200");
+    assert_eq!(train["alerts"]["act"], 1);
+    let (_, _, page) = get(&router, "/").await;
+    assert!(page.contains("wheelset 2: brake friction – far too low"), "{page}");
+}
+
+#[tokio::test]
+async fn errors_are_problems() {
+    let (router, _) = serve(&mut sound_train(), NOW);
+    for (path, status, words) in [
+        ("/api/v1/wagons/9", 404, "allowed is 1 to 8"),
+        ("/api/v1/wagons/front", 404, "there is no wagon \\\"front\\\""),
+        ("/api/v1/nothing", 404, "there is nothing at /api/v1/nothing"),
+    ] {
+        let (found, kind, body) = get(&router, path).await;
+        assert_eq!((found.as_u16(), kind.as_str()), (status, "application/problem+json"), "{path}");
+        assert!(body.contains(words), "{body}");
+    }
+    let request = Request::post("/api/v1/wagons").body(Body::empty()).unwrap();
+    let response = router.oneshot(request).await.unwrap();
+    assert_eq!(response.status(), StatusCode::METHOD_NOT_ALLOWED);
+    assert_eq!(response.headers()[header::CONTENT_TYPE], "application/problem+json");
+}
+
+#[tokio::test]
+async fn the_description_names_every_route_and_resolves_every_schema() {
+    let (router, _) = serve(&mut sound_train(), NOW);
+    let api = get_json(&router, "/openapi.json").await;
+    let paths: Vec<&String> = api["paths"].as_object().unwrap().keys().collect();
+    println!("{paths:?}");
+    for path in [
+        "/api/v1/train",
+        "/api/v1/wagons",
+        "/api/v1/wagons/{id}",
+        "/api/v1/alerts",
+        "/api/v1/stream",
+        "/metrics",
+    ] {
+        assert!(api["paths"][path]["get"].is_object(), "{path}");
+    }
+    let schemas = api["components"]["schemas"].as_object().unwrap();
+    let text = api.to_string();
+    let mut references = 0;
+    for reference in text.split("\"#/components/schemas/").skip(1) {
+        let name = reference.split('"').next().unwrap();
+        assert!(schemas.contains_key(name), "{name} is referred to and not described");
+        references += 1;
+    }
+    assert!(references > 20);
+    for path in paths.iter().filter(|path| !path.contains('{') && !path.contains("stream")) {
+        assert_eq!(get(&router, path).await.0, StatusCode::OK, "{path}");
+    }
+}
+
+#[tokio::test]
+async fn the_stream_begins_with_the_whole_picture_and_ends_with_the_service() {
+    let (router, shared) = serve(&mut sound_train(), NOW);
+    let request = Request::get("/api/v1/stream").body(Body::empty()).unwrap();
+    let mut body = router.oneshot(request).await.unwrap().into_body();
+    let mut text = String::new();
+    let mut frame = async || {
+        let frame = body.frame().await?.unwrap();
+        Some(String::from_utf8(frame.into_data().unwrap().to_vec()).unwrap())
+    };
+    text += &frame().await.unwrap();
+    text += &frame().await.unwrap();
+    assert!(text.contains("event: train") && text.contains("event: wagons") && text.contains("\"wagon-8\""));
+    shared.send(StreamEvent { name: "alert", data: "{\"id\":1}".into() });
+    assert_eq!(frame().await.unwrap(), "event: alert\ndata: {\"id\":1}\n\n");
+    shared.close();
+    assert_eq!(frame().await, None);
+}
+
+#[tokio::test]
+async fn a_slow_listener_gets_the_whole_picture_anew() {
+    let (router, shared) = serve(&mut sound_train(), NOW);
+    let request = Request::get("/api/v1/stream").body(Body::empty()).unwrap();
+    let mut body = router.oneshot(request).await.unwrap().into_body();
+    for _ in 0..200 {
+        shared.send(StreamEvent { name: "wagons", data: "[]".into() });
+    }
+    let mut names = Vec::new();
+    for _ in 0..4 {
+        let frame = body.frame().await.unwrap().unwrap().into_data().unwrap();
+        names.push(String::from_utf8_lossy(&frame).lines().next().unwrap().to_owned());
+    }
+    assert_eq!(names, ["event: train", "event: wagons", "event: train", "event: wagons"]);
+}
+
+#[tokio::test]
+async fn a_stuck_feeder_shows_in_liveness_and_a_newer_snapshot_replaces_the_older() {
+    let mut store = sound_train();
+    let shared =
+        Shared::new(store.snapshot(NOW), || Stamp { monotonic_ns: NOW.monotonic_ns + 9_000_000_000, ..NOW });
+    let router = router(shared.clone());
+    let (status, _, body) = get(&router, "/health/live").await;
+    assert_eq!(status, StatusCode::SERVICE_UNAVAILABLE);
+    assert!(body.contains("not been renewed for 9 s"), "{body}");
+    shared.replace(Arc::new(store.snapshot(later(8.0))));
+    assert_eq!(get(&router, "/health/live").await.0, StatusCode::OK);
+}
+
+#[tokio::test]
+async fn processes_are_listed_while_they_live() {
+    let mut store = sound_train();
+    let mut beat = Heartbeat { stamp: NOW, wagon: 4, pid: 77, step_p99_ns: 900, ..Heartbeat::default() };
+    beat.process = ProcessKind::Estimator.code();
+    store.take_heartbeat(&beat);
+    let (router, _) = serve(&mut store, later(1.0));
+    assert_eq!(get_json(&router, "/api/v1/wagons/4").await["estimator"]["pid"], 77);
+    let (_, _, metrics) = get(&router, "/metrics").await;
+    assert!(metrics.contains("railgrip_estimator_step_seconds{wagon=\"4\",quantile=\"0.99\"}"), "{metrics}");
+    assert!(metrics.ends_with("# EOF\n"));
+    let (router, _) = serve(&mut store, later(60.0));
+    assert_eq!(get_json(&router, "/api/v1/train").await["processes"], serde_json::json!([]));
+}
+
+#[tokio::test]
+async fn the_page_needs_nothing_from_elsewhere() {
+    let (router, _) = serve(&mut sound_train(), NOW);
+    for path in ["/", "/app.css", "/app.js"] {
+        let (status, kind, body) = get(&router, path).await;
+        assert_eq!(status, StatusCode::OK);
+        assert!(
+            kind.starts_with("text/") && !body.contains("http://") && !body.contains("https://"),
+            "{path}: {kind}"
+        );
+    }
+    let (_, _, page) = get(&router, "/").await;
+    assert_eq!(page.matches("data-wagon=").count(), 8);
+}
