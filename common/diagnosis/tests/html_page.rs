@@ -11,7 +11,7 @@ use railgrip_diagnosis::html::detail::{
     Alarm, Axis, CandidateDetail, Curve, CurvePoint, Detail, HeatGroup, HeatMap, ParameterRow, RunRow,
     Settings, Trace, TraceWindow,
 };
-use railgrip_diagnosis::html::{headline, render};
+use railgrip_diagnosis::html::{headline, render, summary};
 use railgrip_diagnosis::report::*;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -305,4 +305,28 @@ fn wagon_detail() -> Detail {
             more: Vec::new(),
         },
     }
+}
+
+#[test]
+fn the_summary_says_the_same_in_markdown() {
+    let text = summary(&wagon_report(), "case00");
+    println!("{text}");
+    for needed in [
+        "# case00: effects",
+        "| holdout | 19.0 | 8.34 | 3.31 |",
+        "`brake_fade` (confidence 0.94",
+        "alpha_per_k",
+    ] {
+        assert!(text.contains(needed), "{needed}");
+    }
+}
+
+#[test]
+fn the_report_reads_back_as_it_was_written() {
+    let report = wagon_report();
+    let json = serde_json::to_string(&report).unwrap();
+    assert!(json.starts_with(
+        "{\"schema\":\"railgrip.gap.report/1\",\"verdict\":\"effects\",\"where\":{\"term\":\"brake_friction\""
+    ));
+    assert_eq!(serde_json::from_str::<Report>(&json).unwrap(), report);
 }

@@ -112,17 +112,18 @@ pub fn effect_curve(
     }
     let spread = form.scale.spread;
     let nuisance = if form.spec.place == Place::Stiffness { 1 } else { 0 };
+    let shown = |x: f64| form.spec.covariate.shown(x);
     let law = |values: &[f64], x: f64| {
         values[nuisance] * form.shape().factor(x, trial.model.values_of(index, values), &form.scale)
     };
     let curve = grid(spread.low, spread.high).map(|x| {
         let (y, error) = delta(trial, noise, &|values| law(values, x));
-        CurvePoint { x, y, low: y - Z95 * error, high: y + Z95 * error }
+        CurvePoint { x: shown(x), y, low: y - Z95 * error, high: y + Z95 * error }
     });
     let level = calibrated.fit.values[nuisance];
     let data = points.iter().filter_map(|point| {
         let x = form.spec.covariate.of(point);
-        partial(trial, point, nuisance).map(|share| [x, law(&trial.fit.values, x) * (1.0 + share)])
+        partial(trial, point, nuisance).map(|share| [shown(x), law(&trial.fit.values, x) * (1.0 + share)])
     });
     Curve {
         title: form.spec.id.to_owned(),
@@ -130,7 +131,7 @@ pub fn effect_curve(
         x: axis(form.spec.covariate, points),
         y: level_axis(nuisance, trial.model.nuisances()),
         points: curve.collect(),
-        reference: vec![[spread.low, level], [spread.high, level]],
+        reference: vec![[shown(spread.low), level], [shown(spread.high), level]],
         data: binned(data.collect(), 24),
         region: None,
     }

@@ -40,7 +40,7 @@ pub fn heat_map(kind: Kind, predictions: &Predictions<'_>) -> HeatMap {
         Some(HeatGroup {
             variable: axis.label,
             unit: axis.unit,
-            edges,
+            edges: edges.into_iter().map(|edge| covariate.shown(edge)).collect(),
             samples,
             calibrated: vec![gaps.iter().map(|gap| gap[1]).collect()],
             extended: vec![gaps.iter().map(|gap| gap[2]).collect()],
@@ -70,11 +70,15 @@ pub fn scatters(kind: Kind, predictions: &Predictions<'_>, title: &str) -> Vec<S
         .filter(|&&covariate| own_axis(points, covariate) && edges(points, covariate).is_some())
         .map(|&covariate| {
             let line = |predicted: &[f64]| {
-                let pairs = points.iter().zip(predicted).map(|(p, &y)| [covariate.of(p), shown(p, y)]);
-                binned(pairs.collect(), 32)
+                let pairs = points
+                    .iter()
+                    .zip(predicted)
+                    .map(|(p, &y)| [covariate.shown(covariate.of(p)), shown(p, y)]);
+                broken(binned(pairs.collect(), 32))
             };
             let step = points.len().div_ceil(MOST_POINTS).max(1);
-            let dots = points.iter().step_by(step).map(|p| [covariate.of(p), shown(p, p.measured)]);
+            let dots =
+                points.iter().step_by(step).map(|p| [covariate.shown(covariate.of(p)), shown(p, p.measured)]);
             let x = axis(covariate, points);
             Scatter {
                 title: format!("{title}: {} over {}", y.label, x.label),
@@ -87,6 +91,20 @@ pub fn scatters(kind: Kind, predictions: &Predictions<'_>, title: &str) -> Vec<S
             }
         })
         .collect()
+}
+
+/// Breaks a line where there is no data for more than a sixth of its range.
+fn broken(line: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    let (Some(first), Some(last)) = (line.first(), line.last()) else { return line };
+    let widest = (last[0] - first[0]) / 6.0;
+    let mut pieces: Vec<[f64; 2]> = Vec::with_capacity(line.len());
+    for point in line {
+        if pieces.last().is_some_and(|before| point[0] - before[0] > widest) {
+            pieces.push([f64::NAN, f64::NAN]);
+        }
+        pieces.push(point);
+    }
+    pieces
 }
 
 /// Rows of the table of runs.
@@ -122,7 +140,8 @@ pub fn missing(
     };
     let points_of_curve = missing_curve(group, trial, points, noise)
         .into_iter()
-        .map(|[x, y, error]| CurvePoint { x, y, low: y - Z95 * error, high: y + Z95 * error });
+        .map(|[x, y, error]| (group.covariate.shown(x), y, error))
+        .map(|(x, y, error)| CurvePoint { x, y, low: y - Z95 * error, high: y + Z95 * error });
     let points_of_curve: Vec<CurvePoint> = points_of_curve.collect();
     let ends = points_of_curve.first().zip(points_of_curve.last());
     Curve {

@@ -16,6 +16,9 @@ const NUISANCE_SHARE_SOFT: f64 = 0.60;
 /// Width of the soft edge of a nuisance's range, in its logarithm.
 const SOFT_EDGE: f64 = 0.05;
 
+/// Prior width of the logarithm of the stiffness beside a free creep shape.
+const STIFFNESS_PRIOR: f64 = 0.15;
+
 /// A parameter of a model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
@@ -155,6 +158,12 @@ impl Model {
             let above = (ratio / (1.0 + NUISANCE_SHARE)).ln().max(0.0);
             let below = (ratio / (1.0 - NUISANCE_SHARE)).ln().min(0.0);
             out.push((above + below) / SOFT_EDGE);
+        }
+        // Force depends on K k_A and K k_S alone: without a prior on K the shape would have a direction nobody sees.
+        if let Nominal::Creep { stiffness_n, .. } = self.nominal {
+            if self.forms.iter().any(|form| form.spec.place == Place::CreepShape) {
+                out.push((values[1] / stiffness_n).ln() / STIFFNESS_PRIOR);
+            }
         }
     }
 

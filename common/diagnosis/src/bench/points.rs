@@ -68,13 +68,21 @@ impl Covariate {
         }
     }
 
-    /// Unit for people; empty where dimensionless.
+    /// Unit on axes; empty where dimensionless. See [`Self::shown`].
     pub const fn unit(self) -> &'static str {
         match self {
             Self::SlipVelocity | Self::Speed => "m/s",
             Self::Creepage | Self::Sequence => "",
-            Self::Load | Self::PressingForce => "N",
+            Self::Load | Self::PressingForce => "kN",
             Self::Temperature => "°C",
+        }
+    }
+
+    /// A value of the variable in the unit of its axis.
+    pub fn shown(self, value: f64) -> f64 {
+        match self {
+            Self::Load | Self::PressingForce => 1e-3 * value,
+            _ => value,
         }
     }
 }

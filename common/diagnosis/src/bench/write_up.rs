@@ -8,6 +8,7 @@ use super::folds::Scheme;
 use super::gaps::{Fitted, Predictions, reduction};
 use super::model::Model;
 use super::search::{Chosen, LIBRARY_LEVEL, Trial};
+use super::verdict::missing_curve;
 use super::{Options, Outcome, chance, input::Nominal};
 use crate::html::detail::{Alarm, Detail, ParameterRow, Settings, Tie};
 use crate::report::{
@@ -63,7 +64,12 @@ pub fn write_up(diagnosis: &Diagnosis, options: &Options, started: Instant) -> R
         matches!(judgement.verdict, Verdict::Unknown | Verdict::EffectsAndUnknown).then(|| Unexplained {
             gap: extended_fit,
             term: case.kind.term().to_owned(),
-            curve: curve.iter().flat_map(|curve| curve.points.iter().map(|p| [p.x, p.y])).collect(),
+            curve: judgement
+                .missing
+                .iter()
+                .flat_map(|group| missing_curve(group, extended, &case.fit.points, noise))
+                .map(|[x, y, _]| [x, y])
+                .collect(),
         });
     let location = Location {
         term: (judgement.verdict != Verdict::None).then(|| case.kind.term().to_owned()),

@@ -37,7 +37,7 @@ fn signals(report: &Report) -> Markup {
     html! {
         div.panel role="group" aria-label="Share of the excess gap by output" {
             @for entry in &signals {
-                div.bar style="grid-template-columns: minmax(8rem, 13rem) 1fr 7.5rem" {
+                div class="bar share" {
                     span { (signal(&entry.name)) }
                     div.track aria-hidden="true" {
                         div class="fill calibrated" style={ "width:" (format!("{:.1}", 100.0 * entry.share.clamp(0.0, 1.0))) "%" } {}

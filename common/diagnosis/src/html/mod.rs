@@ -9,11 +9,13 @@ pub mod detail;
 mod facts;
 mod gaps;
 mod location;
+mod markdown;
 mod ranking;
 mod sentence;
 mod traces;
 pub mod words;
 
+pub use markdown::summary;
 pub use sentence::{evidence, headline};
 
 use crate::report::Report;

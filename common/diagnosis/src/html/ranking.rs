@@ -11,7 +11,7 @@ pub fn section(report: &Report, detail: &Detail) -> Markup {
         section aria-labelledby="which" {
             h2 id="which" { "Which effect: all " (report.candidates.len()) " candidates" }
             p.say {
-                "Each was refitted together with the nuisances. Gain: share of the squared error on left-out data that it removes. p: probability "
+                "Each was added alone to the calibrated model and refitted together with the nuisances. Gain: share of the squared error on left-out data that it removes. p: probability "
                 "that the best of the whole library does as well where there is no effect."
                 @if let Some(alarm) = &detail.alarm {
                     " Alarm threshold " b { (number(alarm.threshold)) } " for " (percent(alarm.level)) " false alarms from "

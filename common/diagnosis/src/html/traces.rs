@@ -7,8 +7,8 @@ use maud::{Markup, html};
 
 const WIDTH: f64 = 860.0;
 const LEFT: f64 = 64.0;
-const TRACE_HEIGHT: f64 = 118.0;
-const ERROR_HEIGHT: f64 = 62.0;
+const TRACE_HEIGHT: f64 = 112.0;
+const ERROR_HEIGHT: f64 = 96.0;
 
 /// The section; nothing where there is neither a window nor a scatter.
 pub fn section(detail: &Detail) -> Markup {
@@ -67,7 +67,7 @@ fn output(window: &TraceWindow, trace: &Trace, index: usize) -> Markup {
             (line("calibrated-line", &trace.calibrated))
             (line("extended-line", &trace.extended))
         }))
-        (below.axes(Some(&time_axis), "error / sigma", 2))
+        (below.axes(Some(&time_axis), "error / sigma", 4))
         (below.stripe("limit", -1.0, 1.0))
         (below.line("calibrated-line", pairs(time, &calibrated)))
         (below.line("extended-line", pairs(time, &extended)))

@@ -1,0 +1,101 @@
+//! The report as a short Markdown text for the terminal.
+
+use super::sentence::{evidence, headline};
+use super::words::{gap, interval, number, p_value, percent, term};
+use crate::report::{Report, ThreeGaps};
+use std::fmt::Write;
+
+/// Candidates that the summary lists.
+const MOST_CANDIDATES: usize = 8;
+
+/// The summary.
+pub fn summary(report: &Report, case: &str) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = write(&mut text, report, case);
+    text
+}
+
+fn write(text: &mut String, report: &Report, case: &str) -> std::fmt::Result {
+    writeln!(text, "# {case}: {}\n", report.verdict.name())?;
+    writeln!(text, "**{}**\n\n{}\n", headline(report), evidence(report).concat())?;
+    gaps(text, report)?;
+    location(text, report)?;
+    effects(text, report)?;
+    candidates(text, report)?;
+    if let Some(rest) = &report.unexplained {
+        writeln!(text, "Missing: in {} (`{}`), gap left {}.\n", term(&rest.term), rest.term, gap(rest.gap))?;
+    }
+    if let Some(next) = &report.next_run {
+        writeln!(text, "Next run: {next}\n")?;
+    }
+    writeln!(text, "{:.1} s", report.seconds)
+}
+
+fn gaps(text: &mut String, report: &Report) -> std::fmt::Result {
+    let holdout = &report.gap.holdout;
+    let unseen =
+        ThreeGaps { nominal: holdout.nominal, calibrated: holdout.calibrated, extended: holdout.extended };
+    writeln!(text, "| gap | nominal | calibrated | extended |\n| --- | ---: | ---: | ---: |")?;
+    for (name, gaps) in [("fit", &report.gap.fit), ("holdout", &unseen)] {
+        let [nominal, calibrated, extended] = [gaps.nominal, gaps.calibrated, gaps.extended].map(gap);
+        writeln!(text, "| {name} | {nominal} | {calibrated} | {extended} |")?;
+    }
+    writeln!(text)
+}
+
+fn location(text: &mut String, report: &Report) -> std::fmt::Result {
+    let place = &report.location;
+    if let Some(name) = &place.term {
+        write!(text, "Where: {} (`{name}`)", term(name))?;
+        if let Some(regime) = &place.regime {
+            write!(
+                text,
+                ", worst at {} {}: gap {} inside, {} outside",
+                regime.variable,
+                interval(regime.range),
+                gap(regime.gap_inside),
+                gap(regime.gap_outside)
+            )?;
+        }
+        writeln!(text, ".\n")?;
+    }
+    Ok(())
+}
+
+fn effects(text: &mut String, report: &Report) -> std::fmt::Result {
+    for effect in &report.effects {
+        write!(text, "- `{}` (confidence {:.2}", effect.id, effect.confidence)?;
+        if !effect.equivalent.is_empty() {
+            write!(text, "; data cannot tell from `{}`", effect.equivalent.join("`, `"))?;
+        }
+        let values = effect.parameters.iter().map(|(name, estimate)| {
+            format!("{name} {} ({})", number(estimate.value), interval(estimate.ci95))
+        });
+        writeln!(text, "): {}", values.collect::<Vec<_>>().join(", "))?;
+    }
+    if report.effects.is_empty() { Ok(()) } else { writeln!(text) }
+}
+
+fn candidates(text: &mut String, report: &Report) -> std::fmt::Result {
+    if report.candidates.is_empty() {
+        return Ok(());
+    }
+    writeln!(text, "| candidate | fit gap | gain on left-out data | p | converged |")?;
+    writeln!(text, "| --- | ---: | ---: | ---: | --- |")?;
+    for candidate in report.candidates.iter().take(MOST_CANDIDATES) {
+        writeln!(
+            text,
+            "| `{}` | {} | {} | {} | {} |",
+            candidate.id,
+            gap(candidate.fit_gap),
+            percent(candidate.cv_gain),
+            p_value(candidate.p_value),
+            if candidate.converged { "yes" } else { "no" }
+        )?;
+    }
+    if report.candidates.len() > MOST_CANDIDATES {
+        writeln!(text, "\n{} more candidates in the report.", report.candidates.len() - MOST_CANDIDATES)?;
+    }
+    writeln!(text)
+}
