@@ -213,18 +213,25 @@ pub fn axis(covariate: Covariate, points: &[Point]) -> Axis {
     Axis { label: covariate.name().replace('_', " "), unit: unit.to_owned() }
 }
 
-/// Means over at most `count` groups of neighbours in x.
+/// Means over about `count` groups of neighbours in x; points at the same x stay together.
 pub fn binned(mut points: Vec<[f64; 2]>, count: usize) -> Vec<[f64; 2]> {
     points.retain(|point| point.iter().all(|value| value.is_finite()));
     points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let (Some(first), Some(last)) = (points.first(), points.last()) else { return points };
+    let same = 1e-3 * (last[0] - first[0]);
     let size = points.len().div_ceil(count).max(1);
-    points
-        .chunks(size)
-        .map(|chunk| {
-            let n = chunk.len() as f64;
-            [chunk.iter().map(|p| p[0]).sum::<f64>() / n, chunk.iter().map(|p| p[1]).sum::<f64>() / n]
-        })
-        .collect()
+    let mut bins: Vec<([f64; 2], f64, f64)> = Vec::new();
+    for [x, y] in points {
+        match bins.last_mut() {
+            Some((sum, n, latest)) if *n < size as f64 || x - *latest <= same => {
+                *sum = [sum[0] + x, sum[1] + y];
+                *n += 1.0;
+                *latest = x;
+            }
+            _ => bins.push(([x, y], 1.0, x)),
+        }
+    }
+    bins.into_iter().map(|(sum, n, _)| [sum[0] / n, sum[1] / n]).collect()
 }
 
 impl Form {

@@ -130,7 +130,7 @@ impl Shape {
                 .collect(),
             Self::Power => vec![vec![0.1], vec![-0.1]],
             Self::Spline => vec![vec![-0.1, 0.0, 0.0], vec![0.1, 0.0, 0.0]],
-            Self::CreepShape => vec![vec![1.0, 0.4], vec![0.5, 0.3], vec![0.3, 0.1]],
+            Self::CreepShape => vec![vec![1.0, 0.4], vec![1.0, 1.0], vec![0.5, 0.3], vec![0.3, 0.1]],
         }
     }
 

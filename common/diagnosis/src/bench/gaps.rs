@@ -15,7 +15,7 @@ use std::path::Path;
 const REPLICATES: usize = 999;
 
 /// Regions into which a variable is cut.
-const REGIONS: usize = 8;
+const REGIONS: usize = 6;
 
 /// A model with its values.
 pub struct Fitted<'a> {

@@ -40,7 +40,10 @@ pub fn missing(report: &Report, detail: &Detail) -> Markup {
                         " It matters most from " (number(region[0])) " to " (number(region[1])) " (shaded)."
                     }
                 }
-                @if let Some(curve) = &detail.missing_curve { (figure(curve, "missing-curve", false)) }
+                @if let Some(curve) = &detail.missing_curve {
+                    (legend(None, &[("calibrated-line", "nothing missing"), ("extended-line", "what would close the gap")]))
+                    (figure(curve, "missing-curve", false))
+                }
             }
         }
     }

@@ -26,7 +26,10 @@ pub fn section(report: &Report) -> Markup {
                 (panel("Fit runs", &report.gap.fit, top))
                 (panel("Holdout runs, only predicted", &unseen, top))
             }
-            p.note { "Dotted line: gap 1, where the sensors can tell no more." }
+            p.note {
+                "Dotted line: gap 1, where the sensors can tell no more."
+                @if report.effects.is_empty() { " No effect was added, so the extended model is the calibrated one." }
+            }
             @if holdout.by_signal.len() > 1 { (by_signal(report)) }
         }
     }

@@ -1,7 +1,7 @@
 //! Where the gap lies: term, outputs, region, and the heat map of output × region.
 
 use super::detail::{Detail, HeatGroup, HeatMap};
-use super::words::{gap, number, percent, plain, signal, term};
+use super::words::{gap, number, number_to, percent, plain, signal, term};
 use crate::report::Report;
 use maud::{Markup, html};
 
@@ -74,7 +74,7 @@ fn table(map: &HeatMap, group: &HeatGroup, top: f64) -> Markup {
             thead { tr {
                 td style="--a:0" {}
                 @for region in 0..regions {
-                    th scope="col" { (number(group.edges[region])) "–" (number(group.edges[region + 1])) }
+                    th scope="col" { (edge(group.edges[region])) "–" (edge(group.edges[region + 1])) }
                 }
             } }
             tbody {
@@ -87,6 +87,11 @@ fn table(map: &HeatMap, group: &HeatGroup, top: f64) -> Markup {
             }
         } }
     }
+}
+
+/// A limit of a region: two digits are enough below ten.
+fn edge(x: f64) -> String {
+    if x.abs() < 10.0 { number_to(x, 2) } else { number_to(x.round(), 3) }
 }
 
 fn cell(group: &HeatGroup, row: usize, region: usize, top: f64) -> Markup {

@@ -8,6 +8,8 @@ use maud::{Markup, html};
 const WIDTH: f64 = 860.0;
 const LEFT: f64 = 64.0;
 const TRACE_HEIGHT: f64 = 112.0;
+/// Points of an error line.
+const ERROR_POINTS: usize = 160;
 const ERROR_HEIGHT: f64 = 96.0;
 
 /// The section; nothing where there is neither a window nor a scatter.
@@ -19,7 +21,7 @@ pub fn section(detail: &Detail) -> Markup {
                 p.say {
                     "Run " code { (window.run) } ", window " (window.window) ", "
                     @if window.holdout { "a run that was only predicted" } @else { "a run that was fitted on" }
-                    ". Every model starts at the measured state and runs open loop. Below each output its error in sensor sigmas."
+                    ". Every model starts at the measured state and runs open loop. Below each output its error in sensor sigmas, averaged over neighbours."
                 }
                 (legend(Some("line"), &MODELS))
                 @for (index, trace) in window.traces.iter().enumerate() { (output(window, trace, index)) }
@@ -69,8 +71,8 @@ fn output(window: &TraceWindow, trace: &Trace, index: usize) -> Markup {
         }))
         (below.axes(Some(&time_axis), "error / sigma", 4))
         (below.stripe("limit", -1.0, 1.0))
-        (below.line("calibrated-line", pairs(time, &calibrated)))
-        (below.line("extended-line", pairs(time, &extended)))
+        (below.line("calibrated-line", smoothed(time, &calibrated).into_iter()))
+        (below.line("extended-line", smoothed(time, &extended).into_iter()))
     };
     let title = format!("{} over time, measured and predicted", signal(&trace.name));
     let describe =
@@ -92,6 +94,13 @@ fn outer_frame(window: &TraceWindow, trace: &Trace) -> Option<Frame> {
 
 fn pairs<'a>(time: &'a [f64], values: &'a [f64]) -> impl ExactSizeIterator<Item = [f64; 2]> + 'a {
     time.iter().zip(values).map(|(t, x)| [*t, *x])
+}
+
+/// Means over a few neighbours, so that a line shows the model's error and not the sensor's noise.
+fn smoothed(time: &[f64], values: &[f64]) -> Vec<[f64; 2]> {
+    let size = values.len().div_ceil(ERROR_POINTS).max(1);
+    let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+    time.chunks(size).zip(values.chunks(size)).map(|(t, x)| [mean(t), mean(x)]).collect()
 }
 
 fn rms(errors: &[f64]) -> f64 {
