@@ -6,7 +6,10 @@ use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::port::{publisher, subscriber};
-use iceoryx2::prelude::{CallbackProgression, SignalHandlingMode, WaitSet, WaitSetBuilder, ipc};
+use iceoryx2::prelude::{
+    CallbackProgression, SignalHandlingMode, WaitSet, WaitSetBuilder, WaitSetGuard, ipc,
+};
+use iceoryx2::waitset::WaitSetAttachmentError;
 use railgrip_messages::{Estimate, Event, Health, Heartbeat, Innovation, Payload, Sample};
 
 use crate::BusError;
@@ -107,9 +110,26 @@ pub struct Subscriber<T: Payload> {
     sequence: Option<Sequence>,
 }
 
-struct Waking {
+/// What wakes a reader.
+struct Bell {
     listener: Listener<ipc::Service>,
     waitset: WaitSet<ipc::Service>,
+}
+
+type Attachment<'a> = WaitSetGuard<'a, 'a, ipc::Service>;
+
+self_cell::self_cell!(
+    /// The bell with its listener attached to its wait set. The attachment borrows both; attaching anew for each wait
+    /// would cost ten system calls a wake-up.
+    struct Waking {
+        owner: Bell,
+        #[not_covariant]
+        dependent: Attachment,
+    }
+);
+
+fn attach<'a>(bell: &'a Bell) -> Result<Attachment<'a>, WaitSetAttachmentError> {
+    bell.waitset.attach_notification(&bell.listener)
 }
 
 /// Counts what is missing in a running number.
@@ -146,7 +166,8 @@ impl<T: Payload> Subscriber<T> {
                     .signal_handling_mode(SignalHandlingMode::Disabled)
                     .create::<ipc::Service>()
                     .map_err(|error| BusError::transport(&name, "prepare to wait", error))?;
-                Some(Waking { listener, waitset })
+                let waking = Waking::try_new(Bell { listener, waitset }, attach);
+                Some(waking.map_err(|error| BusError::transport(&name, "prepare to wait", error))?)
             }
         };
         Ok(Self { name, port, waking, sequence: counted.then(Sequence::default) })
@@ -157,14 +178,11 @@ impl<T: Payload> Subscriber<T> {
     /// # Errors
     /// If the system refuses to wait.
     pub fn wait(&self, timeout: Duration) -> Result<Wake, BusError> {
-        let Some(Waking { listener, waitset }) = &self.waking else {
+        let Some(Bell { waitset, .. }) = self.waking.as_ref().map(Waking::borrow_owner) else {
             std::thread::sleep(timeout);
             return Ok(Wake::Timeout);
         };
         let failed = |error: &dyn std::fmt::Debug| BusError::transport(&self.name, "wait", error);
-        // Attached for this wait only: an attachment borrows set and listener, and two system calls are cheap
-        // beside the wake-up itself.
-        let _attached = waitset.attach_notification(listener).map_err(|error| failed(&error))?;
         let mut wake = Wake::Timeout;
         waitset
             .wait_and_process_once_with_timeout(
@@ -185,7 +203,7 @@ impl<T: Payload> Subscriber<T> {
     pub fn receive(&mut self, mut take: impl FnMut(&[T])) -> Result<usize, BusError> {
         let failed = |error: &dyn std::fmt::Debug| BusError::transport(&self.name, "receive", error);
         if let Some(waking) = &self.waking {
-            waking.listener.try_wait(|_| {}).map_err(|error| failed(&error))?;
+            waking.borrow_owner().listener.try_wait(|_| {}).map_err(|error| failed(&error))?;
         }
         let mut items = 0;
         while let Some(batch) = self.port.receive().map_err(|error| failed(&error))? {
