@@ -104,7 +104,7 @@ fn line(bus: &Bus, folder: &Path, samples_a_batch: usize) -> Result<Line, CliErr
     let estimate_ns = result?;
     let bare_ns =
         String::from_utf8_lossy(&output.stdout).lines().filter_map(|line| line.parse().ok()).collect();
-    let (estimate, bare) = (percentiles_us(estimate_ns)?, percentiles_us(bare_ns)?);
+    let (estimate, bare) = (percentiles_us("estimates", estimate_ns)?, percentiles_us("the ping", bare_ns)?);
     Ok(Line {
         samples_a_batch,
         estimate_p50_us: estimate.0,
@@ -199,9 +199,12 @@ fn send_in_turns(
 }
 
 /// 50th and 99th percentile, µs.
-fn percentiles_us(mut ages_ns: Vec<u64>) -> Result<(f64, f64), CliError> {
+fn percentiles_us(way: &str, mut ages_ns: Vec<u64>) -> Result<(f64, f64), CliError> {
     if ages_ns.len() < BATCHES / 2 {
-        return Err(CliError::failed(format!("only {} of {BATCHES} batches arrived", ages_ns.len())));
+        return Err(CliError::failed(format!(
+            "only {} of {BATCHES} batches of {way} arrived",
+            ages_ns.len()
+        )));
     }
     ages_ns.sort_unstable();
     let at = |share: f64| ages_ns[((ages_ns.len() - 1) as f64 * share) as usize] as f64 * 1e-3;
