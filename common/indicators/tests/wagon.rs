@@ -1,4 +1,5 @@
 //! Indicators on synthetic estimates whose answers are known.
+#![allow(clippy::unwrap_used, reason = "a test may end at what it does not expect")]
 
 use railgrip_indicators::{IndicatorSettings, IndicatorState, Nominal, WagonIndicators};
 use railgrip_messages::{Condition, Estimate, Event, EventKind, Grade, Sample, flags, valid};

@@ -1,4 +1,5 @@
 //! A train's config: the defaults, and what each mistake is answered with.
+#![allow(clippy::unwrap_used, reason = "a test may end at what it does not expect")]
 
 use railgrip_settings::{Overrides, SettingsError, Source, TrainSettings};
 use std::path::{Path, PathBuf};
@@ -117,4 +118,12 @@ fn recordings_on_the_command_line_replace_the_source() {
     let overrides = Overrides { runs: vec!["nowhere/*.csv".to_owned()], ..Overrides::default() };
     let said = TrainSettings::load(Some(&default_file()), &overrides).unwrap_err().to_string();
     assert!(said.contains("--runs nowhere/*.csv"), "{said}");
+}
+
+#[test]
+fn the_replay_config_plays_the_recordings_beside_it() {
+    let file = default_file().with_file_name("replay.toml");
+    let train = TrainSettings::load(Some(&file), &Overrides::default()).unwrap();
+    let names: Vec<&str> = train.wagons.iter().map(|wagon| wagon.name.as_str()).collect();
+    assert_eq!(names, ["wagon01.dry", "wagon02.wet", "wagon03.low"]);
 }

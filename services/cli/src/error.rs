@@ -49,6 +49,33 @@ impl From<SettingsError> for CliError {
     }
 }
 
+impl From<railgrip_ingest::IngestError> for CliError {
+    fn from(error: railgrip_ingest::IngestError) -> Self {
+        match error {
+            railgrip_ingest::IngestError::Input(error) => Self::bad_input(error),
+            railgrip_ingest::IngestError::Bus(error) => error.into(),
+        }
+    }
+}
+
+impl From<railgrip_estimator::EstimatorError> for CliError {
+    fn from(error: railgrip_estimator::EstimatorError) -> Self {
+        match error {
+            railgrip_estimator::EstimatorError::Filter(error) => Self::bad_input(error),
+            railgrip_estimator::EstimatorError::Bus(error) => error.into(),
+        }
+    }
+}
+
+impl From<railgrip_health::HealthError> for CliError {
+    fn from(error: railgrip_health::HealthError) -> Self {
+        match error {
+            railgrip_health::HealthError::Bus(error) => error.into(),
+            railgrip_health::HealthError::Serve { .. } => Self::failed(error),
+        }
+    }
+}
+
 impl From<BusError> for CliError {
     fn from(error: BusError) -> Self {
         match error {

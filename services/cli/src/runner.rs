@@ -16,12 +16,10 @@ pub(crate) const SUPERVISOR_VARIABLE: &str = "RAILGRIP_SUPERVISOR_PID";
 const NOTIFY_PERIOD: Duration = Duration::from_millis(100);
 
 /// Runs `work` until it ends by itself or a signal asks it to. A second signal ends the process at once.
-pub(crate) fn run<E: std::fmt::Display>(
-    work: impl FnOnce(&Lifecycle) -> Result<(), E>,
-) -> Result<(), CliError> {
+pub(crate) fn run<E: Into<CliError>>(work: impl FnOnce(&Lifecycle) -> Result<(), E>) -> Result<(), CliError> {
     let lifecycle = prepare()?;
     let notifier = Notifier::start(&lifecycle);
-    let result = work(&lifecycle).map_err(CliError::failed);
+    let result = work(&lifecycle).map_err(Into::into);
     if let Some(notifier) = notifier {
         notifier.finish();
     }

@@ -1,4 +1,5 @@
 //! The worker on simulated samples: estimates as from the filter alone, snapshots that go on, refusals of bad ones.
+#![allow(clippy::unwrap_used, reason = "a test may end at what it does not expect")]
 
 use railgrip_estimator::snapshot::{self, SnapshotError};
 use railgrip_estimator::worker::Worker;

@@ -1,4 +1,5 @@
 //! The HTTP interface without a socket and without channels.
+#![allow(clippy::unwrap_used, reason = "a test may end at what it does not expect")]
 
 use axum::body::Body;
 use axum::http::{Request, StatusCode, header};
