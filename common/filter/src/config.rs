@@ -95,7 +95,7 @@ pub struct RateSettings {
 impl Default for RateSettings {
     fn default() -> Self {
         Self {
-            speed_per_sqrt_s: 0.003,
+            speed_per_sqrt_s: 0.001,
             rim_speed_per_sqrt_s: 0.005,
             adhesion_rolling_per_sqrt_s: 0.001,
             adhesion_sliding_per_sqrt_s: 0.008,
@@ -157,7 +157,7 @@ impl Default for PriorSettings {
             pad_split: 0.065,
             mass: 0.009,
             inertia: 0.02,
-            resistance: 0.07,
+            resistance: 0.058,
             wind_m_s: 0.5,
             grade_rad: 0.0002,
             grade_unknown_rad: 0.003,

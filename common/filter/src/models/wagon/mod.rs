@@ -40,6 +40,9 @@ pub struct WagonEkf<const W: usize, const N: usize> {
     pub belief: Gaussian<N>,
     contacts: [Contact; W],
     watches: [ChangeWatch; W],
+    mean_slips: [tie::MeanSlip; W],
+    /// Adhesion available on dry rail, after the vehicle file.
+    dry_adhesion: f64,
     /// Derivative of the speeds with respect to adhesions (columns `..W`) and pads (`W..`) over the last step.
     sensitivity: [[f64; 8]; 5],
     step_s: f64,
@@ -79,6 +82,8 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
             belief,
             contacts: [Contact { rolling: 1.0, secant: 1.0, slip_m_s: 0.0, excess_m_s: 0.0 }; W],
             watches: [ChangeWatch::default(); W],
+            mean_slips: [tie::MeanSlip::default(); W],
+            dry_adhesion: vehicle.rail.dry,
             sensitivity: [[0.0; 8]; 5],
             step_s: 0.0,
             late_force_n: [0.0; W],
@@ -133,6 +138,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
         self.belief.reset_component(at.lag, 0.0, 1e-3);
         self.belief.reset_component(at.disturbance, self.belief.mean[at.disturbance], 1.0);
         self.watches = [ChangeWatch::default(); W];
+        self.mean_slips = [tie::MeanSlip::default(); W];
         self.late_force_n = [0.0; W];
         self.since_tie_s = 0.0;
     }
@@ -274,6 +280,9 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
         }
         for i in 0..W {
             self.contacts[i] = schedule::judge(&self.physics, &self.belief, i);
+            let force = self.belief.mean[Layout::<W, N>::INDICES.adhesion + i] * self.physics.static_load_n[i];
+            let creep = self.physics.rolling_slip_m_s(force, self.belief.mean[0]);
+            self.mean_slips[i].note(self.contacts[i].slip_m_s, creep, dt_s);
         }
         self.since_tie_s += dt_s;
         if self.since_tie_s >= tie::INTERVAL_S {
@@ -290,20 +299,23 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
         let mut memory: Vec<f64> = self.watches.iter().map(|watch| watch.mean).collect();
         memory.extend(self.contacts.iter().flat_map(|c| [c.rolling, c.secant, c.slip_m_s, c.excess_m_s]));
         memory.extend(self.late_force_n);
+        memory.extend(self.mean_slips.iter().flat_map(|mean| [mean.slip_m_s, mean.creep_m_s]));
         memory.extend([self.since_tie_s, f64::from(self.tied)]);
         pack(&self.belief, memory)
     }
 
     fn load(&mut self, state: &FilterState) -> Result<(), FilterError> {
-        self.belief = unpack(state, 6 * W + 2)?;
+        self.belief = unpack(state, 8 * W + 2)?;
         for i in 0..W {
             self.watches[i].mean = state.memory[i];
             let c = &state.memory[W + 4 * i..];
+            let mean = &state.memory[6 * W + 2 * i..];
+            self.mean_slips[i] = tie::MeanSlip { slip_m_s: mean[0], creep_m_s: mean[1] };
             self.late_force_n[i] = state.memory[5 * W + i];
             self.contacts[i] = Contact { rolling: c[0], secant: c[1], slip_m_s: c[2], excess_m_s: c[3] };
         }
-        self.since_tie_s = state.memory[6 * W];
-        self.tied = state.memory[6 * W + 1] as u32;
+        self.since_tie_s = state.memory[8 * W];
+        self.tied = state.memory[8 * W + 1] as u32;
         Ok(())
     }
 }

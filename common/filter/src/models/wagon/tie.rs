@@ -1,7 +1,8 @@
 //! What rolling says about the wheelsets: their creepages differ as their forces and radii do.
 //!
-//! For neighbouring wheelsets i and j that both roll, `r(1+δ_i) ω_i − r(1+δ_j) ω_j = (v/C)(F_x,i − F_x,j)`, with C the
-//! slope of the creep law at small creepage. While coasting this shows the difference of the radii, while braking
+//! For neighbouring wheelsets i and j that both roll, `r(1+δ_i) ω_i − r(1+δ_j) ω_j = (v/(C φ))(F_x,i − F_x,j)`, with C the
+//! slope of the creep law at small creepage and φ = χ³ how far it has fallen at this force (`schedule`). χ is at most what a
+//! dry rail gives, and what the mean slip of the last second shows. While coasting this shows the difference of the radii, while braking
 //! that of the brakes. The error of the creep law does not average out: it is the same for many seconds. A constant
 //! error of size σ that lasts τ weighs like white noise of variance 2 σ² τ / Δt in updates every Δt.
 
@@ -17,8 +18,37 @@ const PERSISTENCE_S: f64 = 10.0;
 const RADIUS_WANDER: f64 = 3e-5;
 /// Delay between the sensors of wheel and vehicle speed that cannot be excluded, s.
 const SENSOR_DELAY_S: f64 = 0.1;
-/// Below this slope of the creep law a contact is too near its limit to compare forces by creepage.
-const LEAST_ROLLING: f64 = 0.5;
+/// Below this ratio of force over creepage to that of small creepage, contacts are too near their limit to compare forces.
+const LEAST_SECANT: f64 = 0.6;
+/// How much the ratio seen in slip must fall short of a dry rail's before it counts: noise and delay of the speeds feign slip.
+const SECANT_MARGIN: f64 = 0.1;
+/// Time over which slip is averaged to see that ratio, s.
+const SLIP_WINDOW_S: f64 = 1.0;
+/// Creep below which slip says nothing about it, m/s.
+const LEAST_CREEP_M_S: f64 = 0.01;
+
+/// Slip and the creep of the linear law, averaged over the last second, m/s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct MeanSlip {
+    pub slip_m_s: f64,
+    pub creep_m_s: f64,
+}
+
+impl MeanSlip {
+    pub(crate) fn note(&mut self, slip_m_s: f64, creep_m_s: f64, dt_s: f64) {
+        let share = dt_s / (dt_s + SLIP_WINDOW_S);
+        self.slip_m_s += share * (slip_m_s - self.slip_m_s);
+        self.creep_m_s += share * (creep_m_s - self.creep_m_s);
+    }
+
+    /// Force over creepage against that of small creepage, as slip shows it.
+    fn secant(&self) -> f64 {
+        if self.creep_m_s.abs() < LEAST_CREEP_M_S {
+            return 1.0;
+        }
+        (self.creep_m_s / self.slip_m_s).clamp(0.0, 1.0)
+    }
+}
 
 impl<const W: usize, const N: usize> WagonEkf<W, N> {
     /// Ties neighbouring wheelsets by creepage, and each wheelset to the vehicle speed.
@@ -28,7 +58,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
             return;
         }
         let rolls = |filter: &Self, i: usize| {
-            filter.contacts[i].rolling > LEAST_ROLLING
+            filter.contacts[i].secant > LEAST_SECANT
                 && filter.watches[i].certainty(filter.step_s) == 0.0
                 && sample.wheel_speed_rad_s[i].is_finite()
         };
@@ -38,7 +68,6 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
             }
             if i + 1 < W && rolls(self, i) && rolls(self, i + 1) {
                 self.tie_neighbours(i);
-                self.tied += 1;
             }
         }
     }
@@ -61,11 +90,30 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
     fn tie_neighbours(&mut self, i: usize) {
         let (front, h_front, asked_front) = self.slip_residual(i);
         let (rear, h_rear, asked_rear) = self.slip_residual(i + 1);
-        let secant = self.contacts[i].secant.min(self.contacts[i + 1].secant);
-        let law = self.config.priors.creep_law + (1.0 / (secant * secant * secant) - 1.0);
-        let systematic = law * (asked_front - asked_rear);
+        let secant = self.secant(i).min(self.secant(i + 1));
+        if secant < LEAST_SECANT {
+            return;
+        }
+        self.tied += 1;
+        let at = Layout::<W, N>::INDICES;
+        let bend = 1.0 / (secant * secant * secant) - 1.0;
+        let difference = asked_front - asked_rear;
+        let mut h = h_front - h_rear;
+        for k in [i, i + 1] {
+            h[at.adhesion + k] *= 1.0 + bend;
+        }
+        let systematic = (self.config.priors.creep_law * (1.0 + bend) + 0.5 * bend) * difference;
         let wander = RADIUS_WANDER * self.belief.mean[0];
-        self.fuse_tie(&(h_front - h_rear), front - rear, systematic * systematic + wander * wander);
+        let residual = front - rear - bend * difference;
+        self.fuse_tie(&h, residual, systematic * systematic + wander * wander);
+    }
+
+    /// Force over creepage of wheelset `i` against that of small creepage. Polach's law: about 1 − y² at the share y of
+    /// the limit; no rail counts as better than dry.
+    fn secant(&self, i: usize) -> f64 {
+        let at = Layout::<W, N>::INDICES;
+        let share = self.belief.mean[at.adhesion + i].abs() / self.dry_adhesion;
+        (1.0 - share * share).max(0.0).min(self.mean_slips[i].secant() + SECANT_MARGIN)
     }
 
     fn tie_to_vehicle(&mut self, i: usize) {
