@@ -4,6 +4,7 @@
 //! **Adding one**: write its module and add its line to [`EXPERIMENTS`].
 //!
 //! * [`traction`] – Zhao et al. 2014: traction rig, 13-state unscented filter.
+//! * [`roller`] – Schwarz & Keck 2020: roller rig, wheel-slide protection and sanding, 4-state extended filter.
 //! * [`bench`] – time of one filter step, for `railgrip bench` and the reports.
 //!
 //! Everything is seeded: a rerun writes the same bytes, but for measured times.
@@ -11,6 +12,7 @@
 pub mod bench;
 mod error;
 pub mod plot;
+pub mod roller;
 mod table;
 pub mod traction;
 
@@ -41,11 +43,28 @@ pub struct Report {
 }
 
 /// Every experiment railgrip knows.
-pub static EXPERIMENTS: &[Experiment] = &[Experiment {
-    name: "zhao-traction",
-    about: "Zhao et al. 2014: friction from motor currents on base, water and oil; UKF against EKF",
-    run: traction::experiment,
-}];
+pub static EXPERIMENTS: &[Experiment] = &[
+    Experiment {
+        name: "zhao-traction",
+        about: "Zhao et al. 2014: friction from motor currents on base, water and oil; UKF against EKF",
+        run: traction::experiment,
+    },
+    Experiment {
+        name: "schwarz-wsp",
+        about: "Schwarz & Keck 2020, Fig. 4: adhesion through near-continuous wheel-slide protection from 120 km/h",
+        run: roller::wsp_experiment,
+    },
+    Experiment {
+        name: "schwarz-sanding",
+        about: "Schwarz & Keck 2020, Figs. 5 and 6: adhesion over time and slip while sanding from 200 km/h",
+        run: roller::sanding_experiment,
+    },
+    Experiment {
+        name: "schwarz-noise",
+        about: "Schwarz & Keck 2020, Fig. 3: why R of the wheel speed must be small where protection reverses the branch",
+        run: roller::noise_experiment,
+    },
+];
 
 /// The experiment of that name.
 pub fn find(name: &str) -> Option<&'static Experiment> {

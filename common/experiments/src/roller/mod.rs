@@ -1,0 +1,16 @@
+//! Schwarz & Keck, "Simultaneous Estimation of Wheel-Rail Adhesion and Brake Friction Behaviour" (2020), section 4: the
+//! roller rig with one wheelset, its two tests, and the study behind their Fig. 3.
+//!
+//! * [`rig`] – the rig with pneumatics and a slide protection of its own, and the two tests;
+//! * [`filter`] – the 4-state extended filter (19) with any Q and R, and friction law (8) or (9);
+//! * [`judge`] – errors, and how long they last;
+//! * `report` and `noise` – tables and figures.
+
+pub mod filter;
+pub mod judge;
+mod noise;
+mod report;
+pub mod rig;
+
+pub use noise::experiment as noise_experiment;
+pub use report::{sanding_experiment, wsp_experiment};
