@@ -39,7 +39,7 @@ impl RailView {
         }
     }
 
-    /// Takes in an adhesion utilised (magnitude and 1 σ) that holds for `dt_s`.
+    /// Takes in an adhesion utilised (magnitude and 1 σ) that holds for `dt_s`; true when the belief was renewed.
     pub fn add(
         &mut self,
         rail: &Rail,
@@ -48,9 +48,9 @@ impl RailView {
         (value, sigma): (f64, f64),
         sliding: bool,
         moving: bool,
-    ) {
+    ) -> bool {
         if !value.is_finite() || !sigma.is_finite() {
-            return;
+            return false;
         }
         let blend = (dt_s / SMOOTHING_S).min(1.0);
         self.smoothed += blend * (value - self.smoothed);
@@ -67,10 +67,12 @@ impl RailView {
         }
         self.window.add(dt_s, if moving { self.smoothed } else { 0.0 }, sigma, settings.window_s);
         self.since_belief_s += dt_s;
-        if self.since_belief_s >= BELIEF_STEP_S {
+        let renew = self.since_belief_s >= BELIEF_STEP_S;
+        if renew {
             let evidence = moving.then_some(Evidence { utilised: self.smoothed, sigma, sliding });
             self.belief.update(rail, self.since_belief_s, evidence);
             self.since_belief_s = 0.0;
         }
+        renew
     }
 }

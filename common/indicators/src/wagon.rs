@@ -122,10 +122,9 @@ impl WagonIndicators {
             self.slide(wheelset, estimate, dt_s, event);
             self.wsp(wheelset, sample, estimate, dt_s, event);
         }
-        if !converging {
-            self.adhesion(estimate, dt_s);
+        if !converging && self.adhesion(estimate, dt_s) {
+            self.watch_condition(estimate, event);
         }
-        self.watch_condition(estimate, event);
     }
 
     /// Time since the last sample; 0 over gaps and where the time base begins anew.
@@ -270,7 +269,8 @@ impl WagonIndicators {
         }
     }
 
-    fn adhesion(&mut self, estimate: &Estimate, dt_s: f64) {
+    /// True when the belief of the wagon was renewed.
+    fn adhesion(&mut self, estimate: &Estimate, dt_s: f64) -> bool {
         let moving = estimate.v_m_s > STANDSTILL_M_S;
         let count = estimate.wheelset_count();
         let (settings, rail) = (&self.settings.adhesion, &self.rail);
@@ -293,7 +293,7 @@ impl WagonIndicators {
             .fold((0.0, 0u32), |(sum, n), wheelset| (sum + estimate.mu_w_wheelset[wheelset].abs(), n + 1));
         let any_slides = slides > 0;
         let value = if any_slides { slide_sum / f64::from(slides) } else { estimate.mu_w.abs() };
-        self.state.wagon.add(rail, settings, dt_s, (value, estimate.mu_w_sigma), any_slides, moving);
+        self.state.wagon.add(rail, settings, dt_s, (value, estimate.mu_w_sigma), any_slides, moving)
     }
 
     fn watch_condition(&mut self, estimate: &Estimate, event: &mut dyn FnMut(Event)) {
