@@ -45,6 +45,12 @@ pub struct Rates {
     pub slope_n_s_per_m: [f64; 2],
 }
 
+/// Smoothed sign of a motion. Beyond 20 the hyperbolic tangent is 1 to the last digit, and most steps are there.
+#[must_use]
+pub fn direction(scaled: f64) -> f64 {
+    if scaled > 20.0 { 1.0 } else { scaled.tanh() }
+}
+
 /// The rates at a state; `friction(wheelset, slip_velocity)` is peak adhesion there. `lagged_m_s2`, the acceleration
 /// of an instant ago, loads the wheelsets first and is then corrected once (the contraction factor is about 0.03).
 pub fn rates(
@@ -57,7 +63,7 @@ pub fn rates(
     let v = motion.v_m_s;
     let [constant, linear, drag] = wagon.resistance;
     let air_m_s = v + action.headwind_m_s;
-    let resistance_n = (constant + linear * v) * (v / 0.05).tanh() + drag * air_m_s * air_m_s.abs();
+    let resistance_n = (constant + linear * v) * direction(v / 0.05) + drag * air_m_s * air_m_s.abs();
     let weight_n = wagon.mass_kg * GRAVITY_M_S2;
     let outer_n = action.body_force_n - resistance_n - weight_n * action.grade_rad.sin();
     let reference_m_s = v.max(CREEPAGE_FLOOR_M_S);

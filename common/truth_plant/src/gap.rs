@@ -112,7 +112,9 @@ fn sensitivities(
         let mut moved = *x;
         let nudge = if x[k] > 0.0 { -0.02 * BOUNDS[k] } else { 0.02 * BOUNDS[k] };
         moved[k] += nudge;
-        let mut column = residuals(sheet, runs, &moved);
+        // A rail class concerns its own runs only.
+        let concerned = |run: &Run| !(2..5).contains(&k) || run.order.rail as usize == k - 2;
+        let mut column = residuals_of(sheet, runs, &moved, base, concerned);
         for (window, base) in column.iter_mut().zip(base) {
             for (value, base) in window.iter_mut().zip(base) {
                 *value = (*value - base) / nudge;
@@ -168,10 +170,25 @@ fn cholesky_solve(mut a: [[f64; COUNT]; COUNT], mut b: [f64; COUNT]) -> [f64; CO
 
 /// Residuals over sigma, window by window.
 fn residuals(sheet: &Sheet, runs: &[&Run], x: &[f64; COUNT]) -> Vec<Vec<f64>> {
+    residuals_of(sheet, runs, x, &[], |_| true)
+}
+
+/// The same, with the residuals of `others` for runs that are not concerned.
+fn residuals_of(
+    sheet: &Sheet,
+    runs: &[&Run],
+    x: &[f64; COUNT],
+    others: &[Vec<f64>],
+    concerned: impl Fn(&Run) -> bool,
+) -> Vec<Vec<f64>> {
     let wagon = TrueWagon::new(sheet, &from_vector(x));
     let mut all = Vec::new();
     for run in runs {
         for window in windows(run.rows.len()) {
+            if !concerned(run) {
+                all.push(others[all.len()].clone());
+                continue;
+            }
             let mut values = Vec::with_capacity(3 * WINDOW / STRIDE);
             predict(sheet, &wagon, run, window, STRIDE, |error| values.extend(error));
             all.push(values);
@@ -212,7 +229,7 @@ fn predict(
         }
         for _ in 0..STEPS {
             let torque = |k: usize| {
-                let turning = (motion.wheel_speed_rad_s[k] / 0.2).tanh();
+                let turning = dynamics::direction(motion.wheel_speed_rad_s[k] / 0.2);
                 let brake_nm = wagon.pad_friction[k] * row.pressing_force_n[k] * wagon.brake_radius_m;
                 row.drive_torque_nm[k] - brake_nm * turning
             };

@@ -172,7 +172,7 @@ impl Plant {
             let force_n = departures.chain(seen.cylinder_force_n[k], |departure, force_n| {
                 departure.pad_force_n(k, force_n, &seen)
             });
-            let turning = (seen.wheel_speed_rad_s[k] / 0.2).tanh();
+            let turning = dynamics::direction(seen.wheel_speed_rad_s[k] / 0.2);
             now.brake_torque_nm[k] = friction * force_n.max(0.0) * self.wagon.brake_radius_m * turning
                 + departures.sum(|departure| departure.drag_torque_nm(k, &seen));
             now.drive_torque_nm[k] =

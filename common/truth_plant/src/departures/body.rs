@@ -156,11 +156,9 @@ impl Departure for Neighbour {
 }
 
 pub(super) fn load_transfer(strength: f64, stream: &mut Stream, _sheet: &Sheet) -> Drawn {
-    let factor = if stream.chance(0.4) {
-        1.0 - (strength * stream.uniform(0.6, 1.0)).min(1.5)
-    } else {
-        1.0 + strength * stream.uniform(0.6, 1.2)
-    };
+    let high = stream.chance(0.7);
+    let size = strength * stream.uniform(0.7, 1.1);
+    let factor = if high { 1.0 + size } else { (1.0 - size).max(-1.0) };
     (Box::new(PitchingBody { factor }), vec![("factor", factor)])
 }
 

@@ -27,6 +27,8 @@ pub struct Kind {
     pub needs_motor: bool,
     /// Whether it shows only on a vehicle with sanders.
     pub needs_sander: bool,
+    /// Whether the holdout runs, which have no traction, can show it.
+    pub shows_in_holdout: bool,
     /// Largest strength that is still plausible.
     pub strongest: f64,
     draw: fn(f64, &mut Stream, &Sheet) -> Drawn,
@@ -58,7 +60,16 @@ const fn named(
     strongest: f64,
     draw: fn(f64, &mut Stream, &Sheet) -> Drawn,
 ) -> Kind {
-    Kind { id, term, named: true, needs_motor: false, needs_sander: false, strongest, draw }
+    Kind {
+        id,
+        term,
+        named: true,
+        needs_motor: false,
+        needs_sander: false,
+        shows_in_holdout: true,
+        strongest,
+        draw,
+    }
 }
 
 const fn nameless(
@@ -85,7 +96,7 @@ pub const CATALOGUE: [Kind; 36] = [
     named("low_adhesion_patch", "adhesion", 1.5, adhesion::low_adhesion_patch),
     named("adhesion_speed", "adhesion", 3.0, adhesion::adhesion_speed),
     Kind { needs_sander: true, ..named("sanding", "adhesion", 2.5, adhesion::sanding) },
-    named("load_transfer", "load_distribution", 3.0, body::load_transfer),
+    named("load_transfer", "load_distribution", 3.5, body::load_transfer),
     Kind { needs_motor: true, ..named("mass_error", "inertia", 2.5, body::mass_error) },
     named("rotating_inertia", "inertia", 3.0, body::rotating_inertia),
     named("wheel_radius", "kinematics", 3.0, body::wheel_radius),
@@ -108,6 +119,7 @@ pub const CATALOGUE: [Kind; 36] = [
     nameless("tachometer_disturbed_by_braking", "sensor_wheel_speed", 3.0, nameless::disturbed_tachometer),
     Kind {
         needs_motor: true,
+        shows_in_holdout: false,
         ..nameless("drive_torque_short_of_command", "drivetrain", 3.0, nameless::weak_drive)
     },
     nameless("leaking_cylinder", "brake_actuation", 3.0, nameless::leaking_cylinder),
