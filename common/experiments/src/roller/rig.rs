@@ -139,7 +139,7 @@ impl Test {
             },
             Self::Sanding => Programme {
                 start_speed_m_s: 200.0 / 3.6,
-                duration_s: 75.0,
+                duration_s: 140.0,
                 demand: &[
                     (3.5, 1.4),
                     (6.3, 0.0),
