@@ -15,11 +15,17 @@ fn settings() -> TrainSettings {
 
 /// The first seconds of wagon 1 of the default train.
 fn samples(settings: &TrainSettings, seconds: f64) -> Vec<Sample> {
+    samples_with_truth(settings, seconds, 1).into_iter().map(|(sample, _)| sample).collect()
+}
+
+/// The same of any seed, each with the pad friction of its wheelsets.
+fn samples_with_truth(settings: &TrainSettings, seconds: f64, seed: u64) -> Vec<(Sample, [f64; 2])> {
     let Source::Simulate { scenario, .. } = &settings.source else { panic!("{:?}", settings.source) };
-    let mut train = Train::new(scenario, &[settings.wagons[0].vehicle.clone()], 1, None).unwrap();
+    let mut train = Train::new(scenario, &[settings.wagons[0].vehicle.clone()], seed, None).unwrap();
     (0..(seconds / train.sample_period_s()) as u64)
         .map(|sequence| {
-            let row = train.step().wagons[0].row;
+            let simulated = train.step().wagons[0];
+            let row = simulated.row;
             let mut sample = Sample { time_s: row.t_s, v_m_s: row.v_m_s, wheelsets: 2, ..Sample::default() };
             sample.valid = valid::SPEED | valid::GRADE;
             sample.grade_rad = if row.grade_rad.is_nan() { 0.0 } else { row.grade_rad };
@@ -33,7 +39,8 @@ fn samples(settings: &TrainSettings, seconds: f64) -> Vec<Sample> {
             }
             sample.sequence = sequence;
             sample.acquired = Stamp { unix_ns: 1, monotonic_ns: 1 + sequence * 10_000_000 };
-            sample
+            let truth = simulated.truth.row.mu_b;
+            (sample, [truth[0], truth[1]])
         })
         .collect()
 }
@@ -147,4 +154,65 @@ fn a_time_base_that_begins_anew_makes_the_filter_begin_anew() {
     assert!(worker.estimates[0].flags & flags::RESTARTED != 0);
     let restarts = worker.events.iter().filter(|event| event.kind() == Some(EventKind::FilterRestarted));
     assert_eq!(restarts.count(), 1);
+}
+
+/// Mean and weight while braking.
+#[derive(Default)]
+struct Average {
+    sum: f64,
+    count: f64,
+}
+
+impl Average {
+    fn add(&mut self, value: f64) {
+        self.sum += value;
+        self.count += 1.0;
+    }
+
+    fn mean(&self) -> f64 {
+        self.sum / self.count
+    }
+}
+
+#[test]
+fn intervals_of_brake_friction_hold_the_truth() {
+    let settings = settings();
+    let (mut held, mut claims) = (0, 0);
+    let (mut wheelset_held, mut wheelset_claims) = (0, 0);
+    for seed in 1..=40 {
+        let mut worker = Worker::new(&settings, 1).unwrap();
+        let (mut wagon, mut wheelsets) = (Average::default(), [Average::default(), Average::default()]);
+        for (sample, truth) in samples_with_truth(&settings, 80.0, seed) {
+            worker.take(&sample);
+            let estimate = worker.estimates.pop().unwrap();
+            let force_n = sample.pressing_force_n;
+            if truth.iter().any(|mu_b| mu_b.is_nan()) {
+                continue;
+            }
+            wagon.add((truth[0] * force_n[0] + truth[1] * force_n[1]) / (force_n[0] + force_n[1]));
+            for wheelset in (0..2).filter(|wheelset| estimate.observable & (1 << wheelset) != 0) {
+                wheelsets[wheelset].add(truth[wheelset]);
+            }
+        }
+        let health = worker.health();
+        let holds = |indicator: &railgrip_messages::Indicator, truth: f64| {
+            (indicator.low..=indicator.high).contains(&truth)
+        };
+        claims += 1;
+        held += usize::from(holds(&health.brake_friction, wagon.mean()));
+        if seed <= 3 {
+            println!("seed {seed}: {:.4} true {:.4}", health.brake_friction.value, wagon.mean());
+        }
+        for (view, truth) in
+            health.wheelset.iter().zip(&wheelsets).filter(|(view, _)| view.brake_friction.known != 0)
+        {
+            wheelset_claims += 1;
+            wheelset_held += usize::from(holds(&view.brake_friction, truth.mean()));
+        }
+    }
+    println!(
+        "interval held the truth: wagon {held} of {claims}, wheelset {wheelset_held} of {wheelset_claims}"
+    );
+    assert!(held * 10 >= claims * 9, "wagon: {held} of {claims}");
+    assert!(wheelset_held * 10 >= wheelset_claims * 9, "wheelset: {wheelset_held} of {wheelset_claims}");
 }
