@@ -17,6 +17,12 @@ use rand_pcg::Pcg64Mcg;
 /// Replicates behind every threshold.
 pub const REPLICATES: usize = 599;
 
+/// Slow wander of friction that is a nuisance, not an effect, as a share of the level.
+const WANDER_SHARE: f64 = 0.006;
+
+/// Its memory, as a share of a file's length.
+const WANDER_LENGTH: f64 = 0.3;
+
 /// Noise of the measured column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
@@ -104,7 +110,8 @@ impl Chance {
         let mut random = Pcg64Mcg::seed_from_u64(seed);
         let (mut best, mut rough) = (Vec::new(), Vec::new());
         for _ in 0..REPLICATES {
-            let sample = coloured(points, noise.correlation, &mut random);
+            let mut sample = coloured(points, noise.correlation, &mut random);
+            sample += wander(points, tangent, &mut random) / noise.excess;
             let scale = (1.0 - noise.correlation) / (1.0 + noise.correlation);
             let energy = |block: &Block| block.columns.tr_mul(&sample).norm_squared() * scale;
             best.push(
@@ -196,6 +203,24 @@ fn form_blocks(
         })
         .filter(|block| block.columns.ncols() > 0)
         .collect()
+}
+
+/// Slow wander of the level within files, in units of sigma.
+fn wander(points: &[Point], tangent: &Tangent, random: &mut Pcg64Mcg) -> DVector<f64> {
+    let mut sample = DVector::zeros(points.len());
+    let mut level = 0.0;
+    for i in 0..points.len() {
+        let fresh: f64 = StandardNormal.sample(random);
+        let follows = i > 0 && points[i].file == points[i - 1].file;
+        level = if follows {
+            let memory = (-(points[i].sequence - points[i - 1].sequence) / WANDER_LENGTH).exp();
+            memory * level + (1.0 - memory * memory).sqrt() * fresh
+        } else {
+            fresh
+        };
+        sample[i] = WANDER_SHARE * level * tangent.level[i];
+    }
+    sample
 }
 
 /// Normal noise of variance 1; neighbours within a file are correlated.

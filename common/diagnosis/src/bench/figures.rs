@@ -13,6 +13,9 @@ use crate::report::Regime;
 
 const Z95: f64 = 1.96;
 
+/// Points of a model's line in a scatter.
+const LINE_POINTS: usize = 24;
+
 /// Most points that a scatter shows.
 const MOST_POINTS: usize = 400;
 
@@ -54,49 +57,103 @@ fn own_axis(points: &[Point], covariate: Covariate) -> bool {
     covariate != Covariate::SlipVelocity || points.iter().all(|point| !point.speed_m_s.is_nan())
 }
 
-/// Measured points and models over every variable that the set varies.
-pub fn scatters(kind: Kind, predictions: &Predictions<'_>, title: &str) -> Vec<Scatter> {
+/// Measured points and models over `main`, and what the calibrated model misses over every variable that the set varies.
+pub fn scatters(
+    kind: Kind,
+    predictions: &Predictions<'_>,
+    main: Option<Covariate>,
+    title: &str,
+) -> Vec<Scatter> {
     let points = &predictions.set.points;
-    let y = match kind {
-        Kind::Creep => Axis { label: "force over load".to_owned(), unit: String::new() },
-        Kind::Brake => Axis { label: "pad friction".to_owned(), unit: String::new() },
-    };
-    let shown = |point: &Point, value: f64| match kind {
-        Kind::Creep => value * point.creepage.signum() / point.load_n,
-        Kind::Brake => value,
-    };
-    variables(kind)
+    let varied: Vec<Covariate> = variables(kind)
         .iter()
-        .filter(|&&covariate| own_axis(points, covariate) && edges(points, covariate).is_some())
-        .map(|&covariate| {
-            let line = |predicted: &[f64]| {
-                let pairs = points
-                    .iter()
-                    .zip(predicted)
-                    .map(|(p, &y)| [covariate.shown(covariate.of(p)), shown(p, y)]);
-                broken(binned(pairs.collect(), 32))
-            };
-            let step = points.len().div_ceil(MOST_POINTS).max(1);
-            let dots =
-                points.iter().step_by(step).map(|p| [covariate.shown(covariate.of(p)), shown(p, p.measured)]);
-            let x = axis(covariate, points);
-            Scatter {
-                title: format!("{title}: {} over {}", y.label, x.label),
-                x,
-                y: y.clone(),
-                measured: dots.collect(),
-                nominal: line(&predictions.nominal),
-                calibrated: line(&predictions.calibrated),
-                extended: line(&predictions.extended),
-            }
-        })
+        .copied()
+        .filter(|&covariate| own_axis(points, covariate) && edges(points, covariate).is_some())
+        .collect();
+    let main = match kind {
+        Kind::Creep => Some(Covariate::Creepage),
+        Kind::Brake => main.or(varied.first().copied()),
+    };
+    let whole = main.filter(|main| varied.contains(main)).map(|main| plain(kind, predictions, main, title));
+    whole
+        .into_iter()
+        .chain(varied.iter().map(|&covariate| missed(kind, predictions, covariate, title)))
         .collect()
 }
 
-/// Breaks a line where there is no data for more than a sixth of its range.
+/// Measured points and the three models.
+fn plain(kind: Kind, predictions: &Predictions<'_>, covariate: Covariate, title: &str) -> Scatter {
+    let label = match kind {
+        Kind::Creep => "force over load",
+        Kind::Brake => "pad friction",
+    };
+    let line = |predicted: &[f64]| panel_line(kind, predictions, covariate, predicted);
+    let measured: Vec<f64> = predictions.set.points.iter().map(|point| point.measured).collect();
+    let x = axis(covariate, &predictions.set.points);
+    Scatter {
+        title: format!("{title}: {label} over {}", x.label),
+        y: Axis { label: label.to_owned(), unit: String::new() },
+        measured: dots(kind, predictions, covariate, &measured),
+        nominal: line(&predictions.nominal),
+        calibrated: line(&predictions.calibrated),
+        extended: line(&predictions.extended),
+        x,
+    }
+}
+
+/// What the calibrated model misses: measured and extended minus calibrated.
+fn missed(kind: Kind, predictions: &Predictions<'_>, covariate: Covariate, title: &str) -> Scatter {
+    let label = match kind {
+        Kind::Creep => "force over load, minus calibrated",
+        Kind::Brake => "pad friction, minus calibrated",
+    };
+    let minus = |values: &mut dyn Iterator<Item = f64>| -> Vec<f64> {
+        values.zip(&predictions.calibrated).map(|(value, calibrated)| value - calibrated).collect()
+    };
+    let measured = minus(&mut predictions.set.points.iter().map(|point| point.measured));
+    let extended = minus(&mut predictions.extended.iter().copied());
+    let x = axis(covariate, &predictions.set.points);
+    let zero = vec![0.0; measured.len()];
+    Scatter {
+        title: format!("{title}: what the calibrated model misses, over {}", x.label),
+        y: Axis { label: label.to_owned(), unit: String::new() },
+        measured: dots(kind, predictions, covariate, &measured),
+        nominal: Vec::new(),
+        calibrated: panel_line(kind, predictions, covariate, &zero),
+        extended: panel_line(kind, predictions, covariate, &extended),
+        x,
+    }
+}
+
+/// A value as panels show it: a creep force as a share of its load, signed like the creepage.
+fn shown(kind: Kind, point: &Point, value: f64) -> f64 {
+    match kind {
+        Kind::Creep => value * point.creepage.signum() / point.load_n,
+        Kind::Brake => value,
+    }
+}
+
+fn panel_line(
+    kind: Kind,
+    predictions: &Predictions<'_>,
+    covariate: Covariate,
+    values: &[f64],
+) -> Vec<[f64; 2]> {
+    let pairs = predictions.set.points.iter().zip(values);
+    let pairs = pairs.map(|(point, &y)| [covariate.shown(covariate.of(point)), shown(kind, point, y)]);
+    broken(binned(pairs.collect(), LINE_POINTS))
+}
+
+fn dots(kind: Kind, predictions: &Predictions<'_>, covariate: Covariate, values: &[f64]) -> Vec<[f64; 2]> {
+    let step = values.len().div_ceil(MOST_POINTS).max(1);
+    let pairs = predictions.set.points.iter().zip(values).step_by(step);
+    pairs.map(|(point, &y)| [covariate.shown(covariate.of(point)), shown(kind, point, y)]).collect()
+}
+
+/// Breaks a line where there is no data for more than a third of its range.
 fn broken(line: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     let (Some(first), Some(last)) = (line.first(), line.last()) else { return line };
-    let widest = (last[0] - first[0]) / 6.0;
+    let widest = (last[0] - first[0]) / 3.0;
     let mut pieces: Vec<[f64; 2]> = Vec::with_capacity(line.len());
     for point in line {
         if pieces.last().is_some_and(|before| point[0] - before[0] > widest) {

@@ -6,7 +6,12 @@ use super::model::Model;
 use super::points::Point;
 use nalgebra::{DMatrix, DVector};
 
+/// Steps to the end.
 const MOST_STEPS: usize = 80;
+
+/// Steps that show which starts are worth finishing, and how many of them are.
+const FIRST_STEPS: usize = 8;
+const FINISHERS: usize = 2;
 
 /// A fitted model.
 #[derive(Clone, Debug)]
@@ -23,22 +28,19 @@ pub struct Fit {
     pub covariance: DMatrix<f64>,
 }
 
-/// Fits `model` to `points` from each start and keeps the best.
+/// Fits `model` to `points`: a few steps from each start, then the two best to the end.
 pub fn fit_from(model: &Model, points: &[Point], sigma: f64, starts: &[Vec<f64>]) -> Option<Fit> {
-    let mut best: Option<Fit> = None;
-    for start in starts {
-        let fit = Descent { model, points, sigma }.run(start);
-        let better = best.as_ref().is_none_or(|known| fit.cost < known.cost);
-        if fit.cost.is_finite() && better {
-            best = Some(fit);
-        }
-    }
-    best
+    let descent = Descent { model, points, sigma };
+    let mut tried: Vec<Fit> = starts.iter().map(|start| descent.run(start, FIRST_STEPS)).collect();
+    tried.retain(|fit| fit.cost.is_finite());
+    tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let ends = tried.iter().take(FINISHERS).map(|fit| descent.run(&fit.values, MOST_STEPS));
+    ends.min_by(|a, b| a.cost.total_cmp(&b.cost))
 }
 
 /// Fits `model` to `points` from one start.
 pub fn fit_once(model: &Model, points: &[Point], sigma: f64, start: &[f64]) -> Fit {
-    Descent { model, points, sigma }.run(start)
+    Descent { model, points, sigma }.run(start, MOST_STEPS)
 }
 
 /// Names of parameters of forms that ended on a bound.
@@ -73,7 +75,7 @@ struct Descent<'a> {
 }
 
 impl Descent<'_> {
-    fn run(&self, start: &[f64]) -> Fit {
+    fn run(&self, start: &[f64], steps: usize) -> Fit {
         let parameters = self.model.parameters();
         let bounds: Vec<(f64, f64)> =
             parameters.iter().map(|p| (inner(p.log, p.lower), inner(p.log, p.upper))).collect();
@@ -88,7 +90,7 @@ impl Descent<'_> {
         let mut damping = 1e-3;
         let mut converged = false;
         let mut calm = 0;
-        for _ in 0..MOST_STEPS {
+        for _ in 0..steps {
             let jacobian = self.jacobian(&z, &residuals, &bounds);
             let Some((next, next_residuals, next_cost)) =
                 self.step(&z, &residuals, cost, &jacobian, &bounds, &mut damping)

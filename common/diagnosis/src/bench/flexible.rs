@@ -38,7 +38,8 @@ pub struct Group {
 pub struct Tangent {
     /// Orthonormal columns that the fitted parameters can already move along.
     pub basis: DMatrix<f64>,
-    level: DVector<f64>,
+    /// Change of each prediction with the logarithm of the level, in units of sigma.
+    pub level: DVector<f64>,
     stiffness: DVector<f64>,
     force: DVector<f64>,
 }

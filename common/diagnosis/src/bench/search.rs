@@ -22,7 +22,7 @@ pub const FLEXIBLE_LEVEL: f64 = 0.01;
 const MOST_EFFECTS: usize = 3;
 
 /// A further effect must explain this share of what the first one did.
-const MATERIAL_SHARE: f64 = 0.02;
+const MATERIAL_SHARE: f64 = 0.005;
 
 /// Score by which a form must beat the candidate's preferred one.
 const FORM_MARGIN: f64 = 6.0;

@@ -104,7 +104,7 @@ pub fn write_up(diagnosis: &Diagnosis, options: &Options, started: Instant) -> R
         runs,
         heat_map: figures::heat_map(case.kind, &fit),
         worst_window: None,
-        scatters: figures::scatters(case.kind, &holdout, "holdout"),
+        scatters: figures::scatters(case.kind, &holdout, variable, "holdout"),
         effect_curves: if named {
             figures::effect_curves(found, calibrated, noise, &case.fit.points)
         } else {

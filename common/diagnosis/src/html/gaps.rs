@@ -19,8 +19,10 @@ pub fn section(report: &Report) -> Markup {
         section aria-labelledby="how-far" {
             h2 id="how-far" { "How far it shrinks" }
             p.say {
-                "RMS of the prediction error over sensor sigma. Reduction on unseen runs: " b { (percent(holdout.reduction)) }
-                ", 95 % interval " (low) " to " (high) "."
+                "RMS of the prediction error over sensor sigma."
+                @if !report.effects.is_empty() {
+                    " Reduction on unseen runs: " b { (percent(holdout.reduction)) } ", 95 % interval " (low) " to " (high) "."
+                }
             }
             div.bars {
                 (panel("Fit runs", &report.gap.fit, top))

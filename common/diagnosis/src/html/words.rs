@@ -68,7 +68,8 @@ pub fn gap(x: f64) -> String {
 
 /// A share as a whole percentage.
 pub fn percent(share: f64) -> String {
-    if share.is_finite() { format!("{:.0} %", 100.0 * share).replace('-', "−") } else { "–".to_owned() }
+    let rounded = (100.0 * share).round() + 0.0;
+    if share.is_finite() { format!("{rounded:.0} %").replace('-', "−") } else { "–".to_owned() }
 }
 
 /// A p-value: never zero.

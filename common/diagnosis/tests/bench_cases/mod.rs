@@ -29,6 +29,24 @@ pub struct Simulated {
 }
 
 impl Simulated {
+    /// Lets the first column wander slowly within each file by a share of itself.
+    pub fn wander(&mut self, seed: u64, share: f64) {
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+        for (_, _, text) in &mut self.files {
+            let mut state = normal();
+            let mut lines = text.lines();
+            let mut changed = format!("{}\n", lines.next().unwrap());
+            for line in lines {
+                state = 0.95 * state + (1.0 - 0.95_f64.powi(2)).sqrt() * normal();
+                let (first, rest) = line.split_once(',').unwrap();
+                let value: f64 = first.parse().unwrap();
+                writeln!(changed, "{},{rest}", value * (1.0 + share * state)).unwrap();
+            }
+            *text = changed;
+        }
+    }
+
     pub fn write(&self, folder: &Path) {
         std::fs::write(folder.join("bench.toml"), &self.toml).unwrap();
         for (set, name, text) in &self.files {
