@@ -24,4 +24,7 @@ pub enum ExperimentError {
     /// A filter that cannot be built.
     #[error(transparent)]
     Filter(#[from] railgrip_filter::FilterError),
+    /// A record that cannot be smoothed.
+    #[error(transparent)]
+    Smoother(#[from] railgrip_filter::core::SmootherError),
 }

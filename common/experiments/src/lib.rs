@@ -61,8 +61,13 @@ pub static EXPERIMENTS: &[Experiment] = &[
     },
     Experiment {
         name: "schwarz-noise",
-        about: "Schwarz & Keck 2020, Fig. 3: why R of the wheel speed must be small where protection reverses the branch",
+        about: "Schwarz & Keck 2020, Fig. 3: what Q and R of the wheel speed decide where protection reverses the branch",
         run: roller::noise_experiment,
+    },
+    Experiment {
+        name: "schwarz-beyond",
+        about: "Both tests with the sensors of a train: matrices (20), one tuning, multiple models, default, smoothing",
+        run: roller::beyond_experiment,
     },
 ];
 

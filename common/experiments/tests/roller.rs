@@ -33,6 +33,11 @@ fn wheel_speed_must_be_trusted_where_the_branch_reverses() {
     run("schwarz-noise");
 }
 
+#[test]
+fn multiple_models_and_smoothing_go_beyond_the_paper() {
+    run("schwarz-beyond");
+}
+
 /// NEES and NIS of the 4-state filter whose model the truth obeys, noise included: means over seeds.
 fn consistency(tuning: &Tuning, seeds: u64) -> (f64, f64) {
     let physics = WagonPhysics::new(&nominal_model(Test::SlideProtection));

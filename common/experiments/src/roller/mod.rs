@@ -3,14 +3,18 @@
 //!
 //! * [`rig`] – the rig with pneumatics and a slide protection of its own, and the two tests;
 //! * [`filter`] – the 4-state extended filter (19) with any Q and R, and friction law (8) or (9);
+//! * [`multiple_model`] – several such filters at once, weighted by how well they foretell;
 //! * [`judge`] – errors, and how long they last;
-//! * `report` and `noise` – tables and figures.
+//! * `report`, `noise` and `beyond` – tables and figures.
 
+mod beyond;
 pub mod filter;
 pub mod judge;
+pub mod multiple_model;
 mod noise;
 mod report;
 pub mod rig;
 
+pub use beyond::experiment as beyond_experiment;
 pub use noise::experiment as noise_experiment;
 pub use report::{sanding_experiment, wsp_experiment};

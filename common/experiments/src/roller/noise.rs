@@ -144,27 +144,34 @@ fn service(report: &mut Report, test: Test, name: &str) -> Result<(), Experiment
     Ok(())
 }
 
-/// A filter of the product on a test. The product knows wagons of two wheelsets and more, so the rig is given to it
+/// A filter of the product on a test, judged.
+fn product(filter: &str, test: Test, samples: &[RigSample]) -> Result<Judgement, ExperimentError> {
+    let adhesion = product_adhesion(filter, test, samples)?;
+    Ok(judge(samples, |k| adhesion[k]))
+}
+
+/// Adhesion by a filter of the product. The product knows wagons of two wheelsets and more, so the rig is given to it
 /// twice over: two equal wheelsets under a body without load transfer, each with a sensor of its own.
-pub fn product(filter: &str, test: Test, samples: &[RigSample]) -> Result<Judgement, ExperimentError> {
+pub(super) fn product_adhesion(
+    filter: &str,
+    test: Test,
+    samples: &[RigSample],
+) -> Result<Vec<f64>, ExperimentError> {
     let config =
         EstimatorConfig { filter: filter.into(), noise: NoisePreset::Physical, ..EstimatorConfig::default() };
     let mut estimator = WagonEstimator::new(&config, &twin(test))?;
-    let estimates: Vec<f64> = samples
-        .iter()
-        .map(|sample| {
-            let mut input = EstimatorInput::missing(sample.time_s);
-            input.v_m_s = sample.v_m_s;
-            input.wheel_speed_rad_s[..2]
-                .copy_from_slice(&[sample.wheel_speed_rad_s, sample.second_wheel_speed_rad_s]);
-            input.pressing_force_n[..2].fill(sample.pressing_force_n);
-            input.drive_torque_nm[..2].fill(0.0);
-            (input.grade_rad, input.sanding) = (0.0, 0.0);
-            input.wsp_active = if sample.wsp_active { 3 } else { 0 };
-            estimator.step(&input).mu_w
-        })
-        .collect();
-    Ok(judge(samples, |k| estimates[k]))
+    let mut step = |sample: &RigSample| {
+        let mut input = EstimatorInput::missing(sample.time_s);
+        input.v_m_s = sample.v_m_s;
+        input.wheel_speed_rad_s[..2]
+            .copy_from_slice(&[sample.wheel_speed_rad_s, sample.second_wheel_speed_rad_s]);
+        input.pressing_force_n[..2].fill(sample.pressing_force_n);
+        input.drive_torque_nm[..2].fill(0.0);
+        (input.grade_rad, input.sanding) = (0.0, 0.0);
+        input.wsp_active = if sample.wsp_active { 3 } else { 0 };
+        estimator.step(&input).mu_w
+    };
+    Ok(samples.iter().map(&mut step).collect())
 }
 
 /// Two rigs as one wagon.
