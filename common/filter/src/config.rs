@@ -68,6 +68,8 @@ pub struct RateSettings {
     pub speed_per_sqrt_s: f64,
     /// Wheelset speed against the rail while rolling, m/s at the rim per √s.
     pub rim_speed_per_sqrt_s: f64,
+    /// Wheelset speed in the filters `paper` and `rig`, whose one adhesion fits no wheelset exactly, m/s at the rim per √s.
+    pub rim_speed_plain_per_sqrt_s: f64,
     /// Adhesion utilised while rolling, beyond what the brake torque explains, per √s.
     pub adhesion_rolling_per_sqrt_s: f64,
     /// Adhesion utilised while sliding steadily, per √s.
@@ -96,7 +98,8 @@ impl Default for RateSettings {
     fn default() -> Self {
         Self {
             speed_per_sqrt_s: 0.001,
-            rim_speed_per_sqrt_s: 0.005,
+            rim_speed_per_sqrt_s: 0.002,
+            rim_speed_plain_per_sqrt_s: 0.3,
             adhesion_rolling_per_sqrt_s: 0.001,
             adhesion_sliding_per_sqrt_s: 0.008,
             adhesion_changing_per_sqrt_s: 0.1,
@@ -236,6 +239,7 @@ impl EstimatorConfig {
             ("sensors.pressing_force_sigma_n", optional(self.sensors.pressing_force_sigma_n), positive),
             ("rates.speed_per_sqrt_s", rates.speed_per_sqrt_s, positive),
             ("rates.rim_speed_per_sqrt_s", rates.rim_speed_per_sqrt_s, positive),
+            ("rates.rim_speed_plain_per_sqrt_s", rates.rim_speed_plain_per_sqrt_s, positive),
             ("rates.adhesion_rolling_per_sqrt_s", rates.adhesion_rolling_per_sqrt_s, positive),
             ("rates.adhesion_sliding_per_sqrt_s", rates.adhesion_sliding_per_sqrt_s, positive),
             ("rates.adhesion_changing_per_sqrt_s", rates.adhesion_changing_per_sqrt_s, positive),

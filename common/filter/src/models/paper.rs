@@ -143,7 +143,7 @@ impl<const W: usize, const N: usize> PaperFilter<W, N> {
         let (wheel, speed, pad, adhesion, r) = match config.noise {
             NoisePreset::SchwarzKeck2020 => (1e1, 1e-5, 1e-3, 1e-1, (1e-7, 1e-9)),
             NoisePreset::Physical => (
-                (rates.rim_speed_per_sqrt_s / model.physics.wheel_radius_m[0]).powi(2),
+                (rates.rim_speed_plain_per_sqrt_s / model.physics.wheel_radius_m[0]).powi(2),
                 rates.speed_per_sqrt_s.powi(2),
                 (rates.pad_common_per_sqrt_s * model.physics.brake_friction[0]).powi(2),
                 rates.adhesion_plain_per_sqrt_s.powi(2),

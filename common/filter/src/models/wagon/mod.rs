@@ -280,7 +280,8 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
         }
         for i in 0..W {
             self.contacts[i] = schedule::judge(&self.physics, &self.belief, i);
-            let force = self.belief.mean[Layout::<W, N>::INDICES.adhesion + i] * self.physics.static_load_n[i];
+            let force =
+                self.belief.mean[Layout::<W, N>::INDICES.adhesion + i] * self.physics.static_load_n[i];
             let creep = self.physics.rolling_slip_m_s(force, self.belief.mean[0]);
             self.mean_slips[i].note(self.contacts[i].slip_m_s, creep, dt_s);
         }

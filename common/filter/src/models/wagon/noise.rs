@@ -56,9 +56,13 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
             // Creep beyond the linear law is missing from the predicted slip: for a change that lasts, a share of the whole.
             let force = next[at.adhesion + i].abs() * physics.static_load_n[i];
             let change_n = (next[at.adhesion + i] - x[at.adhesion + i]).abs() * physics.static_load_n[i];
+            let jitter_n =
+                2.0 * self.sensors.pressing_force_n * x[at.pad + i] * physics.brake_radius_m / radius;
+            let change_n = (change_n - jitter_n).max(0.0);
             let creep = physics.rolling_slip_m_s(force, x[0]) * physics.rolling_slip_m_s(change_n, x[0]);
             let unmodelled = (priors.creep_excess / radius).powi(2) * self.contacts[i].rolling * creep;
-            q[at.wheel + i] = unmodelled + (rates.rim_speed_per_sqrt_s / radius).powi(2) * dt
+            q[at.wheel + i] = unmodelled
+                + (rates.rim_speed_per_sqrt_s / radius).powi(2) * dt
                 + (priors.inertia * spin).powi(2)
                 + (sliding * per_force * self.sensors.pressing_force_n * dt).powi(2);
             let known = sample.knows_force(i);

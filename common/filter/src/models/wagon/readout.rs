@@ -27,7 +27,11 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
             wagon[at.adhesion + i] = loads[i] / total;
             let force = sample.pressing_force_n[i].max(1.0);
             let arrived = (1.0 - x[at.delay] * self.late_force_n[i] / force).clamp(0.0, 2.0);
-            let effective = if force > self.force_floor_n(i) { arrived * sample.torque_factor[i] } else { sample.torque_factor[i] };
+            let effective = if force > self.force_floor_n(i) {
+                arrived * sample.torque_factor[i]
+            } else {
+                sample.torque_factor[i]
+            };
             pads[at.pad + i] = effective * sample.pressing_force_n[i].max(1.0) / pressing;
             out.mu_w_wheelset[i] = adhesion[i];
             out.mu_w_wheelset_sigma[i] = self.belief.sigma(at.adhesion + i);
