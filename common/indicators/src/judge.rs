@@ -161,11 +161,12 @@ pub(crate) fn rail(classes: [f64; 4], settings: &AdhesionSettings) -> (Indicator
     } else {
         (Grade::Unknown, "nothing tells yet: no slide, little adhesion utilised")
     };
-    let percent = classes.map(|p| 100.0 * p);
-    let reason = format!(
-        "{words}: dry {:.0} %, wet {:.0} %, low {:.0} %, very low {:.0} %",
-        percent[0], percent[1], percent[2], percent[3]
-    );
+    let mut order = [0, 1, 2, 3];
+    order.sort_by(|a, b| classes[*b].total_cmp(&classes[*a]));
+    let said = order.into_iter().filter(|class| classes[*class] >= 0.005);
+    let said: Vec<String> =
+        said.map(|class| format!("{} {:.0} %", Condition::ALL[class], 100.0 * classes[class])).collect();
+    let reason = format!("{words}: {}", said.join(", "));
     (known(classes[best], classes[best], classes[best], grade, &reason), condition)
 }
 
@@ -186,11 +187,20 @@ pub(crate) fn slides(slides: &Slides, settings: &SlideSettings) -> Indicator {
     known(count, count, count, energy.max(locked), &reason)
 }
 
-/// Share of the braking time with slide protection.
-pub(crate) fn wsp(share: Option<f64>, settings: &IndicatorSettings) -> Indicator {
+/// Share of the braking time with slide protection. On low rail it does its work; only what it does elsewhere is judged.
+pub(crate) fn wsp(share: Option<f64>, elsewhere: Option<f64>, settings: &IndicatorSettings) -> Indicator {
     let Some(share) = share else { return unknown("no braking yet") };
-    let grade = large(share, settings.wsp.share_watch, settings.wsp.share_act);
-    known(share, share, share, grade, &format!("active in {:.0} % of the latest braking", 100.0 * share))
+    let percent = 100.0 * share;
+    let Some(elsewhere) = elsewhere else {
+        let reason = format!("active in {percent:.0} % of the latest braking, all of it on low rail");
+        return known(share, share, share, Grade::Ok, &reason);
+    };
+    let grade = large(elsewhere, settings.wsp.share_watch, settings.wsp.share_act);
+    let reason = format!(
+        "active in {percent:.0} % of the latest braking, in {:.0} % of the braking on good rail",
+        100.0 * elsewhere
+    );
+    known(share, share, share, grade, &reason)
 }
 
 /// Share of sensor values missing or refused.

@@ -35,6 +35,8 @@ pub struct IndicatorState {
     pub(crate) missed: u64,
     pub(crate) rejected: u64,
     pub(crate) condition: u64,
+    /// 1 while low or very low rail is more probable than not.
+    pub(crate) rail_is_low: u64,
     pub(crate) last_sequence: u64,
     /// 1 once a sample has come in.
     pub(crate) running: u64,
@@ -46,6 +48,8 @@ pub struct IndicatorState {
     pub(crate) refused: FadingMean,
     pub(crate) nis: FadingMean,
     pub(crate) wsp: FadingMean,
+    /// The same where the rail is not low.
+    pub(crate) wsp_elsewhere: FadingMean,
     pub(crate) wagon: RailView,
     pub(crate) wheelset: [WheelsetState; MAX_WHEELSETS],
 }
@@ -57,6 +61,8 @@ pub(crate) struct WheelsetState {
     pub(crate) rail: RailView,
     pub(crate) slides: Slides,
     pub(crate) wsp: FadingMean,
+    /// The same where the rail is not low.
+    pub(crate) wsp_elsewhere: FadingMean,
     pub(crate) wsp_was_active: f64,
 }
 
@@ -143,11 +149,25 @@ impl WagonIndicators {
         if !began_anew && (0.0..=LONGEST_STEP_S).contains(&dt_s) {
             return dt_s;
         }
+        self.leave_rail(if began_anew { f64::INFINITY } else { dt_s.abs() });
         for wheelset in 0..estimate.wheelset_count() {
             let change = self.state.wheelset[wheelset].slides.end(self.settings.slides.min_duration_s);
             self.tell_slide(wheelset, estimate, change, event);
         }
         0.0
+    }
+
+    /// After a gap the rail is another one; what is known about the brakes stays.
+    fn leave_rail(&mut self, gap_s: f64) {
+        let rail = &self.rail;
+        let views = self.state.wheelset.iter_mut().map(|wheelset| &mut wheelset.rail);
+        for view in views.chain([&mut self.state.wagon]) {
+            if gap_s > self.settings.adhesion.window_s {
+                *view = RailView::new(rail);
+            } else {
+                view.belief.update(rail, gap_s, None);
+            }
+        }
     }
 
     fn count_sensors(&mut self, sample: &Sample, estimate: &Estimate, dt_s: f64) {
@@ -249,14 +269,21 @@ impl WagonIndicators {
         let least_n = self.settings.brake_friction.min_pressing_force_n;
         let brakes = estimate.pressing_force_n[wheelset] >= least_n || active;
         let memory_s = self.settings.wsp.memory_s;
+        let low = self.state.rail_is_low == 1;
         let state = &mut self.state.wheelset[wheelset];
         let changed = state.wsp_was_active != value;
         state.wsp_was_active = value;
         if brakes && estimate.v_m_s > STANDSTILL_M_S {
             state.wsp.add(dt_s, value, memory_s);
+            if !low {
+                state.wsp_elsewhere.add(dt_s, value, memory_s);
+            }
             if wheelset == 0 {
                 let any = f64::from(u8::from(estimate.wsp_active != 0));
                 self.state.wsp.add(dt_s, any, memory_s);
+                if !low {
+                    self.state.wsp_elsewhere.add(dt_s, any, memory_s);
+                }
             }
         }
         if changed && sample.has(valid::WSP) {
@@ -298,6 +325,7 @@ impl WagonIndicators {
 
     fn watch_condition(&mut self, estimate: &Estimate, event: &mut dyn FnMut(Event)) {
         let classes = self.state.wagon.belief.classes(&self.rail);
+        self.state.rail_is_low = u64::from(classes[2] + classes[3] > 0.5);
         let (_, condition) = judge::rail(classes, &self.settings.adhesion);
         let probability = classes[condition.code() as usize];
         let (old, new) = (self.state.condition, u64::from(condition.code()));

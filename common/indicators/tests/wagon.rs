@@ -164,6 +164,45 @@ fn a_slide_on_low_adhesion_tells_the_rail_and_is_counted() {
 }
 
 #[test]
+fn slide_protection_is_judged_on_good_rail_only() {
+    let mut bench = Bench::new();
+    let slide = |adhesion: f64| {
+        move |sample: &mut Sample, estimate: &mut Estimate| {
+            (sample.wsp_active, estimate.wsp_active, estimate.sliding) = (BOTH, BOTH, BOTH);
+            estimate.mu_w_wheelset = [-adhesion, -adhesion, 0.0, 0.0];
+            estimate.mu_w = -adhesion;
+            estimate.slip = [-0.2, -0.2, 0.0, 0.0];
+        }
+    };
+    bench.run(20.0, |_, _| {}).run(40.0, slide(0.055));
+    let health = bench.indicators.health();
+    println!("{}", health.wsp_share.reason);
+    assert!(health.wsp_share.value > 0.6 && health.wsp_share.grade() == Grade::Ok);
+    let mut bench = Bench::new();
+    bench.run(20.0, |_, _| {}).run(40.0, slide(0.25));
+    let health = bench.indicators.health();
+    println!("{}", health.wsp_share.reason);
+    assert_eq!(health.wsp_share.grade(), Grade::Watch);
+}
+
+#[test]
+fn another_run_is_on_another_rail() {
+    let mut bench = Bench::new();
+    bench.run(10.0, |_, estimate| {
+        estimate.sliding = BOTH;
+        estimate.mu_w_wheelset = [-0.055, -0.055, 0.0, 0.0];
+    });
+    assert_eq!(bench.indicators.health().rail.grade(), Grade::Watch);
+    bench.run(DT_S, |_, estimate| {
+        estimate.flags = flags::RESTARTED;
+        estimate.mu_w_wheelset = [0.0; 4];
+    });
+    let health = bench.indicators.health();
+    assert_eq!((health.rail.grade(), health.adhesion_available_is_bound), (Grade::Unknown, 1));
+    assert!(health.brake_friction.known == 1, "what is known about the brakes stays");
+}
+
+#[test]
 fn missing_values_and_a_wrong_model_are_seen() {
     let mut bench = Bench::new();
     bench.run(20.0, |sample, estimate| {

@@ -6,7 +6,7 @@ const number = (value, digits) => (value === null || value === undefined ? "–"
 
 function slides(row) {
   if (row.wsp_active === null) return "–";
-  if (row.wsp_active) return "slide protection acts";
+  if (row.wsp_active) return "WSP acts";
   return row.sliding ? "slides" : "rolls";
 }
 

@@ -100,7 +100,7 @@ fn line(row: &WagonRow) -> Markup {
         ""
     };
     let slides = match (row.wsp_active, row.sliding) {
-        (Some(true), _) => "slide protection acts",
+        (Some(true), _) => "WSP acts",
         (_, Some(true)) => "slides",
         (None, _) => "–",
         _ => "rolls",
