@@ -274,10 +274,10 @@ fn intervals_hold_the_truth_where_forms_agree() {
             let fade = brake(3000 + seed, layout, 0.01, seed % 2 == 0, &|_, t, _| 1.0 - 9e-4 * (t - 20.0));
             check(&run(&fade, &[]), "brake_fade", &[("alpha_per_k", 9e-4)]);
             let speed = brake(3100 + seed, layout, 0.01, true, &|v, _, _| 0.7 + 0.3 * (-0.2 * v).exp());
-            let names = [("friction_ratio", 0.7), ("speed_decay_s_per_m", 0.2)];
+            let names = [("rise", 3.0 / 7.0), ("decay_speed_m_s", 5.0)];
             check(&run(&speed, &[]), "brake_friction_speed", &names);
             let force = brake(3200 + seed, layout, 0.01, true, &|_, _, f| (f / 12e3).powf(-0.12));
-            check(&run(&force, &[]), "brake_friction_pressure", &[("force_exponent", 0.12)]);
+            check(&run(&force, &[]), "brake_friction_pressure", &[("exponent", 0.12)]);
             let fall = CreepTruth { level: &|w, _, _| 0.4 + 0.6 * (-0.6 * w).exp(), ..PLAIN };
             let names = [("friction_ratio", 0.4), ("friction_decay_s_per_m", 0.6)];
             check(&run(&creep(3300 + seed, layout, 0.02, true, fall), &[]), "falling_friction", &names);

@@ -218,12 +218,12 @@ pub fn binned(mut points: Vec<[f64; 2]>, count: usize) -> Vec<[f64; 2]> {
     points.retain(|point| point.iter().all(|value| value.is_finite()));
     points.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let (Some(first), Some(last)) = (points.first(), points.last()) else { return points };
-    let same = 1e-3 * (last[0] - first[0]);
+    let (same, apart) = (1e-3 * (last[0] - first[0]), (last[0] - first[0]) / 6.0);
     let size = points.len().div_ceil(count).max(1);
     let mut bins: Vec<([f64; 2], f64, f64)> = Vec::new();
     for [x, y] in points {
         match bins.last_mut() {
-            Some((sum, n, latest)) if *n < size as f64 || x - *latest <= same => {
+            Some((sum, n, latest)) if x - *latest < apart && (*n < size as f64 || x - *latest <= same) => {
                 *sum = [sum[0] + x, sum[1] + y];
                 *n += 1.0;
                 *latest = x;

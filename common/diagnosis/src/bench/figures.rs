@@ -16,6 +16,9 @@ const Z95: f64 = 1.96;
 /// Points of a model's line in a scatter.
 const LINE_POINTS: usize = 24;
 
+/// Levels that a line may connect across any distance.
+const FEW_LEVELS: usize = 12;
+
 /// Most points that a scatter shows.
 const MOST_POINTS: usize = 400;
 
@@ -150,9 +153,12 @@ fn dots(kind: Kind, predictions: &Predictions<'_>, covariate: Covariate, values:
     pairs.map(|(point, &y)| [covariate.shown(covariate.of(point)), shown(kind, point, y)]).collect()
 }
 
-/// Breaks a line where there is no data for more than a third of its range.
+/// Breaks a line where there is no data for more than a third of its range, unless it stands on a few levels anyway.
 fn broken(line: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     let (Some(first), Some(last)) = (line.first(), line.last()) else { return line };
+    if line.len() <= FEW_LEVELS {
+        return line;
+    }
     let widest = (last[0] - first[0]) / 3.0;
     let mut pieces: Vec<[f64; 2]> = Vec::with_capacity(line.len());
     for point in line {

@@ -17,6 +17,10 @@ const FLOOR: f64 = 0.02;
 pub enum Shape {
     /// `A + (1 − A) exp(−x/x0)`: Stribeck, Polach's falling friction.
     Exponential,
+    /// `1 + d exp(−x/x0)`: the catalogue's friction over speed; the anchor lies at infinity.
+    Rise,
+    /// `(1 + c anchor) / (1 + c x)`: the catalogue's adhesion over speed.
+    Hyperbola,
     /// `(1 + A x/x0) / (1 + x/x0)`: Curtius & Kniffler, Karwatzki.
     Rational,
     /// `A + (1 − A) exp(−(x/x0)²)`.
@@ -63,8 +67,9 @@ impl Shape {
     /// Number of parameters.
     pub const fn len(self) -> usize {
         match self {
-            Self::Linear | Self::Power => 1,
-            Self::Exponential | Self::Rational | Self::Gaussian | Self::Quadratic | Self::CreepShape => 2,
+            Self::Linear | Self::Power | Self::Hyperbola => 1,
+            Self::Exponential | Self::Rise | Self::Rational | Self::Gaussian => 2,
+            Self::Quadratic | Self::CreepShape => 2,
             Self::Step | Self::Ramp | Self::Spline => 3,
         }
     }
@@ -73,6 +78,8 @@ impl Shape {
     pub const fn equation(self) -> &'static str {
         match self {
             Self::Exponential => "A + (1 - A) exp(-x/x0)",
+            Self::Rise => "1 + d exp(-x/x0)",
+            Self::Hyperbola => "(1 + c anchor) / (1 + c x)",
             Self::Rational => "(1 + A x/x0) / (1 + x/x0)",
             Self::Gaussian => "A + (1 - A) exp(-(x/x0)^2)",
             Self::Linear => "1 - c (x - anchor)",
@@ -89,6 +96,8 @@ impl Shape {
     pub fn factor(self, x: f64, values: &[f64], scale: &Scale) -> f64 {
         let raw = match self {
             Self::Exponential => values[0] + (1.0 - values[0]) * (-x * values[1]).exp(),
+            Self::Rise => 1.0 + values[0] * (-x / values[1]).exp(),
+            Self::Hyperbola => (1.0 + values[0] * scale.anchor) / (1.0 + values[0] * x).max(FLOOR),
             Self::Rational => (1.0 + values[0] * x / values[1]) / (1.0 + x / values[1]),
             Self::Gaussian => values[0] + (1.0 - values[0]) * (-(x / values[1]).powi(2)).exp(),
             Self::Linear => 1.0 - values[0] * (x - scale.anchor),
@@ -117,6 +126,8 @@ impl Shape {
         let reach = high.abs().max(width);
         match self {
             Self::Exponential => product(&[0.6, 1.25], &[0.5, 3.0, 12.0].map(|turns| turns / reach)),
+            Self::Rise => product(&[0.4, -0.15], &[0.1, 0.3, 1.5].map(|share| share * reach)),
+            Self::Hyperbola => vec![vec![0.3 / reach], vec![-0.2 / reach]],
             Self::Rational => product(&[0.4, 1.4], &[0.05, 0.3, 1.5].map(|share| share * reach)),
             Self::Gaussian => product(&[0.6, 1.25], &[0.1, 0.4, 0.8].map(|share| share * reach)),
             Self::Linear => vec![vec![0.2 / width], vec![-0.1 / width]],
@@ -150,6 +161,10 @@ impl Shape {
             Self::Exponential => {
                 single(grid(0.3, 40.0, 8).into_iter().map(|turns| vec![0.99, turns / reach]).collect(), 0.01)
             }
+            Self::Rise => {
+                single(grid(0.03, 3.0, 8).into_iter().map(|share| vec![0.01, share * reach]).collect(), 0.01)
+            }
+            Self::Hyperbola => single(vec![vec![0.01 / reach]], 0.01),
             Self::Rational => {
                 single(grid(0.02, 3.0, 6).into_iter().map(|s| vec![0.99, s * reach]).collect(), 0.01)
             }

@@ -7,6 +7,9 @@ use super::points::{Covariate, Point, Spread};
 /// Temperature to which fade is referred, °C.
 pub const REFERENCE_TEMPERATURE_C: f64 = 20.0;
 
+/// Speed to which adhesion over speed is referred, m/s; as in the catalogue of wagon effects.
+pub const REFERENCE_SPEED_M_S: f64 = 15.0;
+
 /// Smallest ratio k_S / k_A that a creep shape may have. Below 1/8 Polach's law itself has a maximum and would imitate
 /// falling friction; published pairs lie between 0.25 and 1.
 pub const LEAST_SHAPE_RATIO: f64 = 0.2;
@@ -28,6 +31,7 @@ enum Anchor {
     Zero,
     Median,
     ReferenceTemperature,
+    ReferenceSpeed,
 }
 
 /// A candidate.
@@ -73,13 +77,14 @@ static CREEP: [CandidateSpec; 5] = [
         place: Place::Level,
         covariate: Covariate::Speed,
         forms: &[
+            (Shape::Hyperbola, &["decay_s_per_m"]),
             (Shape::Rational, &["adhesion_ratio", "half_speed_m_s"]),
             (Shape::Exponential, &["adhesion_ratio", "speed_decay_s_per_m"]),
             (Shape::Linear, &["adhesion_slope_s_per_m"]),
             (Shape::Gaussian, &["adhesion_ratio", "speed_scale_m_s"]),
             (Shape::Spline, &["factor_at_low", "factor_at_middle", "factor_at_high"]),
         ],
-        anchor: Anchor::Zero,
+        anchor: Anchor::ReferenceSpeed,
         meaning: "adhesion changes with vehicle speed",
         isolate: "repeat the same creepage sweep at three or more speeds, holding the slip velocity of the last point",
     },
@@ -126,7 +131,7 @@ static BRAKE: [CandidateSpec; 3] = [
         place: Place::Level,
         covariate: Covariate::Speed,
         forms: &[
-            (Shape::Exponential, &["friction_ratio", "speed_decay_s_per_m"]),
+            (Shape::Rise, &["rise", "decay_speed_m_s"]),
             (Shape::Rational, &["friction_ratio", "half_speed_m_s"]),
             (Shape::Linear, &["friction_slope_s_per_m"]),
             (Shape::Gaussian, &["friction_ratio", "speed_scale_m_s"]),
@@ -158,7 +163,7 @@ static BRAKE: [CandidateSpec; 3] = [
         place: Place::Level,
         covariate: Covariate::PressingForce,
         forms: &[
-            (Shape::Power, &["force_exponent"]),
+            (Shape::Power, &["exponent"]),
             (Shape::Linear, &["friction_slope_per_n"]),
             (Shape::Spline, &["factor_at_low", "factor_at_middle", "factor_at_high"]),
         ],
@@ -197,6 +202,7 @@ impl CandidateSpec {
             Anchor::Zero => 0.0,
             Anchor::Median => spread.median,
             Anchor::ReferenceTemperature => REFERENCE_TEMPERATURE_C,
+            Anchor::ReferenceSpeed => REFERENCE_SPEED_M_S,
         };
         let has_speed = points.iter().all(|point| !point.speed_m_s.is_nan());
         let scale = Scale { anchor, spread };
@@ -219,6 +225,8 @@ impl Form {
             Shape::Exponential => {
                 vec![(least_ratio.0, least_ratio.1, false), (0.05 / reach, 60.0 / reach, true)]
             }
+            Shape::Rise => vec![(-0.6, 4.0, false), (0.01 * reach, 20.0 * reach, true)],
+            Shape::Hyperbola => vec![(-0.6 / reach, 30.0 / reach, false)],
             Shape::Rational | Shape::Gaussian => {
                 vec![(least_ratio.0, least_ratio.1, false), (0.01 * reach, 20.0 * reach, true)]
             }
