@@ -87,11 +87,17 @@ fn a_killed_supervisor_leaves_no_orphans_and_no_obstacle() {
     assert_eq!(train.shared_memory(), Vec::<String>::new(), "the holder cleans up even then");
     train.start();
     train.wait_ready(Duration::from_secs(20));
+    let old = train.processes();
     train.kill_up();
     // At once: the old holder may still be leaving.
     train.start();
+    let gone = within(Duration::from_secs(10), || {
+        train.processes().iter().all(|process| !old.contains(process)).then_some(())
+    });
+    assert!(gone.is_some(), "orphans: {:?}\n{}", train.processes(), train.log());
     train.wait_ready(Duration::from_secs(20));
-    assert!(train.stop().success());
+    let status = train.stop();
+    assert!(status.success(), "{status}\n{}", train.log());
 }
 
 #[test]

@@ -6,11 +6,13 @@
 mod http;
 mod processes;
 mod random;
+mod table;
 mod train;
 
 pub use http::Http;
 pub use processes::{Process, of_instance};
 pub use random::Random;
+pub use table::Table;
 pub use train::{TrainUnderTest, within};
 
 /// The program under test, built by Cargo for the test that asks.

@@ -58,6 +58,7 @@ fn record(train: &Train, args: &Args, span: Option<Duration>, lifecycle: &Lifecy
         .map(|wagon| WagonRecorder::open(&bus, wagon.number, &wagon.name, &args.out))
         .collect::<Result<Vec<_>, _>>()?;
     lifecycle.ready();
+    tracing::info!(wagons = wagons.len(), out = %args.out.display(), "recording");
     let started = Instant::now();
     let mut checked = started;
     let mut outcome = Ok(());

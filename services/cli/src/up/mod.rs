@@ -28,6 +28,9 @@ use fleet::Fleet;
 /// How often the supervisor looks at its children.
 const LOOK_PERIOD: Duration = Duration::from_millis(20);
 
+/// How long a second `up` of the same train waits for the first to be gone.
+const CLAIM_PATIENCE: Duration = Duration::from_millis(500);
+
 /// Start a whole train.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
@@ -111,25 +114,31 @@ fn claim(settings: &TrainSettings) -> Result<File, CliError> {
     create_private_folder(dir).map_err(failed)?;
     let mut file =
         OpenOptions::new().create(true).truncate(false).read(true).write(true).open(&path).map_err(failed)?;
-    match file.try_lock() {
-        Ok(()) => {
-            let write = file.set_len(0).and_then(|()| file.rewind());
-            write.and_then(|()| writeln!(file, "{}", std::process::id())).map_err(failed)?;
-            Ok(file)
+    // A predecessor that was killed between fork and exec of a child leaves the lock with that child for a moment.
+    let deadline = Instant::now() + CLAIM_PATIENCE;
+    loop {
+        match file.try_lock() {
+            Ok(()) => break,
+            Err(TryLockError::WouldBlock) if Instant::now() < deadline => std::thread::sleep(LOOK_PERIOD),
+            Err(TryLockError::WouldBlock) => return Err(already_up(settings, &mut file)),
+            Err(TryLockError::Error(error)) => return Err(failed(error)),
         }
-        Err(TryLockError::WouldBlock) => {
-            let mut pid = String::new();
-            file.read_to_string(&mut pid).map_err(failed)?;
-            Err(CliError::failed(format!(
-                "train \"{}\" is already up (process {}, folder {}); stop it first, or give this one another \
-                 [train] name or --instance folder",
-                settings.name,
-                pid.trim(),
-                dir.display()
-            )))
-        }
-        Err(TryLockError::Error(error)) => Err(failed(error)),
     }
+    let write = file.set_len(0).and_then(|()| file.rewind());
+    write.and_then(|()| writeln!(file, "{}", std::process::id())).map_err(failed)?;
+    Ok(file)
+}
+
+fn already_up(settings: &TrainSettings, file: &mut File) -> CliError {
+    let mut pid = String::new();
+    let _ = file.read_to_string(&mut pid);
+    CliError::failed(format!(
+        "train \"{}\" is already up (process {}, folder {}); stop it first, or give this one another [train] name or \
+         --instance folder",
+        settings.name,
+        pid.trim(),
+        settings.instance.dir.display()
+    ))
 }
 
 fn create_private_folder(dir: &Path) -> std::io::Result<()> {
