@@ -30,6 +30,32 @@ pub struct Clutter {
     pub gust_time_s: f64,
     /// White torque noise beyond that of the pressing force, relative to the torque at the adhesion limit.
     pub contact_sigma: f64,
+    /// How wrong the model may be beyond clutter, see [`Clutter::tolerant`].
+    pub tolerance: Tolerance,
+}
+
+/// White process noise for what a model leaves out: it shortens the horizon over which the filter trusts its model.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tolerance {
+    /// One sigma a sample of vehicle speed, relative to its sensor's sigma.
+    pub speed: f64,
+    /// One sigma a sample of wheelset speeds, relative to their sensors' sigma.
+    pub wheel: f64,
+}
+
+/// Tolerances from none to one-step-ahead prediction.
+pub const LEVELS: [Tolerance; 4] = [
+    Tolerance { speed: 0.0, wheel: 0.0 },
+    Tolerance { speed: 0.02, wheel: 0.2 },
+    Tolerance { speed: 0.1, wheel: 1.0 },
+    Tolerance { speed: 0.5, wheel: 5.0 },
+];
+
+impl Clutter {
+    /// This clutter with the tolerance of a level.
+    pub fn tolerant(&self, level: usize) -> Self {
+        Self { tolerance: LEVELS[level], ..self.clone() }
+    }
 }
 
 impl Default for Clutter {
@@ -41,6 +67,7 @@ impl Default for Clutter {
             gust_sigma_m_s: 0.5,
             gust_time_s: 4.0,
             contact_sigma: 0.002,
+            tolerance: Tolerance::default(),
         }
     }
 }
@@ -58,6 +85,8 @@ struct Gain {
 pub struct Predictor {
     gains: Vec<Gain>,
     decay: [f64; WHEELSETS + 1],
+    /// Half the log-determinants of all innovation covariances.
+    pub half_log_determinant: f64,
 }
 
 impl Predictor {
@@ -89,7 +118,9 @@ impl Predictor {
             covariance = propagate(&jacobian, &covariance, &noise.process);
             filter.predict(&kernel, sample, &decay);
         }
-        Self { gains, decay }
+        let log = |gain: &Gain| -> f64 { (0..OUTPUTS).map(|j| -gain.whiten[j][j].ln()).sum() };
+        let half_log_determinant = gains.iter().map(log).sum();
+        Self { gains, decay, half_log_determinant }
     }
 
     /// Appends the whitened innovations of `built` on `run`, three a sample.
@@ -216,10 +247,12 @@ impl Noise {
         let limit =
             vehicle.body.mass_kg * 9.81 / WHEELSETS as f64 * vehicle.rail.wet * vehicle.wheelset.radius_m;
         let torque = pressing.hypot(clutter.contact_sigma * limit);
+        let tolerance = &clutter.tolerance;
         for j in 1..OUTPUTS {
             process[j][j] = (torque / vehicle.wheelset.inertia_kg_m2 * dt_s).powi(2);
+            process[j][j] += (tolerance.wheel * sensors.wheel_speed_sigma_rad_s).powi(2);
         }
-        process[0][0] = 1e-10;
+        process[0][0] = 1e-10 + (tolerance.speed * sensors.speed_sigma_m_s).powi(2);
         let pad = clutter.pad_sigma.powi(2);
         for i in 0..WHEELSETS {
             for j in 0..WHEELSETS {

@@ -73,7 +73,8 @@ fn stretches(spec: &EffectSpec, start: usize, (from, to): (f64, f64)) -> Vec<Vec
 }
 
 /// Begin and length of the stretches tried, as shares of the track.
-const STRETCHES: [(f64, f64); 6] = [(0.02, 0.15), (0.15, 0.15), (0.3, 0.15), (0.45, 0.2), (0.65, 0.2), (0.2, 0.5)];
+const STRETCHES: [(f64, f64); 6] =
+    [(0.02, 0.15), (0.15, 0.15), (0.3, 0.15), (0.45, 0.2), (0.65, 0.2), (0.2, 0.5)];
 
 /// The stretch of track that the runs to fit on cover.
 fn track(case: &Case) -> (f64, f64) {

@@ -26,6 +26,11 @@ impl<'a> Whitening<'a> {
         });
         Self { runs: &case.fit, predictors, ends: ends.collect() }
     }
+
+    /// Half the log-determinants of all innovation covariances.
+    pub fn half_log_determinant(&self) -> f64 {
+        self.predictors.iter().map(|p| p.half_log_determinant).sum()
+    }
 }
 
 /// Innovations of a shape of model.
@@ -106,6 +111,9 @@ impl<'a> Windows<'a> {
     }
 }
 
+/// Share of the samples of a window that count as independent: open-loop errors drift slowly, and a gap of two is clutter.
+const INDEPENDENT_SHARE: f64 = 0.01;
+
 /// Windows whose gap exceeds the median by this factor count linearly.
 const TOLERATED: f64 = 2.0;
 
@@ -115,7 +123,7 @@ impl Problem for Windows<'_> {
         let mut out = Vec::with_capacity(self.ends.last().copied().unwrap_or(0));
         for (run, weights) in self.runs.iter().zip(&self.weights) {
             for (window, weight) in metric::predict(&built, run).iter().zip(weights) {
-                let root = weight.sqrt();
+                let root = (weight * INDEPENDENT_SHARE).sqrt();
                 for (k, predicted) in window.range.clone().zip(&window.outputs) {
                     for j in 0..OUTPUTS {
                         let error = root * (predicted[j] - run.samples[k].outputs[j]) / self.sigma[j];

@@ -68,8 +68,8 @@ impl Nuisance {
         Parameter {
             name: self.name(),
             start: 0.0,
-            lower: -1.6 * range,
-            upper: 1.6 * range,
+            lower: -1.1 * range,
+            upper: 1.1 * range,
             scale: 0.1 * range,
             prior_mean: 0.0,
             prior_sigma: 0.6 * range,

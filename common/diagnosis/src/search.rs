@@ -1,5 +1,7 @@
 //! Fits of candidates: nuisances refitted with every one, nonlinearly, from every start.
 
+use crate::case::Case;
+use crate::innovations::Clutter;
 use crate::library::Candidate;
 use crate::objective::{Innovations, Whitening};
 use crate::parameters::{FittedEffect, Shape};
@@ -29,9 +31,11 @@ impl Fitted {
 }
 
 /// Effort of a fit that is carried to its end.
-const FULL: Effort = Effort { iterations: 25, slow_columns: 0, refresh: 4, tolerance: 0.02 };
+const FULL: Effort = Effort { iterations: 14, slow_columns: 0, refresh: 4, tolerance: 0.02 };
 /// Effort spent on each start before the best go on.
 const SHORT: Effort = Effort { iterations: 4, slow_columns: 0, refresh: 100, tolerance: 0.5 };
+/// Effort of the starts that go on.
+const LONG: Effort = Effort { iterations: 8, slow_columns: 0, refresh: 3, tolerance: 0.1 };
 /// Starts that go on.
 const SURVIVORS: usize = 2;
 
@@ -64,9 +68,21 @@ pub fn fit_candidate(whitening: &Whitening, base: &Fitted, candidate: &Candidate
         candidate.starts.iter().map(|effect| (effect.clone(), short_fit(whitening, base, effect))).collect();
     trials.sort_by(|a, b| a.1.total().total_cmp(&b.1.total()));
     trials.truncate(SURVIVORS);
+    // A second start goes on only if it might still win.
+    let best = trials.first().map_or(0.0, |(_, fit)| fit.total());
+    let span = 0.3 * (base.fit.total() - best).max(0.0) + 5.0;
+    trials.retain(|(_, fit)| fit.total() < best + span);
     trials
         .iter()
-        .map(|(effect, fit)| finish(whitening, &base.shape.with(effect), &fit.theta, Some(&base.columns)))
+        .map(|(effect, fit)| {
+            let shape = base.shape.with(effect);
+            let problem = Innovations { whitening, shape: &shape };
+            let effort = Effort { slow_columns: base.columns.len(), ..LONG };
+            let mut fit = solver::fit(&problem, shape.parameters(), &fit.theta, effort, Some(&base.columns));
+            let (residuals, columns) = solver::linearise(&problem, shape.parameters(), &mut fit);
+            let left_out = solver::leave_one_out(shape.parameters(), &fit);
+            Fitted { shape, fit, residuals, columns, left_out }
+        })
         .min_by(|a, b| a.fit.total().total_cmp(&b.fit.total()))
         .unwrap_or_else(|| base.clone())
 }
@@ -97,21 +113,48 @@ pub fn fit_all(
         .collect()
 }
 
-/// Fits the nominal model and freezes the filter at it: twice, since the gains depend on the fit.
-pub fn calibrate<'a>(
-    case: &'a crate::case::Case,
-    shape: &Shape,
-    clutter: &crate::innovations::Clutter,
-) -> (Whitening<'a>, Fitted) {
-    let mut theta = shape.start();
-    for _ in 0..2 {
-        let whitening = Whitening::new(case, &shape.build(&theta), clutter);
-        let problem = Innovations { whitening: &whitening, shape };
-        theta = solver::fit(&problem, shape.parameters(), &theta, FULL, None).theta;
+/// A filter frozen at one tolerance, and the model fitted with it.
+#[derive(Debug)]
+pub struct Level<'a> {
+    /// Index of the tolerance.
+    pub level: usize,
+    /// The frozen filter.
+    pub whitening: Whitening<'a>,
+    /// The fit.
+    pub fitted: Fitted,
+}
+
+impl Level<'_> {
+    /// Minus the log-likelihood up to a constant, comparable between levels.
+    pub fn evidence_cost(&self) -> f64 {
+        self.fitted.fit.total() + self.whitening.half_log_determinant()
     }
+}
+
+/// Fits a shape at the tolerance that makes its innovations most likely, from the most tolerant level down.
+pub fn settle<'a>(case: &'a Case, shape: &Shape, clutter: &Clutter, start: &[f64], from: usize) -> Level<'a> {
+    let mut best: Option<Level<'a>> = None;
+    let mut theta = start.to_vec();
+    for level in (0..=from).rev() {
+        let next = at_level(case, shape, &clutter.tolerant(level), &theta, level);
+        let worse = best.as_ref().is_some_and(|b| next.evidence_cost() >= b.evidence_cost());
+        if worse && best.is_some() {
+            break;
+        }
+        theta.clone_from(&next.fitted.fit.theta);
+        best = Some(next);
+    }
+    best.unwrap_or_else(|| at_level(case, shape, clutter, start, 0))
+}
+
+/// Fits a shape at one tolerance: twice, since the gains depend on the fit.
+fn at_level<'a>(case: &'a Case, shape: &Shape, clutter: &Clutter, start: &[f64], level: usize) -> Level<'a> {
+    let whitening = Whitening::new(case, &shape.build(start), clutter);
+    let problem = Innovations { whitening: &whitening, shape };
+    let theta = solver::fit(&problem, shape.parameters(), start, SHORT, None).theta;
     let whitening = Whitening::new(case, &shape.build(&theta), clutter);
-    let base = finish(&whitening, shape, &theta, None);
-    (whitening, base)
+    let fitted = finish(&whitening, shape, &theta, None);
+    Level { level, whitening, fitted }
 }
 
 /// Number of residuals of a problem.

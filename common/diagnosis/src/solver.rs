@@ -225,7 +225,9 @@ pub fn fit(
             }
             damping = (damping * 10.0).max(1e-4);
         }
-        if !improved || before - (cost + prior) < effort.tolerance {
+        // Far from white residuals the model is wrong anyway: a thousandth of the excess is then close enough.
+        let excess = (cost - 0.5 * residuals.len() as f64).max(0.0);
+        if !improved || before - (cost + prior) < effort.tolerance + 2e-3 * excess {
             converged = true;
             break;
         }

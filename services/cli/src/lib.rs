@@ -4,14 +4,17 @@
 //! are tools. Exit codes: 0 done, 1 failed, 2 bad input or config.
 
 mod bench;
+mod bench_train;
 mod bench_transport;
 mod blind;
 mod error;
 mod estimate;
 mod experiment;
+mod gap;
 mod hold;
 mod logging;
 mod output;
+mod process_figures;
 mod record;
 mod runner;
 mod services;
@@ -59,6 +62,8 @@ enum Command {
     /// The other end of `railgrip bench --transport`
     #[command(hide = true)]
     BenchPeer(bench_transport::PeerArgs),
+    /// Diagnose the gap between simulator and recordings
+    Gap(gap::Args),
     /// Turn a scenario into recordings, with the truth beside them
     Simulate(simulate::Args),
 }
@@ -77,6 +82,7 @@ impl Command {
             Self::Experiment(args) => experiment::run(&args),
             Self::Bench(args) => bench::run(&args),
             Self::BenchPeer(args) => bench_transport::peer(&args),
+            Self::Gap(args) => gap::run(&args),
             Self::Simulate(args) => simulate::run(&args),
         }
     }

@@ -67,7 +67,7 @@ pub static SELF_CLEANING: EffectSpec = EffectSpec {
     parameters: &[
         ParameterSpec {
             name: "gain",
-            lower: -0.5,
+            lower: -0.1,
             upper: 2.0,
             default: 0.1,
             neutral: Some(0.0),
@@ -75,7 +75,7 @@ pub static SELF_CLEANING: EffectSpec = EffectSpec {
         },
         ParameterSpec {
             name: "gain_in_slip",
-            lower: -0.5,
+            lower: -0.1,
             upper: 2.0,
             default: 0.05,
             neutral: Some(0.0),
@@ -145,7 +145,7 @@ pub static PATCH: EffectSpec = EffectSpec {
         },
         ParameterSpec {
             name: "loss",
-            lower: -1.0,
+            lower: 0.0,
             upper: 0.97,
             default: 0.3,
             neutral: Some(0.0),
@@ -198,11 +198,11 @@ pub static SPEED: EffectSpec = EffectSpec {
     parameters: &[ParameterSpec {
         name: "decay_s_per_m",
         unit: "s/m",
-        lower: -0.02,
+        lower: 0.0,
         upper: 1.0,
         default: 0.02,
         neutral: Some(0.0),
-        starts: &[-0.01],
+        starts: &[0.1],
         ..ParameterSpec::PLAIN
     }],
     hidden: &[],
@@ -246,7 +246,7 @@ pub static SANDING: EffectSpec = EffectSpec {
     parameters: &[
         ParameterSpec {
             name: "gain",
-            lower: -0.7,
+            lower: 0.0,
             upper: 5.0,
             default: 0.3,
             neutral: Some(0.0),

@@ -166,7 +166,7 @@ pub static OFFSET: EffectSpec = EffectSpec {
     parameters: &[ParameterSpec {
         name: "threshold_n",
         unit: "N",
-        lower: -1e4,
+        lower: 0.0,
         upper: 4e4,
         default: 3e3,
         neutral: Some(0.0),

@@ -12,7 +12,7 @@ pub static SPEED: EffectSpec = EffectSpec {
     parameters: &[
         ParameterSpec {
             name: "rise",
-            lower: -0.6,
+            lower: -0.05,
             upper: 1.5,
             default: 0.1,
             neutral: Some(0.0),
@@ -67,7 +67,7 @@ pub static FADE: EffectSpec = EffectSpec {
         ParameterSpec {
             name: "alpha_per_k",
             unit: "1/K",
-            lower: -4e-3,
+            lower: 0.0,
             upper: 1e-2,
             default: 5e-4,
             neutral: Some(0.0),
@@ -145,7 +145,7 @@ pub static PRESSURE: EffectSpec = EffectSpec {
     source: "speed, pressure and braked mass are the regressors of 10.3390/ma14164766; n of 0.05 to 0.2 is general knowledge",
     parameters: &[ParameterSpec {
         name: "exponent",
-        lower: -0.5,
+        lower: -0.1,
         upper: 0.6,
         default: 0.1,
         neutral: Some(0.0),
@@ -194,7 +194,7 @@ pub static WET_DELAY: EffectSpec = EffectSpec {
     parameters: &[
         ParameterSpec {
             name: "loss",
-            lower: -0.5,
+            lower: 0.0,
             upper: 0.98,
             default: 0.3,
             neutral: Some(0.0),

@@ -12,7 +12,7 @@ pub static TORSION: EffectSpec = EffectSpec {
     parameters: &[
         ParameterSpec {
             name: "gain",
-            lower: -200.0,
+            lower: 0.0,
             upper: 200.0,
             default: 1.0,
             neutral: Some(0.0),

@@ -11,8 +11,8 @@ pub static MASS: EffectSpec = EffectSpec {
     source: "payload is rarely weighed: 5 to 10 % either way; general knowledge",
     parameters: &[ParameterSpec {
         name: "relative_error",
-        lower: -0.5,
-        upper: 1.0,
+        lower: -0.3,
+        upper: 0.5,
         default: 0.05,
         neutral: Some(0.0),
         starts: &[-0.05],
@@ -54,8 +54,8 @@ pub static ROTATING: EffectSpec = EffectSpec {
     source: "rotating masses add 4 to 10 % of a trailer's mass and up to 30 % of a motor car's; general knowledge",
     parameters: &[ParameterSpec {
         name: "relative_error",
-        lower: -0.7,
-        upper: 3.0,
+        lower: -0.5,
+        upper: 1.5,
         default: 0.15,
         neutral: Some(0.0),
         starts: &[-0.15],

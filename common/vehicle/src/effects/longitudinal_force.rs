@@ -12,8 +12,8 @@ pub static COUPLER: EffectSpec = EffectSpec {
         ParameterSpec {
             name: "mass_kg",
             unit: "kg",
-            lower: -3e5,
-            upper: 3e5,
+            lower: 0.0,
+            upper: 1e5,
             default: 3e3,
             neutral: Some(0.0),
             ..ParameterSpec::PLAIN

@@ -203,6 +203,11 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
         torque_nm
     }
 
+    /// Drive torque on `wheelset`, N m.
+    fn drive_torque_nm(&self, _wheelset: usize, _at: &Operating, _hidden: &[f64], torque_nm: f64) -> f64 {
+        torque_nm
+    }
+
     /// Adhesion available under `wheelset`.
     fn adhesion_peak(&self, _wheelset: usize, _at: &Operating, _hidden: &[f64], peak: f64) -> f64 {
         peak

@@ -96,8 +96,8 @@ pub static RUNNING: EffectSpec = EffectSpec {
         ParameterSpec {
             name: "constant_n",
             unit: "N",
-            lower: -2e4,
-            upper: 2e4,
+            lower: -4e3,
+            upper: 6e3,
             default: 150.0,
             neutral: Some(0.0),
             ..ParameterSpec::PLAIN
@@ -105,8 +105,8 @@ pub static RUNNING: EffectSpec = EffectSpec {
         ParameterSpec {
             name: "linear_n_s_per_m",
             unit: "N s/m",
-            lower: -1e3,
-            upper: 2e3,
+            lower: -150.0,
+            upper: 300.0,
             default: 10.0,
             neutral: Some(0.0),
             ..ParameterSpec::PLAIN
@@ -151,8 +151,8 @@ pub static HEADWIND: EffectSpec = EffectSpec {
     parameters: &[ParameterSpec {
         name: "headwind_m_s",
         unit: "m/s",
-        lower: -40.0,
-        upper: 40.0,
+        lower: -20.0,
+        upper: 25.0,
         default: 3.0,
         neutral: Some(0.0),
         starts: &[-3.0],

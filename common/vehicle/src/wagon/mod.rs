@@ -231,6 +231,10 @@ impl WagonModel {
                     effect.brake_torque_nm(i, at, own, value)
                 })
                 .max(0.0);
+            loading.drive_torque_nm[i] =
+                self.compose(sample_period_s, hidden, input.drive_torque_nm[i], |effect, own, value| {
+                    effect.drive_torque_nm(i, at, own, value)
+                });
             loading.adhesion_peak[i] =
                 self.compose(sample_period_s, hidden, input.adhesion_peak[i], |effect, own, value| {
                     effect.adhesion_peak(i, at, own, value)

@@ -1,0 +1,239 @@
+//! What the HTML report shows beyond the report itself.
+
+use crate::case::{Case, OUTPUT_NAMES, OUTPUTS, Run};
+use crate::chance;
+use crate::engine::Found;
+use crate::html::detail::{
+    Alarm, Axis, CandidateDetail, Curve, CurvePoint, Detail, ParameterRow, RunRow, Settings, Tie, Trace,
+    TraceWindow,
+};
+use crate::metric::{Tally, sigmas};
+use crate::predictions::Predicted;
+use crate::report::{Interval, Report};
+use crate::solver::assemble;
+use crate::verdict::Judgement;
+use crate::wagon::{Models, Options};
+
+/// Two-sided 95 % quantile of the normal distribution.
+const NORMAL_95: f64 = 1.96;
+/// Standard errors of the whitened fit, which knows neither the wrong form of a law nor the last colour of clutter, are
+/// widened by this factor; found on simulated cases.
+const WIDENING: f64 = 2.0;
+
+/// 95 % intervals of every parameter of the extended model.
+pub(crate) fn intervals(found: &Found, models: &Models) -> Vec<Interval> {
+    let best = &found.best.fitted;
+    let shape = &models.extended_shape;
+    let wide = |i: usize| {
+        let p = &shape.parameters()[i];
+        [p.lower, p.upper]
+    };
+    if best.fit.theta.len() != models.extended.len() {
+        return (0..models.extended.len()).map(wide).collect();
+    }
+    let (_, curvature) = assemble(best.shape.parameters(), &best.fit.theta, &best.fit.blocks);
+    let n = best.fit.theta.len();
+    let scaled = nalgebra::DMatrix::from_fn(n, n, |i, j| {
+        let p = best.shape.parameters();
+        curvature[(i, j)] * p[i].scale * p[j].scale + if i == j { 1e-9 } else { 0.0 }
+    });
+    let Some(inverse) = scaled.try_inverse() else { return (0..n).map(wide).collect() };
+    (0..n)
+        .map(|i| {
+            let p = &best.shape.parameters()[i];
+            let sigma = WIDENING * inverse[(i, i)].max(0.0).sqrt() * p.scale;
+            // The two fits see different noise: where they differ, both belong into the interval.
+            let (a, b) = (models.extended[i], best.fit.theta[i]);
+            let half = NORMAL_95 * sigma;
+            [(a.min(b) - half).max(p.lower).min(a), (a.max(b) + half).min(p.upper).max(a)]
+        })
+        .collect()
+}
+
+pub(crate) fn detail(
+    case: &Case,
+    options: &Options,
+    found: &Found,
+    judgement: &Judgement,
+    models: &Models,
+    report: &Report,
+) -> Detail {
+    let vehicle = &case.vehicle;
+    Detail {
+        case: options.case.clone(),
+        subject: format!(
+            "wagon \"{}\", {:.1} t, {} wheelsets",
+            vehicle.name,
+            vehicle.body.mass_kg / 1e3,
+            vehicle.wheelsets()
+        ),
+        notes: notes(case),
+        parameters: parameters(found, models),
+        candidates: candidate_details(found, report),
+        ties: ties(report),
+        missing_curve: missing_curve(judgement, report),
+        alarm: judgement.chance.as_ref().map(|chance| Alarm {
+            statistic: "log-likelihood of whitened innovations gained by the best candidate".into(),
+            level: chance::LEVEL,
+            threshold: chance.threshold(),
+            observed: found.rounds[0].gains.iter().map(|g| g.gain).fold(0.0, f64::max),
+            replicates: chance::REPLICATES,
+        }),
+        settings: Settings {
+            version: options.version.clone(),
+            command: options.command.clone(),
+            seed: options.seed,
+            without: options.without.clone(),
+            more: vec![("tolerance level of the filter".into(), found.best.level.to_string())],
+        },
+        ..Detail::default()
+    }
+}
+
+fn notes(case: &Case) -> Vec<String> {
+    let mut notes = Vec::new();
+    if case.fit.iter().any(|run| !run.has_position) {
+        notes.push("Some runs have no positions: the integral of speed stands in for them.".to_owned());
+    }
+    notes
+}
+
+fn parameters(found: &Found, models: &Models) -> Vec<ParameterRow> {
+    let shape = &models.extended_shape;
+    let intervals = intervals(found, models);
+    let owner = |i: usize| {
+        (0..shape.effects.len())
+            .find(|e| shape.range_of(*e).contains(&i))
+            .map_or("nuisance", |e| shape.effects[e].spec.id)
+    };
+    shape
+        .parameters()
+        .iter()
+        .enumerate()
+        .map(|(i, p)| ParameterRow {
+            owner: owner(i).to_owned(),
+            name: p.name.clone(),
+            nominal: (owner(i) == "nuisance").then_some(0.0),
+            value: models.extended[i],
+            ci95: intervals[i],
+            bounds: [p.lower, p.upper],
+        })
+        .collect()
+}
+
+fn candidate_details(found: &Found, report: &Report) -> Vec<CandidateDetail> {
+    let Some(round) = found.rounds.first() else { return Vec::new() };
+    report
+        .candidates
+        .iter()
+        .filter_map(|candidate| {
+            let gain = round.gains.iter().find(|g| g.id == candidate.id)?;
+            let effect = gain.fitted.shape.effects.last()?;
+            let range = gain.fitted.shape.range_of(gain.fitted.shape.effects.len() - 1);
+            let values = &gain.fitted.fit.theta[range];
+            let near =
+                |a: f64, b: f64, p: &crate::parameters::Parameter| (a - b).abs() < 1e-6 * (p.upper - p.lower);
+            let on_bound = effect.parameters.iter().zip(values);
+            let n = gain.by_run.len().max(2) as f64;
+            let mean = gain.by_run.iter().sum::<f64>() / n;
+            let spread = gain.by_run.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / (n - 1.0);
+            let scale = if gain.predictive != 0.0 { candidate.cv_gain / gain.predictive } else { 0.0 };
+            let half = 2.0 * (spread * n).sqrt() * scale.abs();
+            Some(CandidateDetail {
+                id: candidate.id.clone(),
+                cv_gain_interval: Some([candidate.cv_gain - half, candidate.cv_gain + half]),
+                form: effect.spec.equation.to_owned(),
+                on_bound: on_bound
+                    .filter(|(p, v)| near(**v, p.lower, p) || near(**v, p.upper, p))
+                    .map(|(p, _)| p.name.clone())
+                    .collect(),
+            })
+        })
+        .collect()
+}
+
+fn ties(report: &Report) -> Vec<Tie> {
+    report
+        .effects
+        .iter()
+        .filter(|e| !e.equivalent.is_empty())
+        .map(|e| Tie {
+            ids: std::iter::once(e.id.clone()).chain(e.equivalent.iter().cloned()).collect(),
+            because: railgrip_vehicle::effects::find(&e.id)
+                .map(|(spec, _)| {
+                    format!("they predict the recordings equally well; separated by {}", spec.separated_by)
+                })
+                .unwrap_or_default(),
+        })
+        .collect()
+}
+
+fn missing_curve(judgement: &Judgement, report: &Report) -> Option<Curve> {
+    let missing = judgement.missing.as_ref()?;
+    let unexplained = report.unexplained.as_ref()?;
+    let point = |p: &[f64; 2]| CurvePoint { x: p[0], y: p[1], low: f64::NAN, high: f64::NAN };
+    Some(Curve {
+        title: format!("missing in {}", unexplained.term),
+        equation: String::new(),
+        x: Axis {
+            label: missing.flexible.covariate.name().into(),
+            unit: missing.flexible.covariate.unit().into(),
+        },
+        y: Axis { label: format!("{:?}", missing.flexible.place), unit: String::new() },
+        points: unexplained.curve.iter().map(point).collect(),
+        reference: Vec::new(),
+        data: Vec::new(),
+        region: report
+            .location
+            .regime
+            .as_ref()
+            .filter(|r| r.variable == missing.flexible.covariate.name())
+            .map(|r| r.range),
+    })
+}
+
+/// Adds the table of runs and the window in which the calibrated model is worst.
+pub(crate) fn add_runs(detail: &mut Detail, case: &Case, fit: &[Predicted], holdout: &[Predicted]) {
+    let mut worst: Option<(f64, &Run, &Predicted, usize, bool)> = None;
+    for (runs, predicted, is_holdout) in [(&case.fit, fit, false), (&case.holdout, holdout, true)] {
+        for (run, p) in runs.iter().zip(predicted) {
+            let gap = |m: usize| Tally::total(&p.tallies[m]).gap();
+            detail.runs.push(RunRow {
+                name: run.name.clone(),
+                holdout: is_holdout,
+                samples: run.len(),
+                duration_s: Some(run.len() as f64 * run.dt_s),
+                nominal: gap(0),
+                calibrated: gap(1),
+                extended: gap(2),
+            });
+            for (w, tally) in p.tallies[1].iter().enumerate() {
+                if worst.as_ref().is_none_or(|(gap, ..)| tally.gap() > *gap) {
+                    worst = Some((tally.gap(), run, p, w, is_holdout));
+                }
+            }
+        }
+    }
+    let Some((_, run, predicted, w, is_holdout)) = worst else { return };
+    let sigma = sigmas(&case.vehicle.sensors);
+    let range = predicted.windows[0][w].range.clone();
+    let trace = |j: usize| {
+        let model = |m: usize| predicted.windows[m][w].outputs.iter().map(|row| row[j]).collect();
+        Trace {
+            name: OUTPUT_NAMES[j].into(),
+            unit: if j == 0 { "m/s" } else { "rad/s" }.into(),
+            sigma: sigma[j],
+            measured: run.samples[range.clone()].iter().map(|s| s.outputs[j]).collect(),
+            nominal: model(0),
+            calibrated: model(1),
+            extended: model(2),
+        }
+    };
+    detail.worst_window = Some(TraceWindow {
+        run: run.name.clone(),
+        window: w,
+        holdout: is_holdout,
+        t_s: run.t_s[range.clone()].to_vec(),
+        traces: (0..OUTPUTS).map(trace).collect(),
+    });
+}

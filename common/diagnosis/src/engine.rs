@@ -1,0 +1,189 @@
+//! The search: calibrate, try every candidate, accept the best, try again on top of it, delete what is not needed.
+
+use crate::case::Case;
+use crate::innovations::Clutter;
+use crate::library::{self, Candidate};
+use crate::parameters::{FittedEffect, Shape};
+use crate::search::{self, Fitted, Level};
+use rayon::prelude::*;
+
+/// Most effects that are named together.
+const MOST_EFFECTS: usize = 3;
+/// Candidates of a round that are carried to their own best filter.
+const FINALISTS: usize = 3;
+
+/// What one round tried on top of the model before it.
+#[derive(Debug)]
+pub struct Round {
+    /// Log-likelihood gained by each candidate over the round's base, in the order of the library.
+    pub gains: Vec<Gain>,
+}
+
+/// How a candidate did.
+#[derive(Clone, Debug)]
+pub struct Gain {
+    /// Id.
+    pub id: &'static str,
+    /// Decrease of the cost.
+    pub gain: f64,
+    /// Decrease of the leave-one-run-out cost.
+    pub predictive: f64,
+    /// The same, run by run.
+    pub by_run: Vec<f64>,
+    /// Whether the fit settled.
+    pub converged: bool,
+    /// The fitted model.
+    pub fitted: Fitted,
+}
+
+/// The outcome of the search.
+#[derive(Debug)]
+pub struct Found<'a> {
+    /// Nuisances alone.
+    pub base: Level<'a>,
+    /// Nuisances and accepted effects, with a filter frozen at them.
+    pub best: Level<'a>,
+    /// Rounds of forward selection; the last one accepted nothing.
+    pub rounds: Vec<Round>,
+}
+
+/// What decides whether one more effect is real.
+#[derive(Clone, Copy, Debug)]
+pub struct Acceptance {
+    /// Least gain of log-likelihood.
+    pub gain: f64,
+    /// Least gain of the leave-one-run-out log-likelihood.
+    pub predictive: f64,
+}
+
+impl Default for Acceptance {
+    fn default() -> Self {
+        Self { gain: 30.0, predictive: 15.0 }
+    }
+}
+
+/// Searches the library (without the ids of `without`).
+pub fn search<'a>(
+    case: &'a Case,
+    without: &[String],
+    acceptance: Acceptance,
+    progress: &(dyn Fn(&'static str) + Sync),
+) -> Found<'a> {
+    let clutter = Clutter::default();
+    let shape = Shape::nominal(case);
+    let library = library::candidates(case, without);
+    let base = search::settle(case, &shape, &clutter, &shape.start(), 3);
+    let mut best: Option<Level<'a>> = None;
+    let mut rounds = Vec::new();
+    for _ in 0..MOST_EFFECTS {
+        let current = best.as_ref().unwrap_or(&base);
+        let named = |c: &&Candidate| current.fitted.shape.effects.iter().all(|e| e.spec.id != c.spec.id);
+        let candidates: Vec<Candidate> = library.iter().filter(named).cloned().collect();
+        if candidates.is_empty() {
+            break;
+        }
+        let round = try_all(current, &candidates, progress);
+        let next = carry_on(case, &clutter, current, &round);
+        rounds.push(round);
+        let Some(next) = next else { break };
+        let gain = current.evidence_cost() - next.evidence_cost();
+        let predictive = current.fitted.predictive_cost() - next.fitted.predictive_cost();
+        let so_far = (base.evidence_cost() - current.evidence_cost()).max(0.0);
+        let least = acceptance.gain.max(refinement_share(&next) * so_far);
+        if gain < least || (predictive < acceptance.predictive && next.level == current.level) {
+            break;
+        }
+        best = Some(next);
+    }
+    let best = match best {
+        Some(best) => delete_backwards(case, &clutter, acceptance, best),
+        None => search::settle(case, &shape, &clutter, &base.fitted.fit.theta, base.level),
+    };
+    Found { base, best, rounds }
+}
+
+/// An effect whose law has another form than the plant's leaves a rest that a neighbour can mend: the last effect must
+/// gain this share of what the ones before it gained, more if it stands at the same place of the equations.
+fn refinement_share(level: &Level) -> f64 {
+    let effects = &level.fitted.shape.effects;
+    let Some((last, before)) = effects.split_last() else { return 0.0 };
+    match before.iter().any(|e| e.spec.term == last.spec.term) {
+        true => 0.15,
+        false if before.is_empty() => 0.0,
+        false => 0.04,
+    }
+}
+
+fn try_all(current: &Level, candidates: &[Candidate], progress: &(dyn Fn(&'static str) + Sync)) -> Round {
+    let fits = search::fit_all(&current.whitening, &current.fitted, candidates, progress);
+    let gains = candidates.iter().zip(fits).map(|(candidate, fitted)| {
+        let by_run: Vec<f64> = current
+            .fitted
+            .left_out
+            .iter()
+            .zip(&fitted.left_out)
+            .map(|(before, after)| before - after)
+            .collect();
+        Gain {
+            id: candidate.spec.id,
+            gain: current.fitted.fit.total() - fitted.fit.total(),
+            predictive: by_run.iter().sum(),
+            by_run,
+            converged: fitted.fit.converged,
+            fitted,
+        }
+    });
+    Round { gains: gains.collect() }
+}
+
+/// Gives the best candidates of a round filters frozen at themselves, and returns the most likely one.
+fn carry_on<'a>(case: &'a Case, clutter: &Clutter, current: &Level, round: &Round) -> Option<Level<'a>> {
+    let mut order: Vec<&Gain> = round.gains.iter().collect();
+    order.sort_by(|a, b| (b.gain + b.predictive).total_cmp(&(a.gain + a.predictive)));
+    let best = order.first()?;
+    let worth = |g: &&&Gain| g.gain > 5.0 && g.gain + g.predictive > 0.4 * (best.gain + best.predictive);
+    let finalists: Vec<&Gain> = order.iter().filter(worth).take(FINALISTS).copied().collect();
+    finalists
+        .par_iter()
+        .map(|g| search::settle(case, &g.fitted.shape, clutter, &g.fitted.fit.theta, current.level))
+        .collect::<Vec<_>>()
+        .into_iter()
+        .min_by(|a, b| a.evidence_cost().total_cmp(&b.evidence_cost()))
+}
+
+/// Drops effects that the others have made superfluous.
+fn delete_backwards<'a>(
+    case: &'a Case,
+    clutter: &Clutter,
+    acceptance: Acceptance,
+    best: Level<'a>,
+) -> Level<'a> {
+    let mut best = best;
+    while best.fitted.shape.effects.len() > 1 {
+        let effects = &best.fitted.shape.effects;
+        let reduced: Vec<Level<'a>> = (0..effects.len())
+            .into_par_iter()
+            .map(|drop| {
+                let keep: Vec<FittedEffect> = without_one(effects, drop);
+                let theta = without_range(&best.fitted.fit.theta, best.fitted.shape.range_of(drop));
+                search::settle(case, &best.fitted.shape.with_all(&keep), clutter, &theta, best.level)
+            })
+            .collect();
+        let cheapest = reduced.into_iter().min_by(|a, b| a.evidence_cost().total_cmp(&b.evidence_cost()));
+        match cheapest {
+            Some(smaller) if smaller.evidence_cost() < best.evidence_cost() + acceptance.gain => {
+                best = smaller
+            }
+            _ => break,
+        }
+    }
+    best
+}
+
+fn without_one(effects: &[FittedEffect], drop: usize) -> Vec<FittedEffect> {
+    effects.iter().enumerate().filter(|(i, _)| *i != drop).map(|(_, e)| e.clone()).collect()
+}
+
+fn without_range(theta: &[f64], range: std::ops::Range<usize>) -> Vec<f64> {
+    theta.iter().enumerate().filter(|(i, _)| !range.contains(i)).map(|(_, t)| *t).collect()
+}

@@ -1,0 +1,145 @@
+//! From the search to a verdict: what is named, what is missing, and how sure that is.
+
+use crate::case::Case;
+use crate::chance::Chance;
+use crate::engine::{Acceptance, Found, Gain, Round};
+use crate::flexible::{self, Flexible};
+use crate::report::Verdict;
+use crate::search::{self, Fitted, Level};
+use rayon::prelude::*;
+
+/// Named effects must recover this share of what they and a flexible discrepancy recover together.
+const RECOVERED: f64 = 0.72;
+/// Below this share the rest is missing beside the named effects.
+const NEARLY_ALL: f64 = 0.86;
+/// Least gain of a flexible discrepancy that counts as structure.
+const STRUCTURE: f64 = 60.0;
+
+/// A flexible discrepancy that was fitted.
+#[derive(Debug)]
+pub struct Freed {
+    /// Which.
+    pub flexible: Flexible,
+    /// Gain of log-likelihood.
+    pub gain: f64,
+    /// Gain of leave-one-run-out log-likelihood.
+    pub predictive: f64,
+    /// The fit.
+    pub fitted: Fitted,
+}
+
+/// What was concluded.
+#[derive(Debug)]
+pub struct Judgement {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Share of the explainable that the named effects recover.
+    pub recovered: f64,
+    /// What is missing, for unknown and for effects with a rest.
+    pub missing: Option<Freed>,
+    /// The test against chance.
+    pub chance: Option<Chance>,
+}
+
+/// Judges the outcome of a search.
+pub fn judge(case: &Case, found: &Found, acceptance: Acceptance, seed: u64) -> Judgement {
+    let best = &found.best;
+    let chance = found
+        .rounds
+        .first()
+        .map(|round| Chance::new(round, found.base.fitted.shape.nuisance_count(), &best.fitted, seed));
+    let named = !best.fitted.shape.effects.is_empty();
+    let gain = (found.base.evidence_cost() - best.evidence_cost()).max(0.0);
+    let on_bound = named && on_bound(best);
+    let rest = strongest(case, best);
+    let rest_gain = rest.as_ref().map_or(0.0, |freed| freed.gain.max(0.0));
+    let structure = rest
+        .as_ref()
+        .is_some_and(|f| f.gain > STRUCTURE.max(2.0 * acceptance.gain) && f.predictive > 0.3 * f.gain);
+    let recovered = if gain + rest_gain > 0.0 { gain / (gain + rest_gain) } else { 1.0 };
+    let verdict = match (named, structure) {
+        (false, false) => Verdict::None,
+        (false, true) => Verdict::Unknown,
+        (true, true) if recovered < RECOVERED || (on_bound && recovered < NEARLY_ALL) => Verdict::Unknown,
+        (true, true) if recovered < NEARLY_ALL => Verdict::EffectsAndUnknown,
+        (true, _) => Verdict::Effects,
+    };
+    let missing = match verdict {
+        Verdict::Unknown if named => strongest(case, &found.base).or(rest),
+        Verdict::Unknown | Verdict::EffectsAndUnknown => rest,
+        _ => None,
+    };
+    Judgement { verdict, recovered, missing, chance }
+}
+
+/// The flexible discrepancy that predicts best on top of a model.
+fn strongest(case: &Case, level: &Level) -> Option<Freed> {
+    let all = flexible::all(case);
+    let freed: Vec<Freed> = all
+        .into_par_iter()
+        .map(|flexible| {
+            let fitted = search::fit_candidate(&level.whitening, &level.fitted, &flexible.candidate);
+            let gain = level.fitted.fit.total() - fitted.fit.total();
+            let predictive = level.fitted.predictive_cost() - fitted.predictive_cost();
+            Freed { flexible, gain, predictive, fitted }
+        })
+        .collect();
+    freed.into_iter().max_by(|a, b| (a.gain + a.predictive).total_cmp(&(b.gain + b.predictive)))
+}
+
+/// Whether an effect's strength sits on a bound that is not its neutral value.
+fn on_bound(level: &Level) -> bool {
+    let shape = &level.fitted.shape;
+    (0..shape.effects.len()).any(|e| {
+        let effect = &shape.effects[e];
+        let values = &level.fitted.fit.theta[shape.range_of(e)];
+        effect.parameters.iter().zip(values).any(|(p, v)| {
+            let neutral = effect.spec.parameters.iter().find(|s| s.name == p.name).and_then(|s| s.neutral);
+            let near = |bound: f64| (v - bound).abs() < 1e-6 * (p.upper - p.lower);
+            neutral.is_some_and(|n| (near(p.lower) && n != p.lower) || (near(p.upper) && n != p.upper))
+        })
+    })
+}
+
+/// Candidates of a round that do nearly as well as the one named `id`.
+pub fn rivals<'a>(round: &'a Round, id: &str) -> Vec<(&'a Gain, f64)> {
+    let Some(own) = round.gains.iter().find(|g| g.id == id) else { return Vec::new() };
+    let score = |g: &Gain| g.gain + g.predictive;
+    let mut rivals: Vec<(&Gain, f64)> =
+        round.gains.iter().filter(|g| g.id != id).map(|g| (g, score(g) / score(own).max(1.0))).collect();
+    rivals.sort_by(|a, b| b.1.total_cmp(&a.1));
+    rivals
+}
+
+/// Share of the named effect's score from which a rival counts as inseparable.
+pub const TIE: f64 = 0.93;
+
+/// Ids that the data cannot tell from `id`.
+pub fn equivalents(round: &Round, id: &str, twins: &[&str]) -> Vec<String> {
+    let span_same_model = |a: &str, b: &str| {
+        let pair = [a, b];
+        pair.contains(&"headwind") && pair.contains(&"running_resistance")
+    };
+    rivals(round, id)
+        .into_iter()
+        .filter(|(g, ratio)| {
+            let tie = if span_same_model(id, g.id) {
+                0.6
+            } else if twins.contains(&g.id) {
+                TIE - 0.05
+            } else {
+                TIE
+            };
+            *ratio >= tie
+        })
+        .map(|(g, _)| g.id.to_owned())
+        .collect()
+}
+
+/// Probability that a named effect is right, from what it recovers and how close its best rival comes. The logistic was
+/// fitted to simulated cases of the development set.
+pub fn confidence(recovered: f64, rival: f64, gain: f64) -> f64 {
+    let margin = 3.4 + 6.0 * (recovered - 0.93) - 5.0 * (rival - 0.6).max(0.0)
+        + 0.4 * (gain / 300.0).ln().clamp(-2.0, 1.5);
+    (1.0 / (1.0 + (-margin).exp())).clamp(0.2, 0.985)
+}

@@ -1,0 +1,249 @@
+//! `railgrip gap`: why a simulator and recordings disagree.
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use railgrip_diagnosis::bench::{self, BenchError};
+use railgrip_diagnosis::html::{self, detail::Detail};
+use railgrip_diagnosis::load::{self, CaseError};
+use railgrip_diagnosis::report::Report;
+use railgrip_diagnosis::{predictions, wagon};
+use railgrip_vehicle::VehicleParameters;
+use railgrip_vehicle::effects::{CATALOGUE, EffectSpec};
+use serde_json::{Value, json};
+
+use crate::output::say;
+use crate::{CliError, blind};
+
+/// Diagnose the gap between simulator and recordings.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Command {
+    /// Say where the gap of a case lies, which effect causes it, and how far it shrinks
+    Diagnose(DiagnoseArgs),
+    /// List the effects that can be found
+    Effects(EffectsArgs),
+    /// Score the diagnosis on simulated cases whose effect is withheld
+    Blind(blind::Args),
+}
+
+#[derive(Debug, clap::Args)]
+struct DiagnoseArgs {
+    /// Folder with vehicle.toml (or bench.toml), fit/ and holdout/
+    #[arg(value_name = "CASE")]
+    case: PathBuf,
+    /// Where the report goes, as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Where the report goes, as one self-contained page
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+    /// Folder for what the models predict of each holdout run
+    #[arg(long, value_name = "DIR")]
+    predictions: Option<PathBuf>,
+    /// Where the vehicle goes with the effects found in it
+    #[arg(long, value_name = "FILE")]
+    apply: Option<PathBuf>,
+    /// Leave a candidate out of the library; may be repeated
+    #[arg(long, value_name = "ID")]
+    without: Vec<String>,
+    /// Seed of the bootstraps
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Threads (default: one a core); the report does not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+}
+
+#[derive(Debug, clap::Args)]
+struct EffectsArgs {
+    /// For programs
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: &Args) -> Result<(), CliError> {
+    match &args.command {
+        Command::Diagnose(args) => diagnose(args),
+        Command::Effects(args) => {
+            effects(args);
+            Ok(())
+        }
+        Command::Blind(args) => blind::run(args),
+    }
+}
+
+/// What a diagnosis of either kind leaves to write.
+struct Answer {
+    report: Report,
+    detail: Detail,
+    predictions: Vec<(String, railgrip_recording::Table)>,
+    vehicle: Option<VehicleParameters>,
+}
+
+fn diagnose(args: &DiagnoseArgs) -> Result<(), CliError> {
+    if !args.case.is_dir() {
+        return Err(CliError::bad_input(format!("{}: no such folder", args.case.display())));
+    }
+    let answer = if bench::is_bench(&args.case) { of_bench(args)? } else { of_wagon(args)? };
+    if let Some(path) = &args.json {
+        let text = serde_json::to_string_pretty(&answer.report).map_err(CliError::failed)?;
+        write(path, &(text + "\n"))?;
+    }
+    if let Some(path) = &args.html {
+        write(path, &html::render(&answer.report, &answer.detail))?;
+    }
+    if let Some(folder) = &args.predictions {
+        std::fs::create_dir_all(folder)
+            .map_err(|e| CliError::failed(format!("{}: {e}", folder.display())))?;
+        predictions::write(&answer.predictions, folder).map_err(CliError::failed)?;
+    }
+    if let Some(path) = &args.apply {
+        let vehicle = answer
+            .vehicle
+            .as_ref()
+            .ok_or_else(|| CliError::bad_input("--apply: a law-level case has no vehicle to write"))?;
+        write(path, &toml::to_string(vehicle).map_err(CliError::failed)?)?;
+    }
+    say(&html::summary(&answer.report, &answer.detail.case));
+    Ok(())
+}
+
+fn write(path: &Path, text: &str) -> Result<(), CliError> {
+    std::fs::write(path, text).map_err(|error| CliError::failed(format!("{}: {error}", path.display())))
+}
+
+fn of_wagon(args: &DiagnoseArgs) -> Result<Answer, CliError> {
+    check_ids(&args.without)?;
+    let path = args.case.join("vehicle.toml");
+    let vehicle = railgrip_settings::vehicle::load(&path).map_err(CliError::bad_input)?;
+    let case = load::load(&args.case, vehicle).map_err(|error| match error {
+        CaseError::Recording(_) | CaseError::Wheelsets { .. } => CliError::bad_input(error),
+        CaseError::VehicleWheelsets { .. } => CliError::bad_input(format!("{}: {error}", path.display())),
+    })?;
+    let options = wagon::Options {
+        case: name_of(&args.case),
+        without: args.without.clone(),
+        seed: args.seed,
+        version: version(),
+        command: command(args),
+    };
+    let bar = progress_bar();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(args.threads.map_or(0, usize::from))
+        .build()
+        .map_err(CliError::failed)?;
+    let step = |what: &'static str| {
+        bar.set_message(what);
+        bar.inc(1);
+    };
+    let outcome = pool.install(|| wagon::diagnose(&case, &options, &step));
+    bar.finish_and_clear();
+    Ok(Answer {
+        report: outcome.report,
+        detail: outcome.detail,
+        predictions: outcome.predictions,
+        vehicle: Some(outcome.vehicle),
+    })
+}
+
+fn of_bench(args: &DiagnoseArgs) -> Result<Answer, CliError> {
+    let options = bench::Options {
+        without: args.without.clone(),
+        seed: args.seed,
+        version: version(),
+        command: command(args),
+    };
+    let outcome =
+        bench::diagnose(&args.case, &options).map_err(|error: BenchError| CliError::bad_input(error))?;
+    Ok(Answer {
+        report: outcome.report,
+        detail: outcome.detail,
+        predictions: outcome.predictions,
+        vehicle: None,
+    })
+}
+
+fn check_ids(ids: &[String]) -> Result<(), CliError> {
+    let known = |id: &&String| CATALOGUE.iter().all(|(spec, _)| spec.id != id.as_str());
+    match ids.iter().find(known) {
+        None => Ok(()),
+        Some(id) => {
+            let all: Vec<&str> = CATALOGUE.iter().map(|(spec, _)| spec.id).collect();
+            Err(CliError::bad_input(format!(
+                "--without {id}: not in the catalogue, known are {}",
+                all.join(", ")
+            )))
+        }
+    }
+}
+
+fn name_of(folder: &Path) -> String {
+    let full = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    full.file_name().map_or_else(|| "case".to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
+fn version() -> String {
+    format!("railgrip {}", env!("CARGO_PKG_VERSION"))
+}
+
+fn command(args: &DiagnoseArgs) -> String {
+    let without: String = args.without.iter().map(|id| format!(" --without {id}")).collect();
+    format!("railgrip gap diagnose {} --seed {}{without}", name_of(&args.case), args.seed)
+}
+
+/// A bar on a terminal, nothing elsewhere.
+fn progress_bar() -> ProgressBar {
+    // One round over the library, a second one when something was found, and the closing steps.
+    let bar = ProgressBar::new(2 * CATALOGUE.len() as u64 + 3);
+    if !std::io::stderr().is_terminal() {
+        bar.set_draw_target(ProgressDrawTarget::hidden());
+    }
+    if let Ok(style) = ProgressStyle::with_template("{elapsed:>4} [{bar:40}] {pos}/{len} {msg}") {
+        bar.set_style(style.progress_chars("=> "));
+    }
+    bar
+}
+
+fn effects(args: &EffectsArgs) {
+    if args.json {
+        let all: Vec<Value> = CATALOGUE.iter().map(|(spec, _)| entry(spec)).collect();
+        say(&serde_json::to_string_pretty(&all).unwrap_or_default());
+        return;
+    }
+    for (spec, _) in CATALOGUE {
+        say(&format!("{}  ({})\n    {}", spec.id, spec.term.name(), spec.equation));
+        for p in spec.parameters {
+            say(&format!("    {:<26} {:>10} to {:<10} {}", p.name, p.lower, p.upper, p.unit));
+        }
+        say(&format!("    source: {}", spec.source));
+        if !spec.twins.is_empty() {
+            say(&format!("    twins: {}; separated by {}", spec.twins.join(", "), spec.separated_by));
+        }
+        say("");
+    }
+}
+
+fn entry(spec: &EffectSpec) -> Value {
+    let parameters: Vec<Value> = spec
+        .parameters
+        .iter()
+        .map(|p| {
+            json!({
+                "name": p.name, "unit": p.unit, "lower": p.lower, "upper": p.upper, "default": p.default,
+                "neutral": p.neutral, "discrete": p.discrete,
+                "prior_sigma": p.prior_sigma.is_finite().then_some(p.prior_sigma),
+            })
+        })
+        .collect();
+    json!({
+        "id": spec.id, "term": spec.term.name(), "equation": spec.equation, "source": spec.source,
+        "parameters": parameters, "hidden": spec.hidden, "twins": spec.twins, "separated_by": spec.separated_by,
+    })
+}
