@@ -53,7 +53,9 @@ pub fn experiment(directory: &Path) -> Result<Report, ExperimentError> {
 fn rows(report: &mut Report, name: &str, samples: &[RigSample], by: &[(&str, Vec<f64>); 5]) {
     let judged = by.each_ref().map(|(_, adhesion)| judge(samples, |k| adhesion[k]));
     for ((what, _), judged) in by.iter().zip(&judged) {
-        let remark = format!("share of samples above {BOUND}: {:.1} %", 100.0 * judged.share_above);
+        let sensors = if *what == "default filter" { "; two wheel-speed sensors" } else { "" };
+        let share = 100.0 * judged.share_above;
+        let remark = format!("share of samples above {BOUND}: {share:.1} %{sensors}");
         report.table.push(name, format!("RMS error, {what}"), "", None, judged.rms, remark);
         let longest = judged.longest_above_s;
         report.table.push(name, format!("longest time above {BOUND}, {what}"), "s", Some(0.1), longest, "");

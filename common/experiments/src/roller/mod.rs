@@ -1,7 +1,7 @@
 //! Schwarz & Keck, "Simultaneous Estimation of Wheel-Rail Adhesion and Brake Friction Behaviour" (2020), section 4: the
 //! roller rig with one wheelset, its two tests, and the study behind their Fig. 3.
 //!
-//! * [`rig`] – the rig with pneumatics and a slide protection of its own, and the two tests;
+//! * [`rig`] – the rig with pneumatics and a slide protection of its own, under the programmes of the two tests;
 //! * [`filter`] – the 4-state extended filter (19) with any Q and R, and friction law (8) or (9);
 //! * [`multiple_model`] – several such filters at once, weighted by how well they foretell;
 //! * [`judge`] – errors, and how long they last;
@@ -12,6 +12,8 @@ pub mod filter;
 pub mod judge;
 pub mod multiple_model;
 mod noise;
+mod programme;
+mod protection;
 mod report;
 pub mod rig;
 

@@ -4,9 +4,11 @@
 //! a trailer wheelset (0.46 m, 110 kg m²) with disc brakes (r_B 0.25 m) under 60 kN on rollers of the same
 //! represented mass, pads that grip better as speed falls, and a slide protection that vents, holds and pulses.
 
+use super::programme::Programme;
+use super::protection::{SlideProtection, Valve};
 use railgrip_vehicle::brake::BrakeCylinder;
 use railgrip_vehicle::roller_rig::RigParameters;
-use railgrip_vehicle::{Contact, GRAVITY_M_S2, MAX_WHEELSETS, WagonInput, WagonModel, WagonState};
+use railgrip_vehicle::{GRAVITY_M_S2, Loading, MAX_WHEELSETS, WagonInput, WagonModel, WagonState};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
@@ -96,131 +98,9 @@ pub struct RigSample {
     pub reversing: bool,
 }
 
-/// Time course of what the operator asks for and what lies on the rollers.
-struct Programme {
-    start_speed_m_s: f64,
-    duration_s: f64,
-    /// Demand as a share of full braking over time, held until the next entry.
-    demand: &'static [(f64, f64)],
-    /// Slip beyond which the protection vents and holds.
-    vent_slip: f64,
-    hold_slip: f64,
-    /// Apply pulse and pause, s.
-    pulse_s: (f64, f64),
-    contact: Contact,
-}
-
-impl Test {
-    fn programme(self) -> Programme {
-        let contact = |friction_ratio, friction_decay_s_per_m| Contact {
-            stiffness_n: 6e6,
-            k_a: 1.0,
-            k_s: 0.4,
-            friction_ratio,
-            friction_decay_s_per_m,
-        };
-        match self {
-            Self::SlideProtection => Programme {
-                start_speed_m_s: 120.0 / 3.6,
-                duration_s: 135.0,
-                demand: &[
-                    (18.0, 0.30),
-                    (20.5, 0.0),
-                    (24.0, 0.30),
-                    (26.5, 0.0),
-                    (30.5, 0.30),
-                    (33.0, 0.0),
-                    (42.0, 1.0),
-                ],
-                vent_slip: 0.22,
-                hold_slip: 0.10,
-                pulse_s: (0.08, 0.18),
-                contact: contact(0.4, 0.2),
-            },
-            Self::Sanding => Programme {
-                start_speed_m_s: 200.0 / 3.6,
-                duration_s: 140.0,
-                demand: &[
-                    (3.5, 1.4),
-                    (6.3, 0.0),
-                    (12.0, 0.60),
-                    (19.0, 0.75),
-                    (24.0, 0.45),
-                    (30.0, 1.25),
-                    (37.0, 0.80),
-                    (52.0, 1.0),
-                ],
-                vent_slip: 0.45,
-                hold_slip: 0.30,
-                pulse_s: (0.3, 0.3),
-                contact: contact(0.35, 0.15),
-            },
-        }
-    }
-
-    /// Adhesion available at a time, before slow random variation.
-    fn adhesion_peak(self, time_s: f64) -> f64 {
-        let towards = |from: f64, to: f64, start_s: f64, length_s: f64| {
-            from + (to - from) * ((time_s - start_s) / length_s).clamp(0.0, 1.0)
-        };
-        match self {
-            // Water and soap, running dry towards the end.
-            Self::SlideProtection => towards(0.050, 0.12, 108.0, 6.0),
-            Self::Sanding => 0.106,
-        }
-    }
-}
-
 /// Pads grip better as the disc slows down, and a little better as it warms up.
 fn pad_friction(rim_speed_m_s: f64, heat_j: f64) -> f64 {
     0.31 + 0.07 * (-rim_speed_m_s / 12.0).exp() + 0.02 * (heat_j / 2e6).min(1.0)
-}
-
-/// Slide protection of the rig: vents when slip is large and still grows, holds when it is moderate, gives pressure
-/// back in pulses.
-#[derive(Clone, Copy, Debug, Default)]
-struct SlideProtection {
-    last_rim_m_s: f64,
-    rim_acceleration_m_s2: f64,
-    since_pulse_s: f64,
-    acting: bool,
-}
-
-/// What its valve does.
-#[derive(Clone, Copy, PartialEq)]
-enum Valve {
-    Apply,
-    Hold,
-    Vent,
-}
-
-impl SlideProtection {
-    fn control(&mut self, programme: &Programme, v_m_s: f64, rim_m_s: f64, filled: f64) -> Valve {
-        let raw = (rim_m_s - self.last_rim_m_s) / SAMPLE_PERIOD_S;
-        self.last_rim_m_s = rim_m_s;
-        self.rim_acceleration_m_s2 += 0.2 * (raw - self.rim_acceleration_m_s2);
-        self.since_pulse_s += SAMPLE_PERIOD_S;
-        if v_m_s < 1.5 {
-            self.acting = false;
-            return Valve::Apply;
-        }
-        let slip = (v_m_s - rim_m_s) / v_m_s;
-        if slip > programme.vent_slip && self.rim_acceleration_m_s2 < 0.5 {
-            self.acting = true;
-            return Valve::Vent;
-        }
-        if slip > programme.hold_slip {
-            self.acting = true;
-            return Valve::Hold;
-        }
-        if !self.acting {
-            return Valve::Apply;
-        }
-        self.acting = filled < 0.95;
-        let (pulse_s, pause_s) = programme.pulse_s;
-        self.since_pulse_s %= pulse_s + pause_s;
-        if self.since_pulse_s < pulse_s { Valve::Apply } else { Valve::Hold }
-    }
 }
 
 /// Slow random variation of the adhesion available: first order, seeded.
@@ -242,73 +122,131 @@ impl Variation {
     }
 }
 
-/// Runs a test with seeded rail and sensor noise.
-pub fn simulate(test: Test, seed: u64, sensors: RigSensors) -> Vec<RigSample> {
-    let programme = test.programme();
-    let parameters = parameters(&programme);
-    let model = parameters.model();
-    let radius = parameters.wheel_radius_m;
-    let cylinder = BrakeCylinder {
-        fill_time_s: 0.25,
-        vent_time_s: 0.08,
-        full_pressure_pa: 3.8e5,
-        full_pressing_force_n: 3.2e4,
-        spring_pressure_pa: 2e4,
-    };
-    let mut rail = Variation { random: Pcg64Mcg::seed_from_u64(seed), value: 0.0 };
-    let mut noise = Variation { random: Pcg64Mcg::seed_from_u64(seed ^ 0x5eed), value: 0.0 };
-    let mut protection =
-        SlideProtection { last_rim_m_s: programme.start_speed_m_s, ..SlideProtection::default() };
-    let start = programme.start_speed_m_s;
-    let mut state = WagonState { v_m_s: start, wheel_speed_rad_s: [start / radius, 0.0, 0.0, 0.0] };
-    let (mut pressure_pa, mut pad_force_n, mut acceleration, mut heat_j) = (0.0, 0.0, 0.0, 0.0);
-    let mut releasing = false;
-    let mut samples = Vec::new();
-    for k in 0..(programme.duration_s / SAMPLE_PERIOD_S) as usize {
-        let time_s = k as f64 * SAMPLE_PERIOD_S;
-        let demand =
-            programme.demand.iter().rev().find(|(from, _)| time_s >= *from).map_or(0.0, |(_, share)| *share);
-        let demand_pa = demand * cylinder.full_pressure_pa;
-        let rim = radius * state.wheel_speed_rad_s[0];
-        let filled = if demand_pa > 0.0 { pressure_pa / demand_pa } else { 1.0 };
-        let valve = protection.control(&programme, state.v_m_s, rim, filled);
-        let target_pa = match valve {
-            Valve::Apply => demand_pa,
-            Valve::Hold => pressure_pa.min(demand_pa),
-            Valve::Vent => 0.0,
+/// Cylinder of the rig: small, hence quick.
+const CYLINDER: BrakeCylinder = BrakeCylinder {
+    fill_time_s: 0.25,
+    vent_time_s: 0.08,
+    full_pressure_pa: 3.8e5,
+    full_pressing_force_n: 3.2e4,
+    spring_pressure_pa: 2e4,
+};
+
+/// Speed at which a test ends, m/s.
+const END_SPEED_M_S: f64 = 0.8;
+
+/// The rig in motion.
+struct Rig {
+    test: Test,
+    programme: Programme,
+    model: WagonModel,
+    sensors: RigSensors,
+    rail: Variation,
+    noise: Variation,
+    protection: SlideProtection,
+    state: WagonState,
+    acceleration_m_s2: f64,
+    pressure_pa: f64,
+    pad_force_n: f64,
+    heat_j: f64,
+    reversing: bool,
+}
+
+/// What holds over one sample period.
+struct Period {
+    target_pa: f64,
+    friction: f64,
+    peak: f64,
+}
+
+impl Rig {
+    fn new(test: Test, seed: u64, sensors: RigSensors) -> Self {
+        let programme = test.programme();
+        let start = programme.start_speed_m_s;
+        Self {
+            test,
+            model: parameters(&programme).model(),
+            sensors,
+            rail: Variation { random: Pcg64Mcg::seed_from_u64(seed), value: 0.0 },
+            noise: Variation { random: Pcg64Mcg::seed_from_u64(seed ^ 0x5eed), value: 0.0 },
+            protection: SlideProtection::new(start),
+            state: WagonState { v_m_s: start, wheel_speed_rad_s: [start / RADIUS_M, 0.0, 0.0, 0.0] },
+            programme,
+            acceleration_m_s2: 0.0,
+            pressure_pa: 0.0,
+            pad_force_n: 0.0,
+            heat_j: 0.0,
+            reversing: false,
+        }
+    }
+
+    /// The sample at a time; the rig moves on to the next.
+    fn next_sample(&mut self, time_s: f64) -> RigSample {
+        let demand_pa = self.programme.demand_at(time_s) * CYLINDER.full_pressure_pa;
+        let rim = RADIUS_M * self.state.wheel_speed_rad_s[0];
+        let filled = if demand_pa > 0.0 { self.pressure_pa / demand_pa } else { 1.0 };
+        let valve = self.protection.control(&self.programme, self.state.v_m_s, rim, filled);
+        let period = Period {
+            target_pa: match valve {
+                Valve::Apply => demand_pa,
+                Valve::Hold => self.pressure_pa.min(demand_pa),
+                Valve::Vent => 0.0,
+            },
+            peak: self.test.adhesion_peak(time_s) * (1.0 + self.rail.advance()),
+            friction: pad_friction(rim, self.heat_j),
         };
-        let peak = test.adhesion_peak(time_s) * (1.0 + rail.advance());
-        let friction = pad_friction(rim, heat_j);
-        let force_n = cylinder.pressing_force_n(pressure_pa);
-        let input = input(pad_force_n, friction, peak);
-        let forces =
-            model.forces(&state, &model.loading(&model.operating(&state, &input), &input, STEP_S, &[]));
-        let creepage = railgrip_vehicle::creepage(rim, state.v_m_s);
-        releasing = target_pa < pressure_pa - 1e3 && creepage < -0.03 || releasing && creepage < -0.01;
-        samples.push(RigSample {
+        let sample = self.measure(time_s, &period, valve != Valve::Apply || self.protection.acting());
+        for _ in 0..(SAMPLE_PERIOD_S / STEP_S).round() as usize {
+            self.advance(&period);
+        }
+        sample
+    }
+
+    fn measure(&mut self, time_s: f64, period: &Period, wsp_active: bool) -> RigSample {
+        let adhesion = self.model.forces(&self.state, &self.loading(period)).adhesion_utilised(0);
+        let (omega, v) = (self.state.wheel_speed_rad_s[0], self.state.v_m_s);
+        let creepage = railgrip_vehicle::creepage(RADIUS_M * omega, v);
+        let releases = period.target_pa < self.pressure_pa - 1e3 && creepage < -0.03;
+        self.reversing = releases || self.reversing && creepage < -0.01;
+        let force_n = CYLINDER.pressing_force_n(self.pressure_pa);
+        let (sensors, noise) = (&self.sensors, &mut self.noise);
+        RigSample {
             time_s,
-            wheel_speed_rad_s: state.wheel_speed_rad_s[0] + sensors.wheel_speed_rad_s * noise.normal(),
-            second_wheel_speed_rad_s: state.wheel_speed_rad_s[0] + sensors.wheel_speed_rad_s * noise.normal(),
-            v_m_s: state.v_m_s + sensors.speed_m_s * noise.normal(),
+            wheel_speed_rad_s: omega + sensors.wheel_speed_rad_s * noise.normal(),
+            second_wheel_speed_rad_s: omega + sensors.wheel_speed_rad_s * noise.normal(),
+            v_m_s: v + sensors.speed_m_s * noise.normal(),
             pressing_force_n: (force_n + sensors.pressing_force_n * noise.normal()).max(0.0),
             roller_force_n: 0.0,
-            adhesion: forces.adhesion_utilised(0),
-            pad_friction: friction,
+            adhesion,
+            pad_friction: period.friction,
             creepage,
-            wsp_active: valve != Valve::Apply || protection.acting,
-            reversing: releasing,
-        });
-        for _ in 0..(SAMPLE_PERIOD_S / STEP_S).round() as usize {
-            pressure_pa = cylinder.step(pressure_pa, target_pa, STEP_S);
-            pad_force_n +=
-                (cylinder.pressing_force_n(pressure_pa) - pad_force_n) * (STEP_S / sensors.pad_lag_s);
-            let input = self::input(pad_force_n, friction, peak);
-            let loading = model.loading(&model.operating(&state, &input), &input, STEP_S, &[]);
-            state = model.step(&state, &loading, STEP_S, &mut acceleration);
-            heat_j +=
-                friction * pad_force_n * parameters.brake_radius_m * state.wheel_speed_rad_s[0] * STEP_S;
+            wsp_active,
+            reversing: self.reversing,
         }
-        if state.v_m_s < 0.8 {
+    }
+
+    fn advance(&mut self, period: &Period) {
+        self.pressure_pa = CYLINDER.step(self.pressure_pa, period.target_pa, STEP_S);
+        let force_n = CYLINDER.pressing_force_n(self.pressure_pa);
+        self.pad_force_n += (force_n - self.pad_force_n) * (STEP_S / self.sensors.pad_lag_s);
+        let loading = self.loading(period);
+        self.state = self.model.step(&self.state, &loading, STEP_S, &mut self.acceleration_m_s2);
+        let torque_nm = period.friction * self.pad_force_n * BRAKE_RADIUS_M;
+        self.heat_j += torque_nm * self.state.wheel_speed_rad_s[0] * STEP_S;
+    }
+
+    fn loading(&self, period: &Period) -> Loading {
+        let input = input(self.pad_force_n, period.friction, period.peak);
+        self.model.loading(&self.model.operating(&self.state, &input), &input, STEP_S, &[])
+    }
+}
+
+/// Runs a test with seeded rail and sensor noise, until the rig stands.
+pub fn simulate(test: Test, seed: u64, sensors: RigSensors) -> Vec<RigSample> {
+    let mut rig = Rig::new(test, seed, sensors);
+    let mut samples = Vec::new();
+    for k in 0..(rig.programme.duration_s / SAMPLE_PERIOD_S) as usize {
+        samples.push(rig.next_sample(k as f64 * SAMPLE_PERIOD_S));
+        if rig.state.v_m_s < END_SPEED_M_S {
             break;
         }
     }
