@@ -7,7 +7,9 @@ use crate::html::detail::{
     Alarm, Axis, CandidateDetail, Curve, CurvePoint, Detail, ParameterRow, RunRow, Settings, Tie, Trace,
     TraceWindow,
 };
+use crate::html::effect_curve::{FittedModel, effect_curve};
 use crate::metric::{Tally, sigmas};
+use crate::parameters::Built;
 use crate::predictions::Predicted;
 use crate::report::{Interval, Report};
 use crate::solver::assemble;
@@ -236,4 +238,25 @@ pub(crate) fn add_runs(detail: &mut Detail, case: &Case, fit: &[Predicted], hold
         t_s: run.t_s[range.clone()].to_vec(),
         traces: (0..OUTPUTS).map(trace).collect(),
     });
+}
+
+/// The curves of the effects found, in the order of the report.
+pub(crate) fn effect_curves(
+    case: &Case,
+    found: &Found,
+    models: &Models,
+    calibrated: &Built,
+    report: &Report,
+) -> Vec<Curve> {
+    let best = &found.best.fitted;
+    if best.fit.theta.len() != models.extended.len() {
+        return Vec::new();
+    }
+    let fitted = FittedModel {
+        shape: &models.extended_shape,
+        theta: &models.extended,
+        blocks: &best.fit.blocks,
+        widening: WIDENING,
+    };
+    report.effects.iter().filter_map(|effect| effect_curve(case, &fitted, calibrated, &effect.id)).collect()
 }

@@ -131,6 +131,7 @@ fn write_up(
     let mut detail = details::detail(case, options, found, judgement, models, &report);
     detail.heat_map = heat_map;
     details::add_runs(&mut detail, case, &fit, &holdout);
+    detail.effect_curves = details::effect_curves(case, found, models, three[1], &report);
     let tables = case.holdout.iter().zip(&holdout).filter_map(|(run, predicted)| {
         predictions::table(run, predicted).ok().map(|table| (run.name.clone(), table))
     });

@@ -6,6 +6,7 @@
 mod chart;
 mod curves;
 pub mod detail;
+pub mod effect_curve;
 mod facts;
 mod gaps;
 mod location;
