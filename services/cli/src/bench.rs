@@ -10,7 +10,7 @@ use railgrip_filter::{EstimatorConfig, EstimatorInput, WagonEstimator};
 use railgrip_vehicle::{VehicleParameters, WagonInput, WagonModel, WagonState};
 
 use crate::output::say;
-use crate::{CliError, bench_transport};
+use crate::{CliError, bench_train, bench_transport};
 
 /// The vehicle that is timed.
 const VEHICLE: &str = include_str!("../../../config/vehicle.toml");
@@ -26,6 +26,9 @@ pub(crate) struct Args {
     /// Measure the way from ingest to estimate through real processes instead
     #[arg(long)]
     transport: bool,
+    /// Measure a train of 64 wagons at 1 kHz, and its HTTP service under load, instead
+    #[arg(long, conflicts_with = "transport")]
+    train: bool,
 }
 
 /// One line of the table.
@@ -41,6 +44,15 @@ struct Line {
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     if args.transport {
         return run_transport(args.json);
+    }
+    if args.train {
+        let report = bench_train::run()?;
+        if args.json {
+            say(&serde_json::to_string_pretty(&report).map_err(CliError::failed)?);
+        } else {
+            bench_train::show(&report);
+        }
+        return Ok(());
     }
     let path = std::path::Path::new("built-in vehicle");
     let vehicle = railgrip_settings::vehicle::parse(path, VEHICLE).map_err(CliError::failed)?;

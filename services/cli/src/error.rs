@@ -1,5 +1,6 @@
 //! Where the errors of all libraries turn into exit codes.
 
+use std::io::ErrorKind;
 use std::process::ExitCode;
 
 use railgrip_bus::BusError;
@@ -71,6 +72,13 @@ impl From<railgrip_health::HealthError> for CliError {
     fn from(error: railgrip_health::HealthError) -> Self {
         match error {
             railgrip_health::HealthError::Bus(error) => error.into(),
+            railgrip_health::HealthError::Serve { ref source, .. }
+                if source.kind() == ErrorKind::AddrInUse =>
+            {
+                Self::failed(format!(
+                    "{error}; choose another with --listen ADDRESS:PORT, port 0 for any free one"
+                ))
+            }
             railgrip_health::HealthError::Serve { .. } => Self::failed(error),
         }
     }
