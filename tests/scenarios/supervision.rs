@@ -42,6 +42,14 @@ fn kill_one(train: &TrainUnderTest, role: &str) {
         killed.elapsed().as_secs_f64() * 1e3
     );
     assert_eq!(others(train, &victim), before, "nobody else may be disturbed");
+    assert_eq!(missed(train), 0, "no estimator that lives may miss a sample");
+}
+
+/// Samples that the estimators of the train missed.
+fn missed(train: &TrainUnderTest) -> u64 {
+    let view = train.http().and_then(|http| http.json("/api/v1/train")).expect("the train");
+    let processes = view["processes"].as_array().expect("processes");
+    processes.iter().filter_map(|process| process["missed"].as_u64()).sum()
 }
 
 #[test]
