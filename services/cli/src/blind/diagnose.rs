@@ -14,7 +14,7 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 use super::{
-    Args,
+    Args, Floor,
     answer::Answer,
     cannot_write,
     make::{Made, case_folder, twin_folder},
@@ -31,6 +31,7 @@ pub(super) struct Surgery {
     out: PathBuf,
     seed: u64,
     time_limit: Duration,
+    floor: Floor,
     ids: Vec<String>,
 }
 
@@ -60,7 +61,7 @@ impl Surgery {
         let out = fs::canonicalize(&args.out).map_err(|error| cannot_write(&args.out, &error))?;
         let ids = library(&program)?;
         let time_limit = Duration::from_secs(args.time_limit);
-        Ok(Self { program, program_sha256, out, seed: args.seed, time_limit, ids })
+        Ok(Self { program, program_sha256, out, seed: args.seed, time_limit, floor: args.floor, ids })
     }
 
     /// Diagnoses a case, and its twin for the floor.
@@ -69,13 +70,15 @@ impl Surgery {
         let folder = case_folder(&self.out, name);
         let without: Vec<String> = made.withheld.iter().cloned().collect();
         let (visit, report) = self.visit(&folder, name, &made.recordings_sha256, &without)?;
-        let floor = if made.label.effects.is_empty() {
-            None
-        } else {
-            let twin = twin_folder(&self.out, name);
-            let digest = seal::digest_of_folder(&twin)?;
-            let (_, report) = self.visit(&twin, &format!("{name}.twin"), &digest, &self.ids)?;
-            report.and_then(|report| report.pointer("/gap/holdout/calibrated").and_then(Value::as_f64))
+        let floor = match self.floor {
+            _ if made.label.effects.is_empty() => None,
+            Floor::Plant => Some(made.label.gap_without_the_effect.holdout),
+            Floor::Diagnosis => {
+                let twin = twin_folder(&self.out, name);
+                let digest = seal::digest_of_folder(&twin)?;
+                let (_, report) = self.visit(&twin, &format!("{name}.twin"), &digest, &self.ids)?;
+                report.and_then(|report| report.pointer("/gap/holdout/calibrated").and_then(Value::as_f64))
+            }
         };
         let predictions = self.predictions(name);
         let verified = report.as_ref().map(|report| verify::check(&folder, &predictions, report));
@@ -273,6 +276,7 @@ END
             out: folder.to_path_buf(),
             seed: 1,
             time_limit: Duration::from_secs(60),
+            floor: Floor::Plant,
             ids: Vec::new(),
         }
     }

@@ -24,7 +24,7 @@ use std::{
     thread,
 };
 
-use clap::Args as ClapArgs;
+use clap::{Args as ClapArgs, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::CliError;
@@ -46,9 +46,21 @@ pub struct Args {
     /// Cases diagnosed at the same time (default: one a core)
     #[arg(long)]
     threads: Option<usize>,
+    /// Who calibrates the model on the twin, for the floor: the diagnosis (a second child a case) or the plant (at once)
+    #[arg(long, value_enum, default_value_t = Floor::Diagnosis)]
+    floor: Floor,
     /// Longest diagnosis of one case, s; a longer one counts as failed
     #[arg(long, default_value_t = 600)]
     time_limit: u64,
+}
+
+/// Who calibrates the nominal model on the twin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Floor {
+    /// The diagnosis, with its whole library taken out.
+    Diagnosis,
+    /// The plant, with its own fit of the nuisances.
+    Plant,
 }
 
 /// Makes the cases, seals the labels, has every case diagnosed, opens the labels and prints the score.
