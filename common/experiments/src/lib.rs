@@ -5,7 +5,7 @@
 //!
 //! * [`traction`] – Zhao et al. 2014: traction rig, 13-state unscented filter.
 //! * [`roller`] – Schwarz & Keck 2020: roller rig, wheel-slide protection and sanding, 4-state extended filter.
-//! * [`bench`] – time of one filter step, for `railgrip bench` and the reports.
+//! * [`mod@bench`] – time of one filter step, for `railgrip bench` and the reports.
 //!
 //! Everything is seeded: a rerun writes the same bytes, but for measured times.
 

@@ -1,5 +1,5 @@
 //! The roller rig's experiments meet the paper's criteria.
-#![allow(clippy::unwrap_used, clippy::print_stdout)] // helpers of tests, too
+#![allow(clippy::unwrap_used, clippy::print_stdout)] // in functions that the tests share
 
 use nalgebra::{SMatrix, SVector, Vector4};
 use railgrip_experiments::roller::filter::Tuning;

@@ -1,5 +1,5 @@
 //! The traction rig's experiment meets its criteria, and its filters are as accurate as they say.
-#![allow(clippy::unwrap_used)] // helpers of tests, too
+#![allow(clippy::unwrap_used)] // in functions that the tests share
 
 #[test]
 fn the_papers_friction_comes_out() {
