@@ -42,8 +42,6 @@ pub(super) struct Answer {
     pub calibrated: f64,
     /// The same of the extended model.
     pub extended: f64,
-    /// Baseline: every candidate with its nuisances refitted, lowest RMSE on the fit runs first.
-    pub rmse_ranking: Vec<String>,
 }
 
 impl Answer {
@@ -63,10 +61,6 @@ impl Answer {
                 .unwrap_or_default(),
             parameters: parameters(effect),
         };
-        let gap_of =
-            |candidate: &Value| candidate.get("fit_gap").and_then(Value::as_f64).unwrap_or(f64::INFINITY);
-        let mut candidates = list("candidates");
-        candidates.sort_by(|a, b| gap_of(a).total_cmp(&gap_of(b)));
         Self {
             verdict: text(report, "verdict").unwrap_or_default(),
             term: report.pointer("/where/term").and_then(Value::as_str).map(str::to_owned),
@@ -74,7 +68,6 @@ impl Answer {
             effects: list("effects").iter().map(named).collect(),
             calibrated: number("/gap/holdout/calibrated"),
             extended: number("/gap/holdout/extended"),
-            rmse_ranking: candidates.iter().filter_map(|candidate| text(candidate, "id")).collect(),
         }
     }
 
@@ -110,14 +103,12 @@ mod tests {
             "verdict": "effects+unknown", "where": {"term": "adhesion"}, "unexplained": {"gap": 2.0, "term": "inertia"},
             "effects": [{"id": "sanding", "term": "adhesion", "confidence": 0.9, "equivalent": ["self_cleaning"],
                          "parameters": {"gain": {"value": 0.3, "ci95": [0.2, 0.4]}}}],
-            "candidates": [{"id": "a", "fit_gap": 3.0}, {"id": "b", "fit_gap": 2.0}],
             "gap": {"holdout": {"calibrated": 8.0, "extended": 2.0}}
         });
         let answer = Answer::read(&report);
         assert_eq!(answer.word(), "sanding + unknown");
         assert!(answer.effects[0].is("self_cleaning") && !answer.effects[0].is("brake_lag"));
         assert_eq!(answer.effects[0].parameters["gain"], (0.3, 0.2, 0.4));
-        assert_eq!(answer.rmse_ranking, ["b", "a"]);
         assert_eq!((answer.calibrated, answer.extended), (8.0, 2.0));
     }
 }

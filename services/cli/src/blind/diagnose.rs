@@ -18,6 +18,7 @@ use super::{
     answer::Answer,
     cannot_write,
     make::{Made, case_folder, twin_folder},
+    rankings::Rankings,
     read,
     score::Outcome,
     seal, verify, write,
@@ -90,8 +91,24 @@ impl Surgery {
             verified,
             seconds: visit.seconds,
             failure: visit.failure,
-            correlation_ranking: Vec::new(),
+            rankings: self.rankings(made)?,
         })
+    }
+
+    /// What mere rankings say of a case, or said before an interruption.
+    fn rankings(&self, made: &Made) -> Result<Rankings, CliError> {
+        let kept = self.out.join("rankings").join(format!("{}.json", made.label.case));
+        let key = (&self.program_sha256, &made.recordings_sha256);
+        if let Ok(text) = fs::read_to_string(&kept)
+            && let Ok((program, recordings, rankings)) =
+                serde_json::from_str::<(String, String, Rankings)>(&text)
+            && (&program, &recordings) == key
+        {
+            return Ok(rankings);
+        }
+        let rankings = Rankings::of(&case_folder(&self.out, &made.label.case));
+        write(&kept, &serde_json::to_string(&(key.0, key.1, &rankings)).map_err(CliError::failed)?)?;
+        Ok(rankings)
     }
 
     fn report(&self, name: &str) -> PathBuf {

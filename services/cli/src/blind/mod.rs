@@ -12,6 +12,7 @@ mod answer;
 mod belief;
 mod diagnose;
 mod make;
+mod rankings;
 mod score;
 mod seal;
 mod table;

@@ -6,6 +6,7 @@ use super::{
     answer::{Answer, Named},
     belief::{Agreement, Bin, agreement, reliability},
     make::Made,
+    rankings::Rankings,
 };
 
 /// A case with its answer.
@@ -23,8 +24,8 @@ pub(super) struct Outcome {
     pub seconds: f64,
     /// Why there is no answer.
     pub failure: Option<String>,
-    /// Baseline: ids by correlation of the calibrated model's residuals with one-shot sensitivities, best first.
-    pub correlation_ranking: Vec<String>,
+    /// What mere rankings would have said.
+    pub rankings: Rankings,
 }
 
 impl Outcome {
@@ -213,10 +214,8 @@ impl Score {
             parameter_error_median: quantile(&errors, 0.5),
             in_ci95: tally(&|agreement| agreement.in_ci95),
             in_90: tally(&|agreement| agreement.in_90),
-            baseline_rmse: Baseline::of(outcomes, |outcome| {
-                outcome.answer.as_ref().map_or(&[], |answer| answer.rmse_ranking.as_slice())
-            }),
-            baseline_correlation: Baseline::of(outcomes, |outcome| outcome.correlation_ranking.as_slice()),
+            baseline_rmse: Baseline::of(outcomes, |outcome| &outcome.rankings.rmse),
+            baseline_correlation: Baseline::of(outcomes, |outcome| &outcome.rankings.correlation),
             confidence: reliability(outcomes),
             seconds_median: quantile(&seconds, 0.5),
             seconds_longest: seconds.last().copied().unwrap_or(f64::NAN),
