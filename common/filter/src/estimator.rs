@@ -24,6 +24,7 @@ pub struct WagonEstimator {
     usual_step_s: f64,
     /// Change of wheelset speed that a believable jump of adhesion makes, rad/s².
     wheel_jump_rad_s2: [f64; MAX_WHEELSETS],
+    wheel_radius_m: [f64; MAX_WHEELSETS],
     memory: Memory,
     last: EstimatorOutput,
 }
@@ -68,6 +69,7 @@ impl WagonEstimator {
                 config.hygiene.gate_adhesion_jump * load_n * constants.wheel_radius_m[i]
                     / constants.inertia_kg_m2[i].max(1e-9)
             }),
+            wheel_radius_m: constants.wheel_radius_m,
             laws: Laws::new(vehicle, model),
             memory: Memory::default(),
             last: EstimatorOutput::default(),
@@ -145,7 +147,7 @@ impl WagonEstimator {
             let force = &mut self.memory.forces[i];
             let before = force.value;
             // Noise may carry a force of zero below it.
-            let known = force.take(input.pressing_force_n[i].max(-1e4), -1e4..=1e7, dt_s, hold_s);
+            let known = force.take(input.pressing_force_n[i], -1e5..=1e7, dt_s, hold_s);
             let now = force.value.max(0.0);
             if !known {
                 sample.force_known &= !(1 << i);
@@ -228,13 +230,13 @@ impl WagonEstimator {
             let gate = settings.gate_sigma * sigma + jump;
             let test_ratio = (update.innovation / gate).powi(2);
             let watch = &mut self.memory.watches[output];
-            watch.note(measured, dt_s);
-            let sigmas = update.innovation / sigma;
+            let rolling = if output == 0 { 1.0 } else { 1.0 / self.wheel_radius_m[output - 1] };
+            watch.note(measured, self.last.v_m_s * rolling, dt_s);
             let record = &mut out.innovations;
             record.innovation[output] = update.innovation;
             record.innovation_variance[output] = update.innovation_variance;
             record.test_ratio[output] = test_ratio;
-            match watch.judge(sigmas, test_ratio, dt_s, recover_s, settings) {
+            match watch.judge(update.innovation, sigma, test_ratio, dt_s, recover_s, settings) {
                 Verdict::Use => {
                     self.filter.accept(output, &update);
                     record.fused |= 1 << output;

@@ -123,32 +123,37 @@ pub enum Verdict {
 pub struct SensorWatch {
     last: Option<f64>,
     repeats_s: f64,
+    expected_then: f64,
+    moved: f64,
     stuck: bool,
     refused_s: f64,
 }
 
 impl SensorWatch {
-    /// Notes the raw value of a sample. Call before [`Self::judge`].
-    pub fn note(&mut self, value: f64, dt_s: f64) {
-        if self.last == Some(value) {
+    /// Notes the raw value of a sample, and what a wagon that rolls at the estimated speed would show. Call before
+    /// [`Self::judge`]. Zero is no stuck value: a locked wheelset shows it.
+    pub fn note(&mut self, value: f64, rolling: f64, dt_s: f64) {
+        if self.last == Some(value) && value != 0.0 {
             self.repeats_s += dt_s;
+            self.moved = (rolling - self.expected_then).abs();
         } else {
-            self.repeats_s = 0.0;
-            self.stuck = false;
+            (self.repeats_s, self.moved, self.stuck) = (0.0, 0.0, false);
+            self.expected_then = rolling;
         }
         self.last = Some(value);
     }
 
-    /// Judges a value from its innovation over sigma and over the gate (`test_ratio` is the latter's square).
+    /// Judges a value from its innovation, the innovation's `sigma`, and innovation over gate squared (`test_ratio`).
     pub fn judge(
         &mut self,
-        sigmas: f64,
+        innovation: f64,
+        sigma: f64,
         test_ratio: f64,
         dt_s: f64,
         recover_s: f64,
         settings: &HygieneSettings,
     ) -> Verdict {
-        if self.repeats_s >= settings.stuck_after_s && sigmas.abs() > 3.0 {
+        if self.repeats_s >= settings.stuck_after_s && innovation.abs().max(self.moved) > 3.0 * sigma {
             self.stuck = true;
         }
         if self.stuck {
@@ -231,7 +236,7 @@ mod tests {
     #[test]
     fn spikes_pass_and_contradictions_win_in_the_end() {
         let mut watch = SensorWatch::default();
-        let mut judge = |ratio: f64| watch.judge(9.0, ratio, 0.01, 0.05, &settings());
+        let mut judge = |ratio: f64| watch.judge(9.0, 1.0, ratio, 0.01, 0.05, &settings());
         assert_eq!(judge(0.5), Verdict::Use);
         let verdicts: Vec<_> = (0..5).map(|_| judge(3.0)).collect();
         assert_eq!(verdicts[..4], [Verdict::Refuse; 4]);
@@ -242,14 +247,14 @@ mod tests {
     fn a_value_that_repeats_is_stuck_only_when_the_estimate_leaves_it() {
         let mut watch = SensorWatch::default();
         for _ in 0..30 {
-            watch.note(20.0, 0.01);
-            assert_eq!(watch.judge(0.5, 0.01, 0.01, 0.05, &settings()), Verdict::Use);
+            watch.note(20.0, 20.0, 0.01);
+            assert_eq!(watch.judge(0.5, 1.0, 0.01, 0.01, 0.05, &settings()), Verdict::Use);
         }
-        watch.note(20.0, 0.01);
-        assert_eq!(watch.judge(4.0, 0.6, 0.01, 0.05, &settings()), Verdict::Refuse);
-        watch.note(20.0, 0.01);
-        assert_eq!(watch.judge(0.1, 0.0, 0.01, 0.05, &settings()), Verdict::Refuse);
-        watch.note(19.2, 0.01);
-        assert_eq!(watch.judge(0.1, 0.0, 0.01, 0.05, &settings()), Verdict::Use);
+        watch.note(20.0, 20.0, 0.01);
+        assert_eq!(watch.judge(4.0, 1.0, 0.6, 0.01, 0.05, &settings()), Verdict::Refuse);
+        watch.note(20.0, 20.0, 0.01);
+        assert_eq!(watch.judge(0.1, 1.0, 0.0, 0.01, 0.05, &settings()), Verdict::Refuse);
+        watch.note(19.2, 20.0, 0.01);
+        assert_eq!(watch.judge(0.1, 1.0, 0.0, 0.01, 0.05, &settings()), Verdict::Use);
     }
 }

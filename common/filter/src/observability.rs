@@ -3,9 +3,13 @@
 //!
 //! The speeds are measured; what else is observable shows in the derivative of the speeds with respect to adhesions
 //! and pad frictions. Scaled so that 1 means "the expected range of the component moves the speed by one sensor sigma
-//! within one second", the rank is the number of pivots above 1 of a complete-pivoting elimination.
+//! within one second", the rank is the number of pivots above 0.1 (what the mean of a hundred samples resolves) of a
+//! complete-pivoting elimination.
 
 use nalgebra::SMatrix;
+
+/// Pivot below which a direction cannot be seen.
+const LEAST_PIVOT: f64 = 0.1;
 
 /// Number of directions that a scaled derivative tells apart.
 pub fn scaled_rank<const R: usize, const C: usize>(mut scaled: SMatrix<f64, R, C>) -> u32 {
@@ -21,7 +25,7 @@ pub fn scaled_rank<const R: usize, const C: usize>(mut scaled: SMatrix<f64, R, C
             }
         }
         let (pivot_row, pivot_column, size) = best;
-        if size <= 1.0 {
+        if size <= LEAST_PIVOT {
             break;
         }
         used[pivot_row] = true;
@@ -42,9 +46,9 @@ mod tests {
 
     #[test]
     fn rank_counts_what_is_large_and_independent() {
-        let two = SMatrix::<f64, 3, 3>::new(100.0, 50.0, 0.0, 0.0, 20.0, 0.0, 100.0, 70.5, 0.3);
+        let two = SMatrix::<f64, 3, 3>::new(100.0, 50.0, 0.0, 0.0, 20.0, 0.0, 100.0, 70.05, 0.03);
         assert_eq!(scaled_rank(two), 2);
-        assert_eq!(scaled_rank(SMatrix::<f64, 2, 4>::repeat(0.5)), 0);
+        assert_eq!(scaled_rank(SMatrix::<f64, 2, 4>::repeat(0.05)), 0);
         assert_eq!(scaled_rank(SMatrix::<f64, 2, 2>::identity() * 5.0), 2);
     }
 }

@@ -298,13 +298,15 @@ impl<const W: usize, const N: usize> WagonFilter for PaperFilter<W, N> {
         let track = sample.other_acceleration_m_s2 - resistance / physics.mass_kg;
         let loads = physics.loads_n(adhesion * GRAVITY_M_S2 + track);
         let sigma = self.belief.sigma(PaperModel::<W, N>::ADHESION);
-        let pressing: f64 = (0..W).map(|i| sample.pressing_force_n[i].max(1.0)).sum();
+        let brakes = (0..W).any(|i| sample.pressing_force_n[i] > self.force_floor_n(i));
+        let weight = |i: usize| if brakes { sample.pressing_force_n[i] } else { 1.0 };
+        let pressing: f64 = (0..W).map(weight).sum();
         let mut pads = SVector::<f64, N>::zeros();
         out.wheelsets = W as u32;
         (out.v_m_s, out.mu_w, out.mu_w_sigma) = (v, adhesion, sigma);
         for i in 0..W {
             let pad = PaperModel::<W, N>::PAD + i;
-            pads[pad] = sample.torque_factor[i] * sample.pressing_force_n[i].max(1.0) / pressing;
+            pads[pad] = sample.torque_factor[i] * weight(i) / pressing;
             (out.mu_w_wheelset[i], out.mu_w_wheelset_sigma[i]) = (adhesion, sigma);
             out.mu_b[i] = sample.torque_factor[i] * x[pad];
             out.mu_b_sigma[i] = sample.torque_factor[i] * self.belief.sigma(pad);

@@ -1,6 +1,8 @@
 //! Recordings with truth beside them, and the figures by which an estimator is judged.
 #![allow(dead_code)]
 
+pub mod plant;
+
 use railgrip_filter::{EstimatorConfig, EstimatorInput, EstimatorOutput, WagonEstimator};
 use railgrip_vehicle::VehicleParameters;
 use std::path::{Path, PathBuf};

@@ -43,13 +43,14 @@ pub struct WagonEkf<const W: usize, const N: usize> {
     mean_slips: [tie::MeanSlip; W],
     /// Adhesion available on dry rail, after the vehicle file.
     dry_adhesion: f64,
-    /// Derivative of the speeds with respect to adhesions (columns `..W`) and pads (`W..`) over the last step.
-    sensitivity: [[f64; 8]; 5],
+    /// Brake torque per pad friction of each wheelset in the last step, N m.
+    brake_torque_nm: [f64; W],
     step_s: f64,
     /// What came of the pressing force of late: its changes, each fading within the lag, N.
     late_force_n: [f64; W],
     since_tie_s: f64,
     tied: u32,
+    untied_s: f64,
     /// Known torque drives the wagon: only then does its acceleration say something about its mass. In sliding the
     /// equations would claim to weigh the wagon by the inertia of its wheels, which is known less well than the mass.
     learns_mass: bool,
@@ -84,11 +85,12 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
             watches: [ChangeWatch::default(); W],
             mean_slips: [tie::MeanSlip::default(); W],
             dry_adhesion: vehicle.rail.dry,
-            sensitivity: [[0.0; 8]; 5],
+            brake_torque_nm: [0.0; W],
             step_s: 0.0,
             late_force_n: [0.0; W],
             since_tie_s: 0.0,
             tied: 0,
+            untied_s: 0.0,
             learns_mass: false,
         }
     }
@@ -232,12 +234,7 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
         let (mut next, mut f) = self.physics.propagate(&self.belief.mean, &input);
         self.hold_locked(&mut next, &mut f);
         let q = self.process_noise(sample, &input, &next);
-        for (row, line) in self.sensitivity.iter_mut().enumerate().take(1 + W) {
-            for i in 0..W {
-                line[i] = f[(row, at.adhesion + i)];
-                line[W + i] = f[(row, at.pad + i)];
-            }
-        }
+        self.brake_torque_nm = input.torque_per_friction_nm;
         self.step_s = dt_s;
         self.belief.predict_leading(next, &f, at.moving, &q);
         let held: [bool; W] =
@@ -301,12 +298,12 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
         memory.extend(self.contacts.iter().flat_map(|c| [c.rolling, c.secant, c.slip_m_s, c.excess_m_s]));
         memory.extend(self.late_force_n);
         memory.extend(self.mean_slips.iter().flat_map(|mean| [mean.slip_m_s, mean.creep_m_s]));
-        memory.extend([self.since_tie_s, f64::from(self.tied)]);
+        memory.extend([self.since_tie_s, f64::from(self.tied), self.untied_s]);
         pack(&self.belief, memory)
     }
 
     fn load(&mut self, state: &FilterState) -> Result<(), FilterError> {
-        self.belief = unpack(state, 8 * W + 2)?;
+        self.belief = unpack(state, 8 * W + 3)?;
         for i in 0..W {
             self.watches[i].mean = state.memory[i];
             let c = &state.memory[W + 4 * i..];
@@ -317,6 +314,7 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
         }
         self.since_tie_s = state.memory[8 * W];
         self.tied = state.memory[8 * W + 1] as u32;
+        self.untied_s = state.memory[8 * W + 2];
         Ok(())
     }
 }

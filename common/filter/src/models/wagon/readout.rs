@@ -11,6 +11,9 @@ const SLIDE_M_S: f64 = 0.1;
 /// Slope of the creep law below which it is said to slide.
 const SLIDE_ROLLING: f64 = 0.1;
 
+/// Expected range of adhesion, to judge what is observable.
+const ADHESION_RANGE: f64 = 0.05;
+
 impl<const W: usize, const N: usize> WagonEkf<W, N> {
     pub(super) fn read_out(&self, sample: &DrivenSample, out: &mut EstimatorOutput) {
         let at = Layout::<W, N>::INDICES;
@@ -19,7 +22,10 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
         let input = self.step_input(sample, 0.0);
         let loads = self.physics.loads_n(self.physics.acceleration(x[0], &adhesion, &input).0);
         let total: f64 = loads.iter().sum();
-        let pressing: f64 = (0..W).map(|i| sample.pressing_force_n[i].max(1.0)).sum();
+        // Below the least force of any pad, noise would be the weight.
+        let brakes = (0..W).any(|i| sample.pressing_force_n[i] > self.force_floor_n(i));
+        let weight = |i: usize| if brakes { sample.pressing_force_n[i] } else { 1.0 };
+        let pressing: f64 = (0..W).map(weight).sum();
         let (mut wagon, mut pads) = (SVector::<f64, N>::zeros(), SVector::<f64, N>::zeros());
         out.wheelsets = W as u32;
         out.v_m_s = x[0];
@@ -32,7 +38,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
             } else {
                 sample.torque_factor[i]
             };
-            pads[at.pad + i] = effective * sample.pressing_force_n[i].max(1.0) / pressing;
+            pads[at.pad + i] = effective * weight(i) / pressing;
             out.mu_w_wheelset[i] = adhesion[i];
             out.mu_w_wheelset_sigma[i] = self.belief.sigma(at.adhesion + i);
             out.mu_b[i] = effective * x[at.pad + i];
@@ -55,17 +61,22 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
         out.observability_rank = self.rank();
     }
 
-    /// Rank of (speeds, their derivatives) with respect to (speeds, adhesions, pads), and one for each tie.
+    /// Rank of (speeds, their derivatives) with respect to (speeds, adhesions, pads): the equations of `physics` without
+    /// relaxation. While all brake, a creepage tie adds the difference that these leave open.
     fn rank(&self) -> u32 {
-        if self.step_s <= 0.0 {
-            return 1 + W as u32;
-        }
         let priors = &self.config.priors;
-        let pad = priors.pad_common * self.physics.brake_friction[0];
-        let scaled = SMatrix::<f64, 5, 8>::from_fn(|row, column| {
-            let range = if column < W { 0.05 } else { pad };
-            self.sensitivity[row][column] * range / self.step_s / self.sensors.variance(row).sqrt()
-        });
-        1 + W as u32 + (scaled_rank(scaled) + self.tied).min(2 * W as u32)
+        let physics = &self.physics;
+        let pad = priors.pad_common * physics.brake_friction[0];
+        let (speed, wheel) = (self.sensors.speed_m_s, self.sensors.wheel_speed_rad_s);
+        let mut scaled = SMatrix::<f64, 5, 8>::zeros();
+        for i in 0..W {
+            let (load, inertia) = (physics.static_load_n[i], physics.inertia_kg_m2[i]);
+            scaled[(0, i)] = load / physics.mass_kg * ADHESION_RANGE / speed;
+            scaled[(1 + i, i)] = physics.wheel_radius_m[i] * load / inertia * ADHESION_RANGE / wheel;
+            scaled[(1 + i, W + i)] = self.brake_torque_nm[i] / inertia * pad / wheel;
+        }
+        let all_brake = (0..W).all(|i| scaled[(1 + i, W + i)] > 1.0);
+        let tied = if all_brake { self.tied } else { 0 };
+        1 + W as u32 + scaled_rank(scaled) + tied
     }
 }

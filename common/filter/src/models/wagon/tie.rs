@@ -12,6 +12,8 @@ use nalgebra::SVector;
 
 /// Time between ties, s.
 pub(super) const INTERVAL_S: f64 = 0.05;
+/// Time for which a tie counts as such, s.
+const TIE_COUNTS_S: f64 = 1.0;
 /// Time over which the error of the creep law persists, s.
 const PERSISTENCE_S: f64 = 10.0;
 /// Difference of radii that comes and goes with the run of the wheel on the rail, relative.
@@ -53,10 +55,14 @@ impl MeanSlip {
 impl<const W: usize, const N: usize> WagonEkf<W, N> {
     /// Ties neighbouring wheelsets by creepage, and each wheelset to the vehicle speed.
     pub(super) fn tie_creepages(&mut self, sample: &DrivenSample) {
-        self.tied = 0;
+        self.untied_s += self.since_tie_s;
+        if self.untied_s > TIE_COUNTS_S {
+            self.tied = 0;
+        }
         if self.belief.mean[0] < 3.0 {
             return;
         }
+        let mut tied = 0;
         let rolls = |filter: &Self, i: usize| {
             filter.contacts[i].secant > LEAST_SECANT
                 && filter.watches[i].certainty(filter.step_s) == 0.0
@@ -67,8 +73,11 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
                 self.tie_to_vehicle(i);
             }
             if i + 1 < W && rolls(self, i) && rolls(self, i + 1) {
-                self.tie_neighbours(i);
+                tied += self.tie_neighbours(i);
             }
+        }
+        if tied > 0 {
+            (self.tied, self.untied_s) = (tied, 0.0);
         }
     }
 
@@ -87,14 +96,14 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
         (radius * (1.0 + x[at.radius + i]) * x[at.wheel + i] - x[0] - asked, h, asked)
     }
 
-    fn tie_neighbours(&mut self, i: usize) {
+    /// Ties wheelsets `i` and `i + 1`; says how many ties that were.
+    fn tie_neighbours(&mut self, i: usize) -> u32 {
         let (front, h_front, asked_front) = self.slip_residual(i);
         let (rear, h_rear, asked_rear) = self.slip_residual(i + 1);
         let secant = self.secant(i).min(self.secant(i + 1));
         if secant < LEAST_SECANT {
-            return;
+            return 0;
         }
-        self.tied += 1;
         let at = Layout::<W, N>::INDICES;
         let bend = 1.0 / (secant * secant * secant) - 1.0;
         let difference = asked_front - asked_rear;
@@ -106,6 +115,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
         let wander = RADIUS_WANDER * self.belief.mean[0];
         let residual = front - rear - bend * difference;
         self.fuse_tie(&h, residual, systematic * systematic + wander * wander);
+        1
     }
 
     /// Force over creepage of wheelset `i` against that of small creepage. Polach's law: about 1 − y² at the share y of
