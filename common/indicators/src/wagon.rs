@@ -13,6 +13,11 @@ use railgrip_messages::{
 
 /// Longer steps are gaps and count for nothing, s.
 const LONGEST_STEP_S: f64 = 0.5;
+/// A wheelset can only slide while it brakes or drives, and for so long after that, s; what looks like a slide otherwise
+/// is an error of a wheel's radius or of a sensor.
+const SLIDE_NEEDS_DEMAND_S: f64 = 2.0;
+/// A wheelset drives from this torque on, N m.
+const DRIVES_FROM_NM: f64 = 200.0;
 /// A change of the rail's condition is told when it is at least so probable.
 const SURE_OF_CHANGE: f64 = 0.7;
 /// Slower than this nothing about adhesion is learnt, m/s.
@@ -64,6 +69,7 @@ pub(crate) struct WheelsetState {
     /// The same where the rail is not low.
     pub(crate) wsp_elsewhere: FadingMean,
     pub(crate) wsp_was_active: f64,
+    pub(crate) since_demand_s: f64,
 }
 
 /// The indicators of one wagon.
@@ -87,7 +93,9 @@ impl WagonIndicators {
         let mut state = IndicatorState::zeroed();
         state.condition = u64::from(u32::MAX);
         state.wagon = view;
-        state.wheelset.iter_mut().for_each(|wheelset| wheelset.rail = view);
+        for wheelset in &mut state.wheelset {
+            (wheelset.rail, wheelset.since_demand_s) = (view, f64::INFINITY);
+        }
         Self { settings, nominal, rail, wagon, state, last: Estimate::default(), position_m: 0.0 }
     }
 
@@ -125,6 +133,7 @@ impl WagonIndicators {
             self.brakes(estimate, dt_s);
         }
         for wheelset in 0..estimate.wheelset_count() {
+            self.demand(wheelset, sample, estimate, dt_s);
             self.slide(wheelset, estimate, dt_s, event);
             self.wsp(wheelset, sample, estimate, dt_s, event);
         }
@@ -215,13 +224,28 @@ impl WagonIndicators {
         }
     }
 
+    fn demand(&mut self, wheelset: usize, sample: &Sample, estimate: &Estimate, dt_s: f64) {
+        let brakes = estimate.pressing_force_n[wheelset] >= self.settings.brake_friction.min_pressing_force_n;
+        let drives = sample.drive_torque_nm[wheelset].abs() >= DRIVES_FROM_NM;
+        let protected = estimate.wsp_active & (1 << wheelset) != 0;
+        let since_s = &mut self.state.wheelset[wheelset].since_demand_s;
+        *since_s = if brakes || drives || protected { 0.0 } else { *since_s + dt_s };
+    }
+
+    /// True if the filter says that the wheelset slides or spins, and it can.
+    fn slides(&self, wheelset: usize, estimate: &Estimate) -> bool {
+        estimate.sliding & (1 << wheelset) != 0
+            && estimate.v_m_s > STANDSTILL_M_S
+            && self.state.wheelset[wheelset].since_demand_s <= SLIDE_NEEDS_DEMAND_S
+    }
+
     fn slide(&mut self, wheelset: usize, estimate: &Estimate, dt_s: f64, event: &mut dyn FnMut(Event)) {
         let motion = Motion {
             v_m_s: estimate.v_m_s,
             creepage: estimate.slip[wheelset],
             utilised: estimate.mu_w_wheelset[wheelset].abs(),
             normal_load_n: estimate.normal_load_n[wheelset],
-            sliding: estimate.sliding & (1 << wheelset) != 0 && estimate.v_m_s > STANDSTILL_M_S,
+            sliding: self.slides(wheelset, estimate),
         };
         let settings = &self.settings.slides;
         let slides = &mut self.state.wheelset[wheelset].slides;
@@ -301,7 +325,8 @@ impl WagonIndicators {
         let moving = estimate.v_m_s > STANDSTILL_M_S;
         let count = estimate.wheelset_count();
         let (settings, rail) = (&self.settings.adhesion, &self.rail);
-        let sliding = |wheelset: usize| moving && estimate.sliding & (1 << wheelset) != 0;
+        let slides: [bool; MAX_WHEELSETS] = std::array::from_fn(|wheelset| self.slides(wheelset, estimate));
+        let sliding = |wheelset: usize| slides[wheelset];
         for wheelset in 0..count {
             let (value, sigma) =
                 (estimate.mu_w_wheelset[wheelset].abs(), estimate.mu_w_wheelset_sigma[wheelset]);
@@ -315,11 +340,11 @@ impl WagonIndicators {
             );
         }
         // The wagon: what its sliding wheelsets show, else what all of them utilise.
-        let (slide_sum, slides) = (0..count)
+        let (slide_sum, number) = (0..count)
             .filter(|wheelset| sliding(*wheelset))
             .fold((0.0, 0u32), |(sum, n), wheelset| (sum + estimate.mu_w_wheelset[wheelset].abs(), n + 1));
-        let any_slides = slides > 0;
-        let value = if any_slides { slide_sum / f64::from(slides) } else { estimate.mu_w.abs() };
+        let any_slides = number > 0;
+        let value = if any_slides { slide_sum / f64::from(number) } else { estimate.mu_w.abs() };
         self.state.wagon.add(rail, settings, dt_s, (value, estimate.mu_w_sigma), any_slides, moving)
     }
 

@@ -186,6 +186,20 @@ fn slide_protection_is_judged_on_good_rail_only() {
 }
 
 #[test]
+fn a_wheelset_that_neither_brakes_nor_drives_cannot_slide() {
+    let mut bench = Bench::new();
+    bench.run(20.0, |_, estimate| {
+        estimate.pressing_force_n = [0.0; 4];
+        estimate.sliding = 1;
+        (estimate.mu_w, estimate.mu_w_wheelset) = (-0.01, [-0.01, -0.01, 0.0, 0.0]);
+    });
+    let health = bench.indicators.health();
+    println!("{}", health.rail.reason);
+    assert_eq!((health.slides.value, health.wheelset[0].slide_s), (0.0, 0.0));
+    assert_ne!(health.rail.grade(), Grade::Act);
+}
+
+#[test]
 fn another_run_is_on_another_rail() {
     let mut bench = Bench::new();
     bench.run(10.0, |_, estimate| {

@@ -113,6 +113,8 @@ codes! {
         SourceChanged = 10, "source changed";
         /// The filter started anew or resumed from a snapshot; values: age of the snapshot in s.
         FilterRestarted = 11, "filter restarted";
+        /// The model does not explain the data of a wagon for long; values: ratio of the innovations, seconds.
+        ModelMismatch = 12, "model mismatch";
     }
 }
 

@@ -5,6 +5,8 @@
 //! both to the bus. Nothing here waits for a reader.
 
 pub mod convert;
+pub mod gap_record;
+pub mod gap_watch;
 pub mod snapshot;
 pub mod timing;
 pub mod worker;
@@ -15,7 +17,7 @@ use railgrip_bus::{
     Bus, BusConfig, BusError, EstimatePublisher, EventPublisher, HealthPublisher, HeartbeatPublisher,
     InnovationPublisher, Lifecycle, SampleSubscriber, monotonic_ns, now,
 };
-use railgrip_messages::{Event, EventKind, Heartbeat, NO_WHEELSET, ProcessKind, Text};
+use railgrip_messages::{Condition, Event, EventKind, Heartbeat, NO_WHEELSET, ProcessKind, Text};
 use railgrip_settings::TrainSettings;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -26,6 +28,8 @@ const LONGEST_WAIT: Duration = Duration::from_millis(100);
 const REFRESH: Duration = Duration::from_millis(100);
 /// Time between two looks at the holder.
 const HOLDER_CHECK: Duration = Duration::from_millis(500);
+/// At most so many recordings of mismatches are kept for a wagon; older ones are not overwritten.
+const KEPT_CASES: u32 = 3;
 /// Time between two heartbeats.
 const HEARTBEAT: Duration = Duration::from_secs(1);
 
@@ -97,6 +101,9 @@ struct Service {
     heartbeats: HeartbeatPublisher,
     snapshot_file: PathBuf,
     snapshot_failing: bool,
+    gap_folder: PathBuf,
+    gap_cases: u32,
+    gap_kept: bool,
     health_timer: Timer,
     heartbeat_timer: Timer,
     snapshot_timer: Timer,
@@ -123,6 +130,9 @@ impl Service {
             heartbeats: bus.heartbeat_publisher()?,
             snapshot_file: settings.instance.snapshot_file(wagon),
             snapshot_failing: false,
+            gap_folder: settings.instance.dir.join("gaps"),
+            gap_cases: 0,
+            gap_kept: false,
             health_timer: Timer::every(Duration::from_secs_f64(1.0 / reporting.health_rate_hz)),
             heartbeat_timer: Timer::every(HEARTBEAT),
             snapshot_timer: Timer::every(Duration::from_secs_f64(reporting.snapshot_period_s)),
@@ -198,6 +208,7 @@ impl Service {
             health.missed = samples.missed();
             health.published_monotonic_ns = monotonic_ns();
             self.health.publish(&[health])?;
+            self.keep_mismatch(worker, health.condition);
         }
         if self.snapshot_timer.due(instant) {
             self.save(worker);
@@ -214,6 +225,40 @@ impl Service {
             bus.check_holder()?;
         }
         Ok(())
+    }
+
+    /// Keeps the latest minutes once for each mismatch, ready to be diagnosed.
+    fn keep_mismatch(&mut self, worker: &Worker, condition: u32) {
+        let Some(mismatch) = worker.told.as_ref() else {
+            self.gap_kept = false;
+            return;
+        };
+        if self.gap_kept || self.gap_cases >= KEPT_CASES {
+            return;
+        }
+        self.gap_kept = true;
+        let rail = match Condition::from_code(condition) {
+            Some(Condition::Low | Condition::VeryLow) => "low",
+            Some(Condition::Wet) => "wet",
+            _ => "dry",
+        };
+        let seconds = now().unix_ns / 1_000_000_000;
+        let case = self.gap_folder.join(format!("wagon-{}-{seconds}", self.wagon));
+        match gap_record::write(&case, &worker.gap, &worker.vehicle, rail) {
+            Ok(true) => {
+                self.gap_cases += 1;
+                tracing::warn!(
+                    suspect = mismatch.term,
+                    place = mismatch.place,
+                    ratio = mismatch.ratio,
+                    "the model does not explain this wagon; see it with `railgrip gap diagnose {}`",
+                    case.display()
+                );
+            }
+            // Too little yet: the next look may have more.
+            Ok(false) => self.gap_kept = false,
+            Err(error) => tracing::warn!(%error, "the recording of a mismatch cannot be kept"),
+        }
     }
 
     /// Trouble is told once, until it works again.

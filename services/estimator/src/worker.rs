@@ -1,6 +1,7 @@
 //! The work of an estimator process without its channels: samples in; estimates, innovations, indicators and events out.
 
 use crate::convert;
+use crate::gap_watch::{GapWatch, Mismatch};
 use crate::timing::Histogram;
 use railgrip_filter::{EstimatorConfig, FilterError, WagonEstimator};
 use railgrip_indicators::{IndicatorSettings, Nominal, WagonIndicators};
@@ -16,7 +17,6 @@ use std::time::Instant;
 pub struct Worker {
     pub(crate) wagon: u32,
     config: EstimatorConfig,
-    vehicle: VehicleParameters,
     pub(crate) estimator: WagonEstimator,
     pub(crate) indicators: WagonIndicators,
     pub(crate) last: Option<(u64, Stamp)>,
@@ -32,6 +32,11 @@ pub struct Worker {
     pub step_ns: Histogram,
     /// Samples taken since the process started.
     pub taken: u64,
+    /// Whether the model explains the data.
+    pub gap: GapWatch,
+    /// The mismatch that was told, while it lasts.
+    pub told: Option<Mismatch>,
+    pub(crate) vehicle: VehicleParameters,
     grades: Vec<Grade>,
 }
 
@@ -73,6 +78,8 @@ impl Worker {
             events: Vec::new(),
             step_ns: Histogram::default(),
             taken: 0,
+            gap: GapWatch::new(indicators.filter.nis_watch_high),
+            told: None,
             grades: Vec::new(),
         })
     }
@@ -99,8 +106,10 @@ impl Worker {
         }
         let events = &mut self.events;
         self.indicators.update(sample, &estimate, &mut |event| events.push(event));
+        let innovation = convert::innovation(sample, &output);
+        self.gap.take(sample, &estimate, &innovation);
         self.estimates.push(estimate);
-        self.innovations.push(convert::innovation(sample, &output));
+        self.innovations.push(innovation);
     }
 
     /// What the filter knew belongs to another run.
@@ -122,7 +131,8 @@ impl Worker {
 
     /// The indicators as of now; a changed grade becomes an event.
     pub fn health(&mut self) -> Health {
-        let health = self.indicators.health();
+        let mut health = self.indicators.health();
+        self.watch_gap(&mut health);
         let named = [
             ("brake friction", health.brake_friction),
             ("asymmetry", health.asymmetry),
@@ -147,6 +157,27 @@ impl Worker {
             }
         }
         health
+    }
+
+    /// A mismatch that lasts shows in the indicator of the filter, and is told once.
+    fn watch_gap(&mut self, health: &mut Health) {
+        let Some(found) = self.gap.mismatch() else {
+            self.told = None;
+            return;
+        };
+        let text = format!(
+            "model and data disagree (ratio {:.1}, ideal 1), most for {}: suspect {}",
+            found.ratio, found.place, found.term
+        );
+        let grade = health.filter.grade().max(Grade::Watch);
+        health.filter.grade = grade.code();
+        health.filter.reason = Text::new(&text);
+        health.grade = health.grade().max(grade).code();
+        if self.told.as_ref().is_none_or(|told| told.term != found.term) {
+            let values = [found.ratio, found.seconds, 0.0, 0.0];
+            self.event(EventKind::ModelMismatch, health.acquired, health.time_s, grade, values, &text);
+            self.told = Some(found);
+        }
     }
 
     fn event(

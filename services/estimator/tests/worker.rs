@@ -1,11 +1,14 @@
 //! The worker on simulated samples: estimates as from the filter alone, snapshots that go on, refusals of bad ones.
 #![allow(clippy::unwrap_used, reason = "a test may end at what it does not expect")]
 
+use railgrip_estimator::gap_record;
 use railgrip_estimator::snapshot::{self, SnapshotError};
 use railgrip_estimator::worker::Worker;
 use railgrip_messages::{Condition, EventKind, Grade, Sample, Stamp, flags, sample_flags, valid};
+use railgrip_recording::{Recording, Strictness};
 use railgrip_settings::{Overrides, Source, TrainSettings};
 use railgrip_simulation::Train;
+use railgrip_vehicle::{EffectEntry, VehicleParameters};
 use std::path::{Path, PathBuf};
 
 fn settings() -> TrainSettings {
@@ -20,8 +23,18 @@ fn samples(settings: &TrainSettings, seconds: f64) -> Vec<Sample> {
 
 /// The same of any seed, each with the pad friction of its wheelsets.
 fn samples_with_truth(settings: &TrainSettings, seconds: f64, seed: u64) -> Vec<(Sample, [f64; 2])> {
+    samples_of(settings, settings.wagons[0].vehicle.clone(), seconds, seed)
+}
+
+/// The same of any vehicle.
+fn samples_of(
+    settings: &TrainSettings,
+    vehicle: VehicleParameters,
+    seconds: f64,
+    seed: u64,
+) -> Vec<(Sample, [f64; 2])> {
     let Source::Simulate { scenario, .. } = &settings.source else { panic!("{:?}", settings.source) };
-    let mut train = Train::new(scenario, &[settings.wagons[0].vehicle.clone()], seed, None).unwrap();
+    let mut train = Train::new(scenario, &[vehicle], seed, None).unwrap();
     (0..(seconds / train.sample_period_s()) as u64)
         .map(|sequence| {
             let simulated = train.step().wagons[0];
@@ -215,4 +228,43 @@ fn intervals_of_brake_friction_hold_the_truth() {
     );
     assert!(held * 10 >= claims * 9, "wagon: {held} of {claims}");
     assert!(wheelset_held * 10 >= wheelset_claims * 9, "wheelset: {wheelset_held} of {wheelset_claims}");
+}
+
+#[test]
+fn a_lagging_brake_that_the_model_lacks_is_noticed_and_kept_for_diagnosis() {
+    let settings = settings();
+    let run = |vehicle: VehicleParameters, seed| {
+        let mut worker = Worker::new(&settings, 1).unwrap();
+        let mut told = Vec::new();
+        for (index, (sample, _)) in samples_of(&settings, vehicle, 240.0, seed).into_iter().enumerate() {
+            worker.take(&sample);
+            if index % 20 == 0 {
+                worker.health();
+            }
+            told.extend(
+                worker.events.iter().filter(|event| event.kind() == Some(EventKind::ModelMismatch)).copied(),
+            );
+            worker.clear();
+        }
+        (worker, told)
+    };
+    for seed in 1..=3 {
+        let (_, told) = run(settings.wagons[0].vehicle.clone(), seed);
+        assert!(told.is_empty(), "a model that is right is not suspected: {}", told[0].text);
+    }
+    let mut lagging = settings.wagons[0].vehicle.clone();
+    let parameters = [("time_constant_s".to_owned(), 0.8), ("dead_time_s".to_owned(), 0.5)].into();
+    lagging.effects.push(EffectEntry { id: "brake_lag".to_owned(), parameters });
+    let (worker, told) = run(lagging, 1);
+    told.iter().for_each(|event| println!("at {:.0} s: {}", event.time_s, event.text));
+    assert!(told.iter().any(|event| event.text.as_str().ends_with("suspect brake_actuation")));
+    let folder = tempfile::tempdir().unwrap();
+    assert!(gap_record::write(folder.path(), &worker.gap, &settings.wagons[0].vehicle, "dry").unwrap());
+    for file in ["fit/live.dry.csv", "holdout/live.dry.csv"] {
+        let recording = Recording::read(&folder.path().join(file), Strictness::Strict).unwrap();
+        println!("{file}: {:.1} s", recording.duration_s());
+        assert!(recording.duration_s() > 30.0);
+    }
+    let vehicle = railgrip_settings::vehicle::load(&folder.path().join("vehicle.toml")).unwrap();
+    assert_eq!(vehicle, settings.wagons[0].vehicle);
 }

@@ -1,0 +1,255 @@
+//! Watches whether the model still explains the data, and where it does not.
+//!
+//! Normalised innovations squared should be 1 on average. When their mean stays high, something acts on the wagon that the
+//! model lacks. Where the excess sits – in which measured output, while the wagon does what – names the term to suspect;
+//! `railgrip gap diagnose` can then tell which effect it is. The latest minutes are kept in memory for that.
+//!
+//! The term is a first suspicion from one glance; the diagnosis refits everything and decides.
+//! What the filter can absorb in a state (a changed level of pad friction, a wheel radius that looks like creepage) does
+//! not show here.
+
+use railgrip_messages::{Estimate, Innovation, Sample, flags, valid};
+use railgrip_recording::Row;
+use std::collections::VecDeque;
+
+/// Mean normalised innovations are over about so long, s.
+const MEMORY_S: f64 = 20.0;
+/// A mismatch must last so long before it is told, s.
+const PERSISTENT_S: f64 = 20.0;
+/// After a change of pressing force the brake counts as changing for so long, s.
+const CHANGING_S: f64 = 1.0;
+/// Pressing force that changes faster than this is changing, share of its level per second.
+const CHANGING_PER_S: f64 = 0.5;
+/// A wheelset brakes from this pressing force on, N.
+const BRAKES_FROM_N: f64 = 2000.0;
+/// A wheelset drives from this torque on, N m.
+const DRIVES_FROM_NM: f64 = 200.0;
+/// One output alone is suspect when the others have less than this share of its excess.
+const ALONE_SHARE: f64 = 0.3;
+/// So much is kept for a recording, s.
+const KEPT_S: f64 = 120.0;
+/// Samples are kept at most this often, Hz.
+const KEPT_HZ: f64 = 100.0;
+
+/// What the wagon does while a sample is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(usize)]
+enum Regime {
+    Coasting,
+    Driving,
+    Braking,
+    BrakeChanging,
+    Sliding,
+}
+
+const REGIMES: usize = 5;
+const OUTPUTS: usize = railgrip_messages::MAX_OUTPUTS;
+
+/// A mismatch that lasts.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mismatch {
+    /// The term of the model to suspect, as `railgrip gap effects` names it.
+    pub term: &'static str,
+    /// Where the excess sits, in words.
+    pub place: String,
+    /// Mean normalised innovation squared over its degrees of freedom.
+    pub ratio: f64,
+    /// How long it has lasted, s.
+    pub seconds: f64,
+}
+
+/// The watch over one wagon.
+#[derive(Debug)]
+pub struct GapWatch {
+    limit: f64,
+    excess: [[f64; OUTPUTS]; REGIMES],
+    mean: f64,
+    weight: f64,
+    mismatch_s: f64,
+    last_time_s: f64,
+    last_force_n: f64,
+    changing_s: f64,
+    kept: VecDeque<Kept>,
+    wheelsets: usize,
+}
+
+/// A sample in little room.
+#[derive(Debug, Clone, Copy)]
+struct Kept {
+    t_s: f64,
+    position_m: f64,
+    values: [f32; 15],
+    valid: u32,
+}
+
+impl GapWatch {
+    /// A mean above `limit` is a mismatch.
+    #[must_use]
+    pub fn new(limit: f64) -> Self {
+        Self {
+            limit,
+            excess: [[0.0; OUTPUTS]; REGIMES],
+            mean: 0.0,
+            weight: 0.0,
+            mismatch_s: 0.0,
+            last_time_s: f64::NAN,
+            last_force_n: 0.0,
+            changing_s: f64::INFINITY,
+            kept: VecDeque::new(),
+            wheelsets: 0,
+        }
+    }
+
+    /// Takes one sample with what the filter made of it.
+    pub fn take(&mut self, sample: &Sample, estimate: &Estimate, innovation: &Innovation) {
+        let dt_s = sample.time_s - self.last_time_s;
+        let begins = estimate.flags & flags::RESTARTED != 0 || !(0.0..0.5).contains(&dt_s);
+        self.last_time_s = sample.time_s;
+        self.wheelsets = sample.wheelset_count();
+        if begins {
+            self.kept.clear();
+            self.last_force_n = sample.pressing_force_n.iter().sum();
+        }
+        self.keep(sample);
+        if begins || dt_s <= 0.0 || estimate.flags & flags::CONVERGING != 0 {
+            return;
+        }
+        let regime = self.regime(sample, estimate, dt_s) as usize;
+        let share = (dt_s / MEMORY_S).min(1.0);
+        self.excess.iter_mut().flatten().for_each(|excess| *excess *= 1.0 - share);
+        for output in 0..=self.wheelsets {
+            let variance = innovation.innovation_variance[output];
+            if variance > 0.0 {
+                let z = innovation.innovation[output];
+                // A single spike is a matter of the gate, not of the model.
+                self.excess[regime][output] += share * ((z * z / variance).min(25.0) - 1.0);
+            }
+        }
+        if estimate.nis_dof > 0 {
+            let dof = f64::from(estimate.nis_dof);
+            self.mean += share * ((estimate.nis / dof).min(25.0) - self.mean);
+            self.weight += share * (1.0 - self.weight);
+        }
+        let high = self.weight > 0.3 && self.mean / self.weight > self.limit;
+        self.mismatch_s = if high { self.mismatch_s + dt_s } else { 0.0 };
+    }
+
+    fn regime(&mut self, sample: &Sample, estimate: &Estimate, dt_s: f64) -> Regime {
+        let force_n: f64 = sample.pressing_force_n.iter().sum();
+        let per_s = (force_n - self.last_force_n).abs() / dt_s;
+        // A slow mean of the force, so that sensor noise does not look like a change.
+        self.last_force_n += (dt_s / 0.2).min(1.0) * (force_n - self.last_force_n);
+        let changing = per_s * (dt_s / 0.2).min(1.0) > CHANGING_PER_S * force_n.max(BRAKES_FROM_N);
+        self.changing_s = if changing { 0.0 } else { self.changing_s + dt_s };
+        // A brake that changes comes first: under slide protection a late brake looks like changing adhesion.
+        if self.changing_s < CHANGING_S {
+            Regime::BrakeChanging
+        } else if estimate.sliding != 0 {
+            Regime::Sliding
+        } else if force_n >= BRAKES_FROM_N {
+            Regime::Braking
+        } else if sample.drive_torque_nm.iter().any(|torque| torque.abs() >= DRIVES_FROM_NM) {
+            Regime::Driving
+        } else {
+            Regime::Coasting
+        }
+    }
+
+    /// The mismatch, if there is one that lasts.
+    #[must_use]
+    pub fn mismatch(&self) -> Option<Mismatch> {
+        (self.mismatch_s >= PERSISTENT_S).then(|| {
+            let (term, place) = self.suspect();
+            Mismatch { term, place, ratio: self.mean / self.weight, seconds: self.mismatch_s }
+        })
+    }
+
+    fn suspect(&self) -> (&'static str, String) {
+        const ALL: [Regime; REGIMES] =
+            [Regime::Coasting, Regime::Driving, Regime::Braking, Regime::BrakeChanging, Regime::Sliding];
+        let total = |regime: &Regime| self.excess[*regime as usize].iter().sum::<f64>();
+        let regime = ALL.into_iter().max_by(|a, b| total(a).total_cmp(&total(b))).unwrap_or(Regime::Coasting);
+        let excess = &self.excess[regime as usize];
+        let (speed, wheels) = (excess[0], &excess[1..=self.wheelsets.max(1)]);
+        let worst = (0..wheels.len()).max_by(|a, b| wheels[*a].total_cmp(&wheels[*b])).unwrap_or(0);
+        let alone = wheels.len() > 1
+            && wheels
+                .iter()
+                .enumerate()
+                .all(|(index, other)| index == worst || *other < ALONE_SHARE * wheels[worst]);
+        let by_speed = speed > wheels[worst];
+        let term = match (regime, by_speed, alone) {
+            (Regime::Coasting | Regime::Driving, true, _) => "resistance",
+            (Regime::Braking, true, _) => "sensor_speed",
+            (Regime::Coasting, false, _) => "sensor_wheel_speed",
+            (Regime::Driving, false, _) => "drivetrain",
+            (Regime::Braking, false, true) => "sensor_wheel_speed",
+            (Regime::Braking, false, false) => "brake_friction",
+            (Regime::BrakeChanging, _, _) => "brake_actuation",
+            (Regime::Sliding, _, _) => "adhesion",
+        };
+        let doing = match regime {
+            Regime::Coasting => "coasting",
+            Regime::Driving => "driving",
+            Regime::Braking => "braking steadily",
+            Regime::BrakeChanging => "the brake is applied or released",
+            Regime::Sliding => "sliding",
+        };
+        let output = match (by_speed, alone) {
+            (true, _) => "the speed".to_owned(),
+            (false, true) => format!("wheelset {}", worst + 1),
+            (false, false) => "all wheelsets".to_owned(),
+        };
+        (term, format!("{output} while {doing}"))
+    }
+
+    fn keep(&mut self, sample: &Sample) {
+        let due = self.kept.back().is_none_or(|last| sample.time_s - last.t_s > 0.9 / KEPT_HZ);
+        if !due {
+            return;
+        }
+        if self.kept.len() >= (KEPT_S * KEPT_HZ) as usize {
+            self.kept.pop_front();
+        }
+        let mut values = [0.0; 15];
+        values[0] = sample.v_m_s as f32;
+        for wheelset in 0..sample.wheelset_count() {
+            values[1 + wheelset] = sample.wheel_speed_rad_s[wheelset] as f32;
+            values[5 + wheelset] = sample.pressing_force_n[wheelset] as f32;
+            values[9 + wheelset] = sample.drive_torque_nm[wheelset] as f32;
+        }
+        (values[13], values[14]) = (sample.grade_rad as f32, sample.sanding as f32);
+        let (t_s, position_m, valid) = (sample.time_s, sample.position_m, sample.valid);
+        self.kept.push_back(Kept { t_s, position_m, values, valid });
+    }
+
+    /// The latest minutes, oldest first; NaN = missing.
+    pub fn rows(&self) -> impl ExactSizeIterator<Item = Row> + '_ {
+        self.kept.iter().map(|kept| {
+            let value = |place: usize, bit: u32| {
+                if kept.valid & bit == 0 { f64::NAN } else { rounded(f64::from(kept.values[place])) }
+            };
+            let mut row = Row { t_s: kept.t_s, v_m_s: value(0, valid::SPEED), ..Row::default() };
+            for wheelset in 0..self.wheelsets {
+                row.wheel_speed_rad_s[wheelset] = value(1 + wheelset, valid::wheel_speed(wheelset));
+                row.pressing_force_n[wheelset] = value(5 + wheelset, valid::pressing_force(wheelset));
+                row.drive_torque_nm[wheelset] = value(9 + wheelset, valid::drive_torque(wheelset));
+            }
+            row.grade_rad = value(13, valid::GRADE);
+            row.sanding = value(14, valid::SANDING);
+            row.position_m = if kept.valid & valid::POSITION == 0 { f64::NAN } else { kept.position_m };
+            row
+        })
+    }
+
+    /// Wheelsets of the rows.
+    #[must_use]
+    pub const fn wheelsets(&self) -> usize {
+        self.wheelsets
+    }
+}
+
+/// What single precision knows, without its tail of digits.
+fn rounded(value: f64) -> f64 {
+    (value * 1e5).round() / 1e5
+}
