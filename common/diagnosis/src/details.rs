@@ -3,6 +3,7 @@
 use crate::case::{Case, OUTPUT_NAMES, OUTPUTS, Run};
 use crate::chance;
 use crate::engine::Found;
+use crate::flexible::Place;
 use crate::html::detail::{
     Alarm, Axis, CandidateDetail, Curve, CurvePoint, Detail, ParameterRow, RunRow, Settings, Tie, Trace,
     TraceWindow,
@@ -170,6 +171,19 @@ fn ties(report: &Report) -> Vec<Tie> {
         .collect()
 }
 
+/// What is missing at a place of the equations, in words.
+fn missing_axis(place: Place) -> Axis {
+    let (label, unit) = match place {
+        Place::BodyForce => ("missing force on the body", "N"),
+        Place::PadFriction => ("missing share of pad friction", ""),
+        Place::Adhesion => ("missing share of adhesion", ""),
+        Place::WheelSensor => ("missing error of wheelset speed", "rad/s"),
+        Place::SpeedSensor => ("missing error of vehicle speed", "m/s"),
+        Place::DriveTorque => ("missing share of drive torque", ""),
+    };
+    Axis { label: label.to_owned(), unit: unit.to_owned() }
+}
+
 fn missing_curve(judgement: &Judgement, report: &Report) -> Option<Curve> {
     let missing = judgement.missing.as_ref()?;
     let unexplained = report.unexplained.as_ref()?;
@@ -181,9 +195,13 @@ fn missing_curve(judgement: &Judgement, report: &Report) -> Option<Curve> {
             label: missing.flexible.covariate.name().into(),
             unit: missing.flexible.covariate.unit().into(),
         },
-        y: Axis { label: format!("{:?}", missing.flexible.place), unit: String::new() },
+        y: missing_axis(missing.flexible.place),
         points: unexplained.curve.iter().map(point).collect(),
-        reference: Vec::new(),
+        reference: [unexplained.curve.first(), unexplained.curve.last()]
+            .into_iter()
+            .flatten()
+            .map(|p| [p[0], 0.0])
+            .collect(),
         data: Vec::new(),
         region: report
             .location

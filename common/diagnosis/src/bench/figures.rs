@@ -42,11 +42,10 @@ pub fn heat_map(kind: Kind, predictions: &Predictions<'_>) -> HeatMap {
             (predictions.gaps(inside), points.iter().filter(|point| inside(point)).count())
         });
         let (gaps, samples): (Vec<[f64; 3]>, Vec<usize>) = gaps.unzip();
-        let axis = axis(covariate, points);
         Some(HeatGroup {
-            variable: axis.label,
-            unit: axis.unit,
-            edges: edges.into_iter().map(|edge| covariate.shown(edge)).collect(),
+            variable: covariate.name().to_owned(),
+            unit: covariate.si_unit().to_owned(),
+            edges,
             samples,
             calibrated: vec![gaps.iter().map(|gap| gap[1]).collect()],
             extended: vec![gaps.iter().map(|gap| gap[2]).collect()],

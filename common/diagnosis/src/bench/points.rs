@@ -68,6 +68,14 @@ impl Covariate {
         }
     }
 
+    /// Unit of values as they are measured; empty where dimensionless.
+    pub const fn si_unit(self) -> &'static str {
+        match self {
+            Self::Load | Self::PressingForce => "N",
+            other => other.unit(),
+        }
+    }
+
     /// Unit on axes; empty where dimensionless. See [`Self::shown`].
     pub const fn unit(self) -> &'static str {
         match self {

@@ -1,6 +1,6 @@
 //! A small plotting kit: one frame with axes, and marks in it, as SVG that takes its colours from the page.
 
-use super::words::number;
+use super::words::{number, plain};
 use crate::html::detail::Axis;
 use maud::{Markup, PreEscaped, html};
 use std::fmt::Write;
@@ -180,7 +180,8 @@ pub fn legend(measured: Option<&str>, entries: &[(&str, &str)]) -> Markup {
 
 /// `name (unit)`.
 pub fn with_unit(axis: &Axis) -> String {
-    if axis.unit.is_empty() { axis.label.clone() } else { format!("{} ({})", axis.label, axis.unit) }
+    let label = plain(&axis.label);
+    if axis.unit.is_empty() { label } else { format!("{label} ({})", axis.unit) }
 }
 
 /// Round values within a range, about `count` of them.

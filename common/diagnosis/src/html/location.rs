@@ -20,8 +20,9 @@ pub fn section(report: &Report, detail: &Detail) -> Markup {
                     None => { "No place in the equations stands out." }
                 }
                 @if let Some(regime) = &place.regime {
-                    " Worst where " b { (plain(&regime.variable)) " is " (number(regime.range[0])) " to "
-                    (number(regime.range[1])) } ": gap " b { (gap(regime.gap_inside)) } " inside, "
+                    @let scale = Scale::of_variable(&detail.heat_map, &regime.variable, regime.range[1]);
+                    " Worst where " b { (plain(&regime.variable)) " is " (number(regime.range[0] * scale.factor)) " to "
+                    (number(regime.range[1] * scale.factor)) " " (scale.unit) } ": gap " b { (gap(regime.gap_inside)) } " inside, "
                     (gap(regime.gap_outside)) " outside."
                 }
             }
@@ -60,21 +61,23 @@ fn heat(map: &HeatMap) -> Markup {
         @if !map.groups.is_empty() {
             h3 { "Gap by region" }
             p.note { "Each cell: gap of the calibrated model, and under it that of the extended model. Deeper tint: larger gap." }
-            @for group in &map.groups { (table(map, group, top)) }
+            div.pair { @for group in &map.groups { (table(map, group, top)) } }
         }
     }
 }
 
 fn table(map: &HeatMap, group: &HeatGroup, top: f64) -> Markup {
     let regions = group.edges.len().saturating_sub(1);
-    let unit = if group.unit.is_empty() { String::new() } else { format!(" ({})", group.unit) };
+    let scale = Scale::of(&group.unit, group.edges.last().copied().unwrap_or(0.0));
+    let unit = if scale.unit.is_empty() { String::new() } else { format!(" ({})", scale.unit) };
+    let limit = |at: usize| edge(group.edges[at] * scale.factor);
     html! {
         div.scroll { table.heat {
             caption { (plain(&group.variable)) (unit) }
             thead { tr {
                 td style="--a:0" {}
                 @for region in 0..regions {
-                    th scope="col" { (edge(group.edges[region])) "–" (edge(group.edges[region + 1])) }
+                    th scope="col" { (limit(region)) "–" (limit(region + 1)) }
                 }
             } }
             tbody {
@@ -86,6 +89,27 @@ fn table(map: &HeatMap, group: &HeatGroup, top: f64) -> Markup {
                 }
             }
         } }
+    }
+}
+
+/// A unit that keeps large numbers short.
+struct Scale {
+    factor: f64,
+    unit: String,
+}
+
+impl Scale {
+    fn of(unit: &str, largest: f64) -> Self {
+        match unit {
+            "N" | "W" | "J" if largest.abs() >= 1e4 => Self { factor: 1e-3, unit: format!("k{unit}") },
+            _ => Self { factor: 1.0, unit: unit.to_owned() },
+        }
+    }
+
+    /// The scale of the variable of this name, as far as the heat map knows its unit.
+    fn of_variable(map: &HeatMap, name: &str, largest: f64) -> Self {
+        let known = map.groups.iter().find(|group| plain(&group.variable) == plain(name));
+        Self::of(known.map_or("", |group| &group.unit), largest)
     }
 }
 

@@ -69,7 +69,7 @@ fn output(window: &TraceWindow, trace: &Trace, index: usize) -> Markup {
             (line("calibrated-line", &trace.calibrated))
             (line("extended-line", &trace.extended))
         }))
-        (below.axes(Some(&time_axis), "error / sigma", 4))
+        (below.axes(Some(&time_axis), "error / sigma", 6))
         (below.stripe("limit", -1.0, 1.0))
         (below.line("calibrated-line", smoothed(time, &calibrated).into_iter()))
         (below.line("extended-line", smoothed(time, &extended).into_iter()))
