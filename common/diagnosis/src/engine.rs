@@ -9,6 +9,8 @@ use rayon::prelude::*;
 
 /// Most effects that are named together.
 const MOST_EFFECTS: usize = 3;
+/// Gain of log-likelihood that needs no confirmation by left-out runs: an effect may show in a single run.
+const CERTAIN: f64 = 200.0;
 /// Candidates of a round that are carried to their own best filter.
 const FINALISTS: usize = 3;
 
@@ -17,6 +19,17 @@ const FINALISTS: usize = 3;
 pub struct Round {
     /// Log-likelihood gained by each candidate over the round's base, in the order of the library.
     pub gains: Vec<Gain>,
+}
+
+impl Round {
+    /// Without the large tables that only the test against chance needs.
+    fn lighter(mut self) -> Self {
+        for gain in &mut self.gains {
+            gain.fitted.columns = Vec::new();
+            gain.fitted.residuals = Vec::new();
+        }
+        self
+    }
 }
 
 /// How a candidate did.
@@ -34,6 +47,15 @@ pub struct Gain {
     pub converged: bool,
     /// The fitted model.
     pub fitted: Fitted,
+}
+
+impl Gain {
+    /// What candidates are ranked by: gain on all runs and on left-out runs. A prediction from one Newton step can go far
+    /// astray where a run alone carries a parameter, hence the limits.
+    pub fn score(&self) -> f64 {
+        let gain = self.gain.max(0.0);
+        self.gain + self.predictive.clamp(-0.5 * gain, 1.5 * gain)
+    }
 }
 
 /// The outcome of the search.
@@ -84,13 +106,15 @@ pub fn search<'a>(
         }
         let round = try_all(current, &candidates, progress);
         let next = carry_on(case, &clutter, current, &round);
+        let round = if rounds.is_empty() { round } else { round.lighter() };
         rounds.push(round);
         let Some(next) = next else { break };
         let gain = current.evidence_cost() - next.evidence_cost();
         let predictive = current.fitted.predictive_cost() - next.fitted.predictive_cost();
         let so_far = (base.evidence_cost() - current.evidence_cost()).max(0.0);
         let least = acceptance.gain.max(refinement_share(&next) * so_far);
-        if gain < least || (predictive < acceptance.predictive && next.level == current.level) {
+        let predicts = predictive >= acceptance.predictive || gain > CERTAIN || next.level != current.level;
+        if gain < least || !predicts {
             break;
         }
         best = Some(next);
@@ -139,9 +163,11 @@ fn try_all(current: &Level, candidates: &[Candidate], progress: &(dyn Fn(&'stati
 /// Gives the best candidates of a round filters frozen at themselves, and returns the most likely one.
 fn carry_on<'a>(case: &'a Case, clutter: &Clutter, current: &Level, round: &Round) -> Option<Level<'a>> {
     let mut order: Vec<&Gain> = round.gains.iter().collect();
-    order.sort_by(|a, b| (b.gain + b.predictive).total_cmp(&(a.gain + a.predictive)));
+    order.sort_by(|a, b| b.score().total_cmp(&a.score()));
     let best = order.first()?;
-    let worth = |g: &&&Gain| g.gain > 5.0 && g.gain + g.predictive > 0.4 * (best.gain + best.predictive);
+    // A tolerant filter separates candidates less sharply than the one it leads to.
+    let share = if current.level > 0 { 0.35 } else { 0.75 };
+    let worth = |g: &&&Gain| g.gain > 5.0 && g.score() > share * best.score();
     let finalists: Vec<&Gain> = order.iter().filter(worth).take(FINALISTS).copied().collect();
     finalists
         .par_iter()

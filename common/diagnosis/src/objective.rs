@@ -55,6 +55,16 @@ impl Problem for Innovations<'_> {
         out
     }
 
+    fn block_residuals(&self, theta: &[f64], block: usize) -> Vec<f64> {
+        let mut out = Vec::new();
+        self.whitening.predictors[block].residuals(
+            &self.shape.build(theta),
+            &self.whitening.runs[block],
+            &mut out,
+        );
+        out
+    }
+
     fn block_ends(&self) -> &[usize] {
         &self.whitening.ends
     }
@@ -133,6 +143,11 @@ impl Problem for Windows<'_> {
             }
         }
         out
+    }
+
+    fn block_residuals(&self, theta: &[f64], block: usize) -> Vec<f64> {
+        let from = if block == 0 { 0 } else { self.ends[block - 1] };
+        self.residuals(theta)[from..self.ends[block]].to_vec()
     }
 
     fn block_ends(&self) -> &[usize] {

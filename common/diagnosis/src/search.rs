@@ -31,11 +31,15 @@ impl Fitted {
 }
 
 /// Effort of a fit that is carried to its end.
-const FULL: Effort = Effort { iterations: 14, slow_columns: 0, refresh: 4, tolerance: 0.02 };
+const FULL: Effort = Effort { iterations: 10, slow_columns: 0, refresh: 4, tolerance: 0.2 };
 /// Effort spent on each start before the best go on.
-const SHORT: Effort = Effort { iterations: 4, slow_columns: 0, refresh: 100, tolerance: 0.5 };
+const SHORT: Effort = Effort { iterations: 3, slow_columns: 0, refresh: 100, tolerance: 0.5 };
 /// Effort of the starts that go on.
-const LONG: Effort = Effort { iterations: 8, slow_columns: 0, refresh: 3, tolerance: 0.1 };
+const LONG: Effort = Effort { iterations: 7, slow_columns: 0, refresh: 3, tolerance: 0.3 };
+/// Gain of a short fit below which a candidate is not pursued further: a tenth of what raises an alarm.
+const WORTHWHILE: f64 = 3.0;
+/// Candidates whose short fit gained less than this share of the best one's are not pursued further.
+const PURSUED_SHARE: f64 = 0.12;
 /// Starts that go on.
 const SURVIVORS: usize = 2;
 
@@ -54,24 +58,40 @@ pub fn finish(whitening: &Whitening, shape: &Shape, start: &[f64], slow: Option<
             let again = solver::fit(&problem, shape.parameters(), &fit.theta, FULL, None);
             fit = Fit { converged: again.converged, ..again };
             let (residuals, columns) = solver::linearise(&problem, shape.parameters(), &mut fit);
-            let left_out = solver::leave_one_out(shape.parameters(), &fit);
+            let left_out = solver::leave_one_out(&problem, shape.parameters(), &fit);
             return Fitted { shape: shape.clone(), fit, residuals, columns, left_out };
         }
     }
-    let left_out = solver::leave_one_out(shape.parameters(), &fit);
+    let left_out = solver::leave_one_out(&problem, shape.parameters(), &fit);
     Fitted { shape: shape.clone(), fit, residuals, columns, left_out }
 }
 
-/// Fits one candidate on top of `base`, from all its starts.
-pub fn fit_candidate(whitening: &Whitening, base: &Fitted, candidate: &Candidate) -> Fitted {
+/// Short fits of one candidate on top of `base`, from all its starts; those that may still win, best first.
+fn trials(whitening: &Whitening, base: &Fitted, candidate: &Candidate) -> Vec<(FittedEffect, Fit)> {
     let mut trials: Vec<(FittedEffect, Fit)> =
         candidate.starts.iter().map(|effect| (effect.clone(), short_fit(whitening, base, effect))).collect();
     trials.sort_by(|a, b| a.1.total().total_cmp(&b.1.total()));
     trials.truncate(SURVIVORS);
-    // A second start goes on only if it might still win.
     let best = trials.first().map_or(0.0, |(_, fit)| fit.total());
     let span = 0.3 * (base.fit.total() - best).max(0.0) + 5.0;
     trials.retain(|(_, fit)| fit.total() < best + span);
+    trials
+}
+
+/// Carries short fits on to the end, or takes the best as it is if it gained less than `worthwhile`.
+fn pursue(
+    whitening: &Whitening,
+    base: &Fitted,
+    mut trials: Vec<(FittedEffect, Fit)>,
+    worthwhile: f64,
+) -> Fitted {
+    let best = trials.first().map_or(f64::INFINITY, |(_, fit)| fit.total());
+    if base.fit.total() - best < worthwhile {
+        trials.truncate(1);
+        return trials
+            .pop()
+            .map_or_else(|| base.clone(), |(effect, fit)| settle_short(whitening, base, &effect, fit));
+    }
     trials
         .iter()
         .map(|(effect, fit)| {
@@ -80,11 +100,30 @@ pub fn fit_candidate(whitening: &Whitening, base: &Fitted, candidate: &Candidate
             let effort = Effort { slow_columns: base.columns.len(), ..LONG };
             let mut fit = solver::fit(&problem, shape.parameters(), &fit.theta, effort, Some(&base.columns));
             let (residuals, columns) = solver::linearise(&problem, shape.parameters(), &mut fit);
-            let left_out = solver::leave_one_out(shape.parameters(), &fit);
+            let left_out = solver::leave_one_out(&problem, shape.parameters(), &fit);
             Fitted { shape, fit, residuals, columns, left_out }
         })
         .min_by(|a, b| a.fit.total().total_cmp(&b.fit.total()))
         .unwrap_or_else(|| base.clone())
+}
+
+/// Fits one candidate on top of `base`, from all its starts.
+pub fn fit_candidate(whitening: &Whitening, base: &Fitted, candidate: &Candidate) -> Fitted {
+    pursue(whitening, base, trials(whitening, base, candidate), WORTHWHILE)
+}
+
+/// Takes a short fit that gained next to nothing as it is: the nuisances stand where they stood, and so do their columns.
+fn settle_short(whitening: &Whitening, base: &Fitted, effect: &FittedEffect, fit: Fit) -> Fitted {
+    let shape = base.shape.with(effect);
+    let problem = Innovations { whitening, shape: &shape };
+    let residuals = problem.residuals(&fit.theta);
+    let own = base.columns.len()..fit.theta.len();
+    let mut columns = base.columns.clone();
+    columns.extend(solver::columns(&problem, shape.parameters(), &fit.theta, &residuals, own));
+    let blocks = solver::blocks_of(&residuals, &columns, problem.block_ends(), problem.huber());
+    let fit = Fit { blocks, ..fit };
+    let left_out = solver::leave_one_out(&problem, shape.parameters(), &fit);
+    Fitted { shape, fit, residuals, columns, left_out }
 }
 
 fn short_fit(whitening: &Whitening, base: &Fitted, effect: &FittedEffect) -> Fit {
@@ -96,6 +135,13 @@ fn short_fit(whitening: &Whitening, base: &Fitted, effect: &FittedEffect) -> Fit
     solver::fit(&problem, shape.parameters(), &start, effort, Some(&base.columns))
 }
 
+/// As [`fit_candidate`], from the first start and only as far as a ranking needs.
+pub fn fit_briefly(whitening: &Whitening, base: &Fitted, candidate: &Candidate) -> Fitted {
+    let Some(effect) = candidate.starts.first() else { return base.clone() };
+    let fit = short_fit(whitening, base, effect);
+    settle_short(whitening, base, effect, fit)
+}
+
 /// Fits every candidate on top of `base`; the order of the results is that of the candidates on any number of threads.
 pub fn fit_all(
     whitening: &Whitening,
@@ -103,10 +149,16 @@ pub fn fit_all(
     candidates: &[Candidate],
     progress: &(dyn Fn(&'static str) + Sync),
 ) -> Vec<Fitted> {
-    candidates
-        .par_iter()
-        .map(|candidate| {
-            let fitted = fit_candidate(whitening, base, candidate);
+    let short: Vec<Vec<(FittedEffect, Fit)>> =
+        candidates.par_iter().map(|candidate| trials(whitening, base, candidate)).collect();
+    let gain =
+        |trials: &Vec<(FittedEffect, Fit)>| trials.first().map_or(0.0, |(_, f)| base.fit.total() - f.total());
+    let worthwhile = (PURSUED_SHARE * short.iter().map(gain).fold(0.0, f64::max)).max(WORTHWHILE);
+    short
+        .into_par_iter()
+        .zip(candidates)
+        .map(|(trials, candidate)| {
+            let fitted = pursue(whitening, base, trials, worthwhile);
             progress(candidate.spec.id);
             fitted
         })

@@ -12,6 +12,8 @@ pub trait Problem {
     fn residuals(&self, theta: &[f64]) -> Vec<f64>;
     /// End of each block in the vector of residuals.
     fn block_ends(&self) -> &[usize];
+    /// Residuals of one block alone.
+    fn block_residuals(&self, theta: &[f64], block: usize) -> Vec<f64>;
     /// Residuals beyond this many sigma count linearly (Huber).
     fn huber(&self) -> f64;
 }
@@ -129,7 +131,8 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     lanes.iter().sum::<f64>() + rest
 }
 
-fn blocks_of(residuals: &[f64], columns: &[Vec<f64>], ends: &[usize], huber: f64) -> Vec<Block> {
+/// Normal equations of each block.
+pub fn blocks_of(residuals: &[f64], columns: &[Vec<f64>], ends: &[usize], huber: f64) -> Vec<Block> {
     let mut from = 0;
     ends.iter()
         .map(|&to| {
@@ -297,12 +300,13 @@ pub fn linearise(
     (residuals, all)
 }
 
-/// Leave-one-block-out prediction: predicted half cost of each block from a fit to all the others.
-pub fn leave_one_out(parameters: &[Parameter], fit: &Fit) -> Vec<f64> {
+/// Leave-one-block-out prediction: half cost of each block at the parameters that a Newton step without it gives.
+pub fn leave_one_out(problem: &impl Problem, parameters: &[Parameter], fit: &Fit) -> Vec<f64> {
     let (_, curvature) = assemble(parameters, &fit.theta, &fit.blocks);
     fit.blocks
         .iter()
-        .map(|block| {
+        .enumerate()
+        .map(|(index, block)| {
             let rest = &curvature - &block.curvature;
             let regular = DMatrix::from_fn(rest.nrows(), rest.ncols(), |i, j| {
                 let own =
@@ -311,11 +315,10 @@ pub fn leave_one_out(parameters: &[Parameter], fit: &Fit) -> Vec<f64> {
             });
             // At the optimum the others' gradient is minus this block's.
             let Some(factor) = regular.cholesky() else { return block.cost };
-            let mut change = factor.solve(&block.gradient);
-            for (i, p) in parameters.iter().enumerate() {
-                change[i] = (fit.theta[i] + change[i]).clamp(p.lower, p.upper) - fit.theta[i];
-            }
-            block.cost + block.gradient.dot(&change) + 0.5 * change.dot(&(&block.curvature * &change))
+            let change = factor.solve(&block.gradient);
+            let moved = |(i, p): (usize, &Parameter)| (fit.theta[i] + change[i]).clamp(p.lower, p.upper);
+            let theta: Vec<f64> = parameters.iter().enumerate().map(moved).collect();
+            cost_of(&problem.block_residuals(&theta, index), problem.huber())
         })
         .collect()
 }

@@ -9,11 +9,14 @@ use crate::search::{self, Fitted, Level};
 use rayon::prelude::*;
 
 /// Named effects must recover this share of what they and a flexible discrepancy recover together.
-const RECOVERED: f64 = 0.72;
+const RECOVERED: f64 = 0.65;
 /// Below this share the rest is missing beside the named effects.
-const NEARLY_ALL: f64 = 0.86;
+const NEARLY_ALL: f64 = 0.8;
 /// Least gain of a flexible discrepancy that counts as structure.
 const STRUCTURE: f64 = 60.0;
+
+/// Flexible discrepancies that are fitted to the end.
+const PURSUED: usize = 4;
 
 /// A flexible discrepancy that was fitted.
 #[derive(Debug)]
@@ -53,9 +56,9 @@ pub fn judge(case: &Case, found: &Found, acceptance: Acceptance, seed: u64) -> J
     let on_bound = named && on_bound(best);
     let rest = strongest(case, best);
     let rest_gain = rest.as_ref().map_or(0.0, |freed| freed.gain.max(0.0));
-    let structure = rest
-        .as_ref()
-        .is_some_and(|f| f.gain > STRUCTURE.max(2.0 * acceptance.gain) && f.predictive > 0.3 * f.gain);
+    let structure = rest.as_ref().is_some_and(|f| {
+        f.gain > STRUCTURE.max(2.0 * acceptance.gain) && (f.predictive > 0.1 * f.gain || f.gain > 250.0)
+    });
     let recovered = if gain + rest_gain > 0.0 { gain / (gain + rest_gain) } else { 1.0 };
     let verdict = match (named, structure) {
         (false, false) => Verdict::None,
@@ -75,16 +78,32 @@ pub fn judge(case: &Case, found: &Found, acceptance: Acceptance, seed: u64) -> J
 /// The flexible discrepancy that predicts best on top of a model.
 fn strongest(case: &Case, level: &Level) -> Option<Freed> {
     let all = flexible::all(case);
-    let freed: Vec<Freed> = all
+    let freed = |flexible: Flexible, fitted: Fitted| {
+        let gain = level.fitted.fit.total() - fitted.fit.total();
+        let predictive = level.fitted.predictive_cost() - fitted.predictive_cost();
+        // The columns are large and not needed any more.
+        let fitted = Fitted { columns: Vec::new(), residuals: Vec::new(), ..fitted };
+        Freed { flexible, gain, predictive, fitted }
+    };
+    let mut brief: Vec<Freed> = all
         .into_par_iter()
         .map(|flexible| {
-            let fitted = search::fit_candidate(&level.whitening, &level.fitted, &flexible.candidate);
-            let gain = level.fitted.fit.total() - fitted.fit.total();
-            let predictive = level.fitted.predictive_cost() - fitted.predictive_cost();
-            Freed { flexible, gain, predictive, fitted }
+            let fitted = search::fit_briefly(&level.whitening, &level.fitted, &flexible.candidate);
+            freed(flexible, fitted)
         })
         .collect();
-    freed.into_iter().max_by(|a, b| (a.gain + a.predictive).total_cmp(&(b.gain + b.predictive)))
+    brief.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    brief.truncate(PURSUED);
+    brief.retain(|f| f.gain > 0.3 * STRUCTURE);
+    let full: Vec<Freed> = brief
+        .into_par_iter()
+        .map(|f| {
+            let fitted = search::fit_candidate(&level.whitening, &level.fitted, &f.flexible.candidate);
+            freed(f.flexible, fitted)
+        })
+        .collect();
+    let score = |f: &Freed| f.gain + f.predictive.clamp(-0.5 * f.gain.abs(), 1.5 * f.gain.abs());
+    full.into_iter().max_by(|a, b| score(a).total_cmp(&score(b)))
 }
 
 /// Whether an effect's strength sits on a bound that is not its neutral value.
@@ -104,7 +123,7 @@ fn on_bound(level: &Level) -> bool {
 /// Candidates of a round that do nearly as well as the one named `id`.
 pub fn rivals<'a>(round: &'a Round, id: &str) -> Vec<(&'a Gain, f64)> {
     let Some(own) = round.gains.iter().find(|g| g.id == id) else { return Vec::new() };
-    let score = |g: &Gain| g.gain + g.predictive;
+    let score = Gain::score;
     let mut rivals: Vec<(&Gain, f64)> =
         round.gains.iter().filter(|g| g.id != id).map(|g| (g, score(g) / score(own).max(1.0))).collect();
     rivals.sort_by(|a, b| b.1.total_cmp(&a.1));

@@ -74,7 +74,7 @@ fn fit_models(case: &Case, found: &Found, judgement: &Judgement) -> Models {
         return Models { extended_shape: nominal.clone(), extended: calibrated.clone(), nominal, calibrated };
     }
     let best = &found.best.fitted;
-    let extended = polish::fit(case, &best.shape, &[best.fit.theta.clone()]);
+    let extended = polish::fit(case, &best.shape, std::slice::from_ref(&best.fit.theta));
     Models { nominal, calibrated, extended_shape: best.shape.clone(), extended }
 }
 
@@ -143,7 +143,7 @@ fn write_up(
 
 fn signals(calibrated: &metric::Tally, extended: &metric::Tally) -> Vec<SignalShare> {
     // What the best model still misses is not what is being located; a gap of one is the sensors'.
-    let floor = |j: usize| extended.signal(j).min(2.0).max(1.0).powi(2);
+    let floor = |j: usize| extended.signal(j).clamp(1.0, 2.0).powi(2);
     let mut excess: Vec<f64> =
         (0..OUTPUTS).map(|j| (calibrated.signal(j).powi(2) - floor(j)).max(0.0)).collect();
     let total: f64 = excess.iter().sum();
