@@ -1,4 +1,5 @@
 //! Is the default filter as accurate as it says, and as quick as it must be? On clean simulated data with known truth.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail and says what it measured")]
 
 mod support;
 

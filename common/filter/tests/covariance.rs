@@ -1,5 +1,6 @@
 //! The covariance stays symmetric and positive definite through ten million random steps: predictions of huge and tiny
 //! length, updates by exact and by worthless sensors, missing data, refused data, forgotten components.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail and says what it measured")]
 
 use nalgebra::{SMatrix, SVector};
 use railgrip_filter::core::Gaussian;

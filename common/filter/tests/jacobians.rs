@@ -1,4 +1,5 @@
 //! Derivatives of the models against central differences, at random states of rolling and sliding.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail and says what it measured")]
 
 use nalgebra::{SMatrix, SVector};
 use railgrip_filter::models::{PaperInput, PaperModel, StepInput, WagonPhysics};

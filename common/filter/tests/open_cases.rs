@@ -1,5 +1,6 @@
 //! The estimators on recordings with truth beside them: an independent plant, a motor coach whose brake fades and a coach
 //! with unequal pads.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail and says what it measured")]
 
 mod support;
 
