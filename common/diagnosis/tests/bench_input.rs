@@ -1,6 +1,6 @@
 //! Bad law-level cases are refused with file, line or key, and what is allowed; good ones give complete, repeatable output.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 mod bench_cases;
 

@@ -1,7 +1,7 @@
 //! Measured creep points of a full-scale roller rig (Virginia Tech), read from the shared material beside the project and never
 //! copied into it: which nominal law falls short, and what closes the gap.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use railgrip_diagnosis::bench::{Options, diagnose};
 use railgrip_diagnosis::html::{render, summary};

@@ -1,6 +1,6 @@
 //! The diagnosis of simulated benches: does it name the effect, stay silent without one, and know its own errors?
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 mod bench_cases;
 

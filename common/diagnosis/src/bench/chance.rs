@@ -198,7 +198,7 @@ fn form_blocks(
             let columns: Vec<DVector<f64>> = block.iter().map(|own| column(own)).collect();
             Block {
                 columns: orthonormal(&columns, Some(&tangent.basis), points.len()),
-                price: price * form.shape().len() as f64,
+                price: price * form.shape().parameters() as f64,
             }
         })
         .filter(|block| block.columns.ncols() > 0)

@@ -65,7 +65,7 @@ pub struct Range {
 
 impl Shape {
     /// Number of parameters.
-    pub const fn len(self) -> usize {
+    pub const fn parameters(self) -> usize {
         match self {
             Self::Linear | Self::Power | Self::Hyperbola => 1,
             Self::Exponential | Self::Rise | Self::Rational | Self::Gaussian => 2,

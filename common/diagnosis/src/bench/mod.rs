@@ -99,7 +99,8 @@ pub fn is_bench(case_dir: &Path) -> bool {
 
 fn chosen_library(kind: Kind, without: &[String]) -> Result<Vec<&'static CandidateSpec>, BenchError> {
     let all = library::candidates(kind);
-    let known = [Kind::Creep, Kind::Brake].map(library::candidates).concat_ids();
+    let known: Vec<&str> =
+        [Kind::Creep, Kind::Brake].into_iter().flat_map(library::candidates).map(|spec| spec.id).collect();
     for id in without {
         if !known.contains(&id.as_str()) && !is_wagon_effect(id) {
             return Err(BenchError::UnknownCandidate { id: id.clone(), allowed: known.join(", ") });
@@ -111,16 +112,6 @@ fn chosen_library(kind: Kind, without: &[String]) -> Result<Vec<&'static Candida
 /// Whether the catalogue of wagon effects has this id: leaving it out of a bench's library is idle, not wrong.
 fn is_wagon_effect(id: &str) -> bool {
     railgrip_vehicle::effects::find(id).is_some()
-}
-
-trait ConcatIds {
-    fn concat_ids(self) -> Vec<&'static str>;
-}
-
-impl ConcatIds for [&'static [CandidateSpec]; 2] {
-    fn concat_ids(self) -> Vec<&'static str> {
-        self.into_iter().flatten().map(|spec| spec.id).collect()
-    }
 }
 
 fn investigate(case: BenchCase, library: Vec<&'static CandidateSpec>, seed: u64) -> Diagnosis {

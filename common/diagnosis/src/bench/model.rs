@@ -112,7 +112,7 @@ impl Model {
     /// The values of form `index` among all values.
     pub fn values_of<'a>(&self, index: usize, values: &'a [f64]) -> &'a [f64] {
         let start = self.offsets[index];
-        &values[start..start + self.forms[index].shape().len()]
+        &values[start..start + self.forms[index].shape().parameters()]
     }
 
     /// Index of the first parameter of form `index`.
@@ -160,10 +160,10 @@ impl Model {
             out.push((above + below) / SOFT_EDGE);
         }
         // Force depends on K k_A and K k_S alone: without a prior on K the shape would have a direction nobody sees.
-        if let Nominal::Creep { stiffness_n, .. } = self.nominal {
-            if self.forms.iter().any(|form| form.spec.place == Place::CreepShape) {
-                out.push((values[1] / stiffness_n).ln() / STIFFNESS_PRIOR);
-            }
+        if let Nominal::Creep { stiffness_n, .. } = self.nominal
+            && self.forms.iter().any(|form| form.spec.place == Place::CreepShape)
+        {
+            out.push((values[1] / stiffness_n).ln() / STIFFNESS_PRIOR);
         }
     }
 

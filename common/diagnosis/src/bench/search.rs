@@ -106,7 +106,7 @@ pub struct Chosen {
 
 impl Bench<'_> {
     fn price(&self, form: &Form) -> f64 {
-        form.shape().len() as f64 * (self.points.len() as f64).ln()
+        form.shape().parameters() as f64 * (self.points.len() as f64).ln()
     }
 
     /// Fits a model from `starts` and predicts left-out data.
@@ -280,7 +280,7 @@ impl Bench<'_> {
         let removed = forms.remove(index);
         let start = trial.model.offset(index);
         let mut values = trial.fit.values.clone();
-        values.drain(start..start + removed.shape().len());
+        values.drain(start..start + removed.shape().parameters());
         self.trial(Model::new(self.nominal, &forms), &[values])
     }
 

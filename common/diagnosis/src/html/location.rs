@@ -22,7 +22,7 @@ pub fn section(report: &Report, detail: &Detail) -> Markup {
                 @if let Some(regime) = &place.regime {
                     @let scale = Scale::of_variable(&detail.heat_map, &regime.variable, regime.range[1]);
                     " Worst where " b { (plain(&regime.variable)) " is " (number(regime.range[0] * scale.factor)) " to "
-                    (number(regime.range[1] * scale.factor)) " " (scale.unit) } ": gap " b { (gap(regime.gap_inside)) } " inside, "
+                    (number(regime.range[1] * scale.factor)) @if !scale.unit.is_empty() { " " (scale.unit) } } ": gap " b { (gap(regime.gap_inside)) } " inside, "
                     (gap(regime.gap_outside)) " outside."
                 }
             }
