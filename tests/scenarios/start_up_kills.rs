@@ -4,12 +4,14 @@
 
 use std::time::{Duration, Instant};
 
-use railgrip_tests::{Random, TrainUnderTest, program};
+use railgrip_tests::{Random, TrainUnderTest, program, within};
 
 /// Trains that are tormented side by side.
 const TRAINS: u64 = 4;
 /// Kills on each of them.
 const KILLS: u64 = 50;
+/// Supervisor, holder, ingest, health and two estimators.
+const PROCESSES: usize = 6;
 /// Kills come within so many milliseconds of the start.
 const START_UP_MS: usize = 120;
 
@@ -53,10 +55,16 @@ fn two_hundred_kills_leave_no_train_that_will_not_start() {
                     for kill in 0..KILLS {
                         let victim = torment(&mut train, &mut random);
                         if !train.is_up() {
+                            let old = train.processes();
                             train.start();
+                            train.wait_gone(&old);
                         }
                         let took = train.wait_ready(Duration::from_secs(30));
                         slowest = slowest.max((took, format!("train {seed}, kill {kill}: {victim}")));
+                        let complete = within(Duration::from_secs(10), || {
+                            (train.processes().len() == PROCESSES).then_some(())
+                        });
+                        assert!(complete.is_some(), "{victim}: {:?}\n{}", train.processes(), train.log());
                         // The next round begins from nothing, in order or not.
                         if random.below(2) == 0 {
                             train.kill_up();

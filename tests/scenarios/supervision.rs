@@ -99,10 +99,7 @@ fn a_killed_supervisor_leaves_no_orphans_and_no_obstacle() {
     train.kill_up();
     // At once: the old holder may still be leaving.
     train.start();
-    let gone = within(Duration::from_secs(10), || {
-        train.processes().iter().all(|process| !old.contains(process)).then_some(())
-    });
-    assert!(gone.is_some(), "orphans: {:?}\n{}", train.processes(), train.log());
+    train.wait_gone(&old);
     train.wait_ready(Duration::from_secs(20));
     let status = train.stop();
     assert!(status.success(), "{status}\n{}", train.log());
@@ -120,6 +117,26 @@ fn a_second_up_of_the_same_train_is_refused_in_words() {
     let words = String::from_utf8_lossy(&hold.stderr);
     assert!(words.contains("already running on this machine"), "{words}");
     train.wait_ready(Duration::from_secs(1));
+}
+
+#[test]
+fn status_shows_every_wagon_as_table_and_as_json() {
+    let train = running("status", 2);
+    let table = train.run(&["status"]);
+    let words = String::from_utf8_lossy(&table.stdout);
+    println!("{words}");
+    assert!(table.status.success() && words.lines().count() == 4, "{words}");
+    assert!(words.contains("wagon-1") && words.contains("wagon-2") && words.contains("live"), "{words}");
+    let json = train.run(&["status", "--json"]);
+    let both: serde_json::Value = serde_json::from_slice(&json.stdout).expect("JSON");
+    assert_eq!(both["wagons"].as_array().map(Vec::len), Some(2));
+    assert_eq!(both["train"]["ready"], true);
+    drop(train);
+    let train = TrainUnderTest::new(program!(), &config("nobody", 1));
+    let nobody = train.run(&["status"]);
+    let words = String::from_utf8_lossy(&nobody.stderr);
+    assert_eq!(nobody.status.code(), Some(1));
+    assert!(words.contains("serves no HTTP on this machine"), "{words}");
 }
 
 #[test]

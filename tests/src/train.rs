@@ -148,6 +148,17 @@ impl TrainUnderTest {
         of_instance(&self.instance())
     }
 
+    /// Waits until none of `old` runs any more; what they serve must not pass for the new train.
+    ///
+    /// # Panics
+    /// If one does not leave within 15 s.
+    pub fn wait_gone(&self, old: &[Process]) {
+        let gone = within(Duration::from_secs(15), || {
+            self.processes().iter().all(|process| !old.contains(process)).then_some(())
+        });
+        assert!(gone.is_some(), "orphans: {:?}\n{}", self.processes(), self.log());
+    }
+
     /// The process of a role, once it runs.
     ///
     /// # Panics
