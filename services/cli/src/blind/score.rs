@@ -210,7 +210,9 @@ impl Score {
             closure_median: quantile(&closures, 0.5),
             closure_lower_decile: quantile(&closures, 0.1),
             closure_cases: closures.len(),
-            gaps_follow_from_files: Rate::count(outcomes.iter(), |o| matches!(o.verified, Some(Ok(())))),
+            gaps_follow_from_files: Rate::count(outcomes.iter().filter(|o| o.verified.is_some()), |o| {
+                matches!(o.verified, Some(Ok(())))
+            }),
             parameter_error_median: quantile(&errors, 0.5),
             in_ci95: tally(&|agreement| agreement.in_ci95),
             in_90: tally(&|agreement| agreement.in_90),
