@@ -141,27 +141,16 @@ impl Effect for Fade {
 pub static PRESSURE: EffectSpec = EffectSpec {
     id: "brake_friction_pressure",
     term: Term::BrakeFriction,
-    equation: "mu = mu0 (1 + r / (1 + F / F_h))",
-    source: "speed, pressure and braked mass are the regressors of 10.3390/ma14164766; a power law F^-n with n of 0.05 to 0.2 (general knowledge) is matched within 1 % from 5 to 120 kN",
-    parameters: &[
-        ParameterSpec {
-            name: "rise",
-            lower: -0.3,
-            upper: 4.0,
-            default: 0.2,
-            neutral: Some(0.0),
-            ..ParameterSpec::PLAIN
-        },
-        ParameterSpec {
-            name: "half_force_n",
-            unit: "N",
-            lower: 3e3,
-            upper: 4e5,
-            default: 4e4,
-            starts: &[1.2e5],
-            ..ParameterSpec::PLAIN
-        },
-    ],
+    equation: "mu = mu0 (F / 50 kN)^-n",
+    source: "speed, pressure and braked mass are the regressors of 10.3390/ma14164766; n of 0.05 to 0.2 is general knowledge",
+    parameters: &[ParameterSpec {
+        name: "exponent",
+        lower: -0.1,
+        upper: 1.0,
+        default: 0.1,
+        neutral: Some(0.0),
+        ..ParameterSpec::PLAIN
+    }],
     hidden: &[],
     twins: &["pressing_force_offset"],
     separated_by: "steady braking at three or more pressing forces from light to full",
@@ -170,14 +159,18 @@ pub static PRESSURE: EffectSpec = EffectSpec {
 /// See [`PRESSURE`].
 #[derive(Debug)]
 pub struct Pressure {
-    rise: f64,
-    half_force_n: f64,
+    exponent: f64,
 }
+
+/// Force at which the pressure law leaves the friction as it is, N.
+const REFERENCE_FORCE_N: f64 = 5e4;
+/// Below this force the law stays at its value here, N.
+const SMALLEST_FORCE_N: f64 = 2e3;
 
 impl Pressure {
     /// From the values of the spec's parameters.
     pub fn boxed(values: &[f64]) -> Box<dyn Effect> {
-        Box::new(Self { rise: values[0], half_force_n: values[1] })
+        Box::new(Self { exponent: values[0] })
     }
 }
 
@@ -187,8 +180,8 @@ impl Effect for Pressure {
     }
 
     fn brake_friction(&self, wheelset: usize, at: &Operating, _hidden: &[f64], friction: f64) -> f64 {
-        let force = at.pressing_force_n[wheelset].max(0.0);
-        friction * (1.0 + self.rise / (1.0 + force / self.half_force_n))
+        let force = at.pressing_force_n[wheelset].max(SMALLEST_FORCE_N);
+        friction * (force / REFERENCE_FORCE_N).powf(-self.exponent)
     }
 }
 
