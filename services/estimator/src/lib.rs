@@ -59,7 +59,7 @@ pub fn run(settings: &TrainSettings, wagon: u32, lifecycle: &Lifecycle) -> Resul
     tracing::info!(filter = settings.estimator.filter, "estimator has started");
     while !lifecycle.should_stop() {
         samples.wait(LONGEST_WAIT)?;
-        samples.receive(|batch| batch.iter().for_each(|sample| worker.take(sample)))?;
+        samples.receive(|batch| batch.iter().for_each(|sample| worker.estimate(sample)))?;
         service.publish(&mut worker)?;
         service.timers(&mut worker, &samples, &bus)?;
         lifecycle.beat();
@@ -189,6 +189,7 @@ impl Service {
             self.innovations.publish(&worker.innovations)?;
             self.published += worker.estimates.len() as u64;
         }
+        worker.digest();
         for event in &mut worker.events {
             self.event_sequence += 1;
             event.sequence = self.event_sequence;

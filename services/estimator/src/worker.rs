@@ -22,6 +22,8 @@ pub struct Worker {
     pub(crate) last: Option<(u64, Stamp)>,
     /// The filter knows something: it took a sample, or goes on from a snapshot.
     pub(crate) has_state: bool,
+    /// Samples estimated whose estimates have not gone into the indicators yet, the latest of `estimates`.
+    undigested: Vec<Sample>,
     /// Estimates of the samples taken, to be published.
     pub estimates: Vec<Estimate>,
     /// Innovations of the samples taken, to be published.
@@ -73,6 +75,7 @@ impl Worker {
             indicators: WagonIndicators::new(wagon, indicators, nominal),
             last: None,
             has_state: false,
+            undigested: Vec::new(),
             estimates: Vec::new(),
             innovations: Vec::new(),
             events: Vec::new(),
@@ -84,8 +87,14 @@ impl Worker {
         })
     }
 
-    /// Takes one sample. One that was taken before (a late joiner gets the last few once more) changes nothing.
+    /// Takes one sample all the way: [`Self::estimate`], then [`Self::digest`].
     pub fn take(&mut self, sample: &Sample) {
+        self.estimate(sample);
+        self.digest();
+    }
+
+    /// Estimates one sample. One that was taken before (a late joiner gets the last few once more) changes nothing.
+    pub fn estimate(&mut self, sample: &Sample) {
         if self.last.is_some_and(|(_, stamp)| sample.acquired.monotonic_ns <= stamp.monotonic_ns) {
             return;
         }
@@ -104,12 +113,21 @@ impl Worker {
         if begins {
             estimate.flags |= flags::RESTARTED;
         }
-        let events = &mut self.events;
-        self.indicators.update(sample, &estimate, &mut |event| events.push(event));
-        let innovation = convert::innovation(sample, &output);
-        self.gap.take(sample, &estimate, &innovation);
         self.estimates.push(estimate);
-        self.innovations.push(innovation);
+        self.innovations.push(convert::innovation(sample, &output));
+        self.undigested.push(*sample);
+    }
+
+    /// Takes what was estimated into the indicators: apart from estimating, so that estimates need not wait for it.
+    pub fn digest(&mut self) {
+        let from = self.estimates.len() - self.undigested.len();
+        let fresh = self.estimates[from..].iter().zip(&self.innovations[from..]);
+        for (sample, (estimate, innovation)) in self.undigested.iter().zip(fresh) {
+            let events = &mut self.events;
+            self.indicators.update(sample, estimate, &mut |event| events.push(event));
+            self.gap.take(sample, estimate, innovation);
+        }
+        self.undigested.clear();
     }
 
     /// What the filter knew belongs to another run.
@@ -209,6 +227,7 @@ impl Worker {
 
     /// Forgets what has been published.
     pub fn clear(&mut self) {
+        self.digest();
         self.estimates.clear();
         self.innovations.clear();
         self.events.clear();
