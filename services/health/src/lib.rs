@@ -110,7 +110,10 @@ async fn serve(
         result = server.into_future() => result,
         () = drained => Ok(()),
     };
-    let _ = std::fs::remove_file(&file);
+    // A successor may have written its own address while this process drained; that one must stay.
+    if std::fs::read_to_string(&file).is_ok_and(|text| text.trim() == address.to_string()) {
+        let _ = std::fs::remove_file(&file);
+    }
     result.map_err(failed(address.to_string()))
 }
 
