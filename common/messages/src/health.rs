@@ -46,10 +46,14 @@ impl Indicator {
 /// The part of [`Health`] that belongs to one wheelset.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("railgrip/WheelsetHealth/v1")]
+#[type_name("railgrip/WheelsetHealth/v2")]
 pub struct WheelsetHealth {
     /// Pad friction, mean over braking.
     pub brake_friction: Indicator,
+    /// Pad friction referred to standard conditions: speed, pressing force, disc temperature.
+    pub brake_friction_standard: Indicator,
+    /// Share of the latest braking during which this wheelset had no brake while the others had, 0 to 1.
+    pub isolated: Indicator,
     /// Largest adhesion utilised (magnitude) in the window.
     pub adhesion_utilised: Indicator,
     /// Adhesion available; a lower bound unless `adhesion_available_is_bound` is 0.
@@ -74,6 +78,8 @@ pub struct WheelsetHealth {
     pub mu_w_sigma: f64,
     /// Creepage now.
     pub slip: f64,
+    /// Pressing force now, N.
+    pub pressing_force_n: f64,
     /// 1 if `adhesion_available` is only a lower bound.
     pub adhesion_available_is_bound: u32,
     /// 1 if the pad friction is observable now.
@@ -88,7 +94,7 @@ zero_default!(WheelsetHealth);
 /// The indicators of one wagon (channel `health/N`, about 5 Hz; late joiners get the last one).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("railgrip/Health/v1")]
+#[type_name("railgrip/Health/v2")]
 pub struct Health {
     /// Sequence of the last sample that went in.
     pub sequence: u64,
@@ -146,14 +152,34 @@ pub struct Health {
     pub sensors: Indicator,
     /// Mean normalised innovation squared over its degrees of freedom; 1 is ideal.
     pub filter: Indicator,
+    /// Pad friction of the wagon referred to standard conditions: speed, pressing force, disc temperature.
+    pub brake_friction_standard: Indicator,
+    /// Time from the first pressing force to 90 % of its level, s, median of the latest brake applications.
+    pub response: Indicator,
+    /// Retarding force while the brakes are released, beyond running resistance, N.
+    pub dragging: Indicator,
+    /// Share of the latest braking during which the worst wheelset had no brake while others had, 0 to 1.
+    pub isolated: Indicator,
+    /// Adhesion in slides with sand over adhesion in slides without.
+    pub sanding: Indicator,
+    /// Whether the model explains the data for long: mean normalised innovation squared over its degrees of freedom.
+    pub model: Indicator,
+    /// When the latest brake application began; zeros before the first.
+    pub brake_applied: Stamp,
+    /// Brake applications so far.
+    pub brake_applications: u64,
+    /// Pressing force of all wheelsets now, N.
+    pub pressing_force_n: f64,
+    /// Sand on the rail now, 0 to 1.
+    pub sanding_now: f64,
     /// By wheelset.
     pub wheelset: [WheelsetHealth; MAX_WHEELSETS],
     /// 1 if `adhesion_available` is only a lower bound.
     pub adhesion_available_is_bound: u32,
-    /// Always 0.
-    pub reserved: u32,
+    /// Sensors that are missing, refused or dead, bits as in [`crate::valid`].
+    pub faulty_sensors: u32,
 }
-payload!(Health, "railgrip/Health/v1");
+payload!(Health, "railgrip/Health/v2");
 
 impl Health {
     /// Wheelsets in use, never more than there are places.
