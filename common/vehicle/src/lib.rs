@@ -16,6 +16,7 @@
 //! All quantities are SI `f64`; wheelsets are counted from the front, at most [`MAX_WHEELSETS`].
 
 pub mod adhesion;
+pub mod bogie_rig;
 pub mod brake;
 pub mod effects;
 pub mod load;
