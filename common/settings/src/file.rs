@@ -1,5 +1,8 @@
 //! The form of a train's config file, key by key, before its values are checked. Units stand in the keys.
 
+use crate::alerts::{AlertTable, CapabilityTable, DeliveryTable};
+use crate::doors::{AuditTable, LimitsTable, TlsTable};
+use crate::history::HistoryTable;
 use railgrip_filter::EstimatorConfig;
 use railgrip_indicators::IndicatorSettings;
 use serde::Deserialize;
@@ -27,6 +30,12 @@ pub(crate) struct TrainFile {
     pub http: HttpTable,
     #[serde(default)]
     pub alerts: AlertTable,
+    #[serde(default)]
+    pub history: HistoryTable,
+    #[serde(default)]
+    pub delivery: DeliveryTable,
+    #[serde(default)]
+    pub capability: CapabilityTable,
     #[serde(default)]
     pub logging: LoggingTable,
 }
@@ -106,24 +115,31 @@ pub(crate) struct HttpTable {
     pub listen: String,
     pub refresh_ms: f64,
     pub stale_after_s: f64,
+    pub cors_origins: Vec<String>,
+    pub tls: Option<TlsTable>,
+    pub token_file: Option<String>,
+    pub allow_insecure: bool,
+    pub hosts: Vec<String>,
+    pub session_hours: f64,
+    pub limits: LimitsTable,
+    pub audit: AuditTable,
 }
 
 impl Default for HttpTable {
     fn default() -> Self {
-        Self { listen: "127.0.0.1:8080".to_owned(), refresh_ms: 150.0, stale_after_s: 2.0 }
-    }
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub(crate) struct AlertTable {
-    pub raise_after_s: f64,
-    pub clear_after_s: f64,
-}
-
-impl Default for AlertTable {
-    fn default() -> Self {
-        Self { raise_after_s: 2.0, clear_after_s: 10.0 }
+        Self {
+            listen: "127.0.0.1:8080".to_owned(),
+            refresh_ms: 150.0,
+            stale_after_s: 2.0,
+            cors_origins: Vec::new(),
+            tls: None,
+            token_file: None,
+            allow_insecure: false,
+            hosts: Vec::new(),
+            session_hours: 12.0,
+            limits: LimitsTable::default(),
+            audit: AuditTable::default(),
+        }
     }
 }
 

@@ -4,19 +4,25 @@
 //! a [`vehicle`] file says what a wagon is. Unknown keys are refused, units stand in the keys, and every error names
 //! file, line, key, value and what is allowed. The defaults are those of `config/railgrip.toml`, which is built in.
 
+mod alerts;
+mod doors;
 mod error;
 mod file;
+mod history;
 mod instance;
 mod place;
 mod runs;
 mod train;
 pub mod vehicle;
 
+pub use alerts::{AlertSettings, CapabilitySettings, DeliverySettings, MqttSettings, WebhookSettings};
+pub use doors::{AuditSettings, DoorLimits, DoorSettings, TlsFiles, is_loopback};
 pub use error::SettingsError;
 pub use file::LogFormat;
+pub use history::{HistorySettings, TierLimits};
 pub use instance::Instance;
 pub use runs::ReplayRun;
 pub use train::{
-    AlertSettings, HttpSettings, LoggingSettings, MAX_WAGONS, Overrides, ReportingSettings, Source,
-    TrainSettings, WagonSettings,
+    HttpSettings, LoggingSettings, MAX_WAGONS, Overrides, ReportingSettings, Source, TrainSettings,
+    WagonSettings,
 };

@@ -1,6 +1,9 @@
 //! The settings of a train, checked once and then trusted everywhere.
 
+use crate::alerts::{AlertSettings, CapabilitySettings, DeliverySettings};
+use crate::doors::DoorSettings;
 use crate::file::{LogFormat, SourceKind, SourceTable, TrainFile};
+use crate::history::HistorySettings;
 use crate::place::ConfigText;
 use crate::runs::{self, ReplayRun};
 use crate::{SettingsError, instance::Instance, vehicle};
@@ -50,8 +53,18 @@ pub struct TrainSettings {
     pub indicators: IndicatorSettings,
     /// The HTTP service.
     pub http: HttpSettings,
-    /// When an alert is raised and cleared.
+    /// Who may come in to it.
+    pub doors: DoorSettings,
+    /// When an alert is raised, grouped and cleared.
     pub alerts: AlertSettings,
+    /// Where alerts and what waits for delivery are kept.
+    pub alert_journal: PathBuf,
+    /// How people are told of alerts.
+    pub delivery: DeliverySettings,
+    /// What full braking of this train is, and the adhesion map.
+    pub capability: CapabilitySettings,
+    /// What is remembered.
+    pub history: HistorySettings,
     /// Log lines.
     pub logging: LoggingSettings,
 }
@@ -104,7 +117,7 @@ pub struct ReportingSettings {
 }
 
 /// The HTTP service.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct HttpSettings {
     /// Address and port to listen on; port 0 takes any free one.
     pub listen: SocketAddr,
@@ -112,15 +125,8 @@ pub struct HttpSettings {
     pub refresh_s: f64,
     /// A wagon without news for so many seconds is stale.
     pub stale_after_s: f64,
-}
-
-/// When an alert is raised and cleared.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AlertSettings {
-    /// A cause must last so many seconds before an alert is raised.
-    pub raise_after_s: f64,
-    /// A cause must be gone for so many seconds before its alert is cleared.
-    pub clear_after_s: f64,
+    /// Other origins whose pages may read the interface; none by default.
+    pub cors_origins: Vec<String>,
 }
 
 /// Log lines.
@@ -189,10 +195,11 @@ impl TrainSettings {
                 at.refuse("http.listen", &form.http.listen, "ADDRESS:PORT, for example 127.0.0.1:8080")
             })?,
         };
+        let instance = Instance::of(&at, &form.instance, &name, overrides.instance_dir.as_deref())?;
+        let doors = DoorSettings::of(&at, &form.http, listen, overrides.listen.is_some(), &instance.dir)?;
         Ok(Self {
             file: file.to_owned(),
-            instance: Instance::of(&at, &form.instance, &name, overrides.instance_dir.as_deref())?,
-            name,
+            doors,
             wagons,
             source,
             batch_s: at.within("samples.batch_ms", form.samples.batch_ms, 0.0..=1000.0)? * 1e-3,
@@ -214,11 +221,20 @@ impl TrainSettings {
                 listen,
                 refresh_s: at.within("http.refresh_ms", form.http.refresh_ms, 20.0..=5000.0)? * 1e-3,
                 stale_after_s: at.within("http.stale_after_s", form.http.stale_after_s, 0.2..=600.0)?,
+                cors_origins: cors_origins(&at, &form.http.cors_origins)?,
             },
-            alerts: AlertSettings {
-                raise_after_s: at.within("alerts.raise_after_s", form.alerts.raise_after_s, 0.0..=3600.0)?,
-                clear_after_s: at.within("alerts.clear_after_s", form.alerts.clear_after_s, 0.0..=3600.0)?,
-            },
+            alerts: form.alerts.check(&at)?,
+            alert_journal: form.alerts.journal(&at, &instance.dir),
+            delivery: form.delivery.check(&at, &name)?,
+            capability: form.capability.check(&at)?,
+            history: HistorySettings::of(
+                &at,
+                &form.history,
+                &name,
+                overrides.instance_dir.as_deref(),
+            )?,
+            instance,
+            name,
             logging: LoggingSettings { level: form.logging.level, format: form.logging.format },
         })
     }
@@ -227,6 +243,22 @@ impl TrainSettings {
     #[must_use]
     pub fn wagon(&self, number: u32) -> Option<&WagonSettings> {
         self.wagons.get((number as usize).checked_sub(1)?)
+    }
+}
+
+/// Origins as browsers send them: scheme, host and port, no path.
+fn cors_origins(at: &ConfigText<'_>, origins: &[String]) -> Result<Vec<String>, SettingsError> {
+    let sound = |origin: &&String| {
+        let host = origin.strip_prefix("https://").or_else(|| origin.strip_prefix("http://"));
+        host.is_some_and(|host| !host.is_empty() && host.chars().all(|c| c.is_ascii_graphic() && c != '/'))
+    };
+    match origins.iter().find(|origin| !sound(origin)) {
+        None => Ok(origins.to_vec()),
+        Some(origin) => Err(at.refuse(
+            "http.cors_origins",
+            format!("{origin:?}"),
+            "origins such as \"https://depot.example:8443\", without a path",
+        )),
     }
 }
 
