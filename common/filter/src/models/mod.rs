@@ -3,6 +3,7 @@
 //! A filter couples a physical model to the [`crate::core`]. **Adding one**: write its module and add its line to
 //! [`FILTERS`].
 
+pub mod bogie_rig;
 mod paper;
 mod rig;
 mod sample;
