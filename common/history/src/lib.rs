@@ -17,11 +17,12 @@
 //! Times are Unix seconds. When the wall clock jumps back, values are merged into the buckets that are there.
 
 mod block;
+mod key;
 mod query;
 mod store;
 mod tier;
 
-pub use block::{BlockError, Bucket, Cell};
+pub use block::{BlockError, Bucket, Cell, Keep};
 pub use query::{Point, Reader};
 pub use store::{Flushed, HistoryError, Retention, Store};
 pub use tier::Tier;

@@ -112,7 +112,7 @@ impl Reader {
         };
         let rows = rows().map_err(|source| HistoryError::Database { path: self.path.clone(), source })?;
         let unpack = |(start_s, packed): (i64, Vec<u8>)| {
-            decode(tier, start_s, &packed).map_err(|source| HistoryError::Block {
+            decode(tier, start_s, &packed, None).map_err(|source| HistoryError::Block {
                 path: self.path.clone(),
                 wagon,
                 start_s,

@@ -249,7 +249,7 @@ impl Store {
         let transaction = self.connection.transaction().map_err(fail)?;
         for &(tier, wagon, start_s) in keys {
             let Some(open) = self.open.get(&(tier, wagon, start_s)) else { continue };
-            let packed = encode(tier, start_s, &open.buckets).map_err(|source| HistoryError::Block {
+            let packed = encode(tier, start_s, &open.buckets, &[]).map_err(|source| HistoryError::Block {
                 path: path.clone(),
                 wagon,
                 start_s,
@@ -341,7 +341,7 @@ impl Store {
             })
             .map_err(fail)?;
         packed
-            .map(|packed| decode(tier, start_s, &packed))
+            .map(|packed| decode(tier, start_s, &packed, None))
             .transpose()
             .map_err(|source| HistoryError::Block { path: self.path.clone(), wagon, start_s, source })
     }

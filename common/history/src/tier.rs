@@ -33,6 +33,15 @@ impl Tier {
         }
     }
 
+    /// Its word in APIs: `second`, `minute`, `hour`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Second => "second",
+            Self::Minute => "minute",
+            Self::Hour => "hour",
+        }
+    }
+
     /// Number under which the database knows the tier.
     pub(crate) fn code(self) -> i64 {
         self as i64

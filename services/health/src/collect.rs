@@ -1,5 +1,6 @@
 //! The thread that listens to the channels and renews what is served.
 
+use crate::history::Recorder;
 use crate::model::WagonRow;
 use crate::shared::{Shared, StreamEvent};
 use crate::store::{self, Snapshot, Store};
@@ -28,6 +29,7 @@ pub(crate) fn collect(
     settings: &TrainSettings,
     shared: &Shared,
     lifecycle: &Lifecycle,
+    recorder: Option<Recorder>,
 ) -> Result<(), BusError> {
     let mut ends = Ends::open(settings)?;
     let mut store = Store::new(settings);
@@ -38,11 +40,15 @@ pub(crate) fn collect(
     let elapsed =
         |since: Option<Instant>, period: Duration| since.is_none_or(|since| since.elapsed() >= period);
     while !lifecycle.should_stop() {
-        ends.receive(&mut store)?;
+        ends.receive(&mut store, recorder.as_ref())?;
         if elapsed(renewed, refresh) {
             renewed = Some(Instant::now());
             let snapshot = Arc::new(store.snapshot(now()));
             shared.replace(Arc::clone(&snapshot));
+            if snapshot.book.lock().version() != snapshot.alert_version {
+                // Somebody acknowledged one in between.
+                crate::alerts::routes::show(shared);
+            }
             streamer.stream(shared, &snapshot);
             lifecycle.beat();
         }
@@ -76,9 +82,16 @@ impl Ends {
         Ok(Self { bus, health, heartbeats, own, sequence: 0 })
     }
 
-    fn receive(&mut self, store: &mut Store) -> Result<(), BusError> {
+    fn receive(&mut self, store: &mut Store, recorder: Option<&Recorder>) -> Result<(), BusError> {
         for subscriber in &mut self.health {
-            subscriber.receive(|batch| batch.iter().for_each(|health| store.take_health(health)))?;
+            subscriber.receive(|batch| {
+                for health in batch {
+                    store.take_health(health);
+                    if let Some(recorder) = recorder {
+                        recorder.take(health);
+                    }
+                }
+            })?;
         }
         self.heartbeats.receive(|batch| batch.iter().for_each(|beat| store.take_heartbeat(beat)))?;
         Ok(())
@@ -107,14 +120,17 @@ struct Streamer {
 impl Streamer {
     fn stream(&mut self, shared: &Shared, snapshot: &Snapshot) {
         for alert in &snapshot.news {
-            let place = alert.wheelset.map_or_else(String::new, |wheelset| format!(", wheelset {wheelset}"));
-            let verb = if alert.active { "alert" } else { "alert cleared" };
+            let change = alert.history.last().map_or("changed", |line| line.change.word());
             tracing::info!(
                 id = alert.id,
                 grade = alert.grade.word(),
-                "{verb}: wagon {}{place}: {}: {}",
-                alert.wagon,
+                "alert {change}: {} ({}): {}",
                 alert.cause,
+                if alert.scope == crate::alerts::model::Scope::Train {
+                    "train".to_owned()
+                } else {
+                    format!("wagon {}", alert.wagon)
+                },
                 alert.reason
             );
             shared.send(StreamEvent { name: "alert", data: store::json(alert) });

@@ -6,9 +6,10 @@
 
 pub mod alerts;
 mod collect;
+pub mod history;
 pub mod metrics;
 pub mod model;
-mod page;
+pub mod page;
 pub mod problem;
 pub mod routes;
 pub mod shared;
@@ -22,6 +23,7 @@ use crate::store::Store;
 use railgrip_bus::{BusError, Lifecycle, now};
 use railgrip_settings::TrainSettings;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::TcpListener;
 
@@ -52,16 +54,18 @@ pub enum HealthError {
 /// An address that cannot be listened on, or channels that cannot be used.
 pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), HealthError> {
     let shared = Shared::new(Store::new(settings).snapshot(now()), now);
+    shared.judge_by(page::Limits::of(settings));
+    let (recorder, writer) = remember(settings, &shared).unzip();
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()
         .map_err(|source| HealthError::Serve { what: "runtime".to_owned(), source })?;
-    std::thread::scope(|scope| {
+    let result = std::thread::scope(|scope| {
         let ended = Lifecycle::new();
         let collector = scope.spawn({
             let (shared, ended) = (shared.clone(), ended.clone());
             move || {
-                let result = collect::collect(settings, &shared, lifecycle);
+                let result = collect::collect(settings, &shared, lifecycle, recorder);
                 ended.stop();
                 result
             }
@@ -73,7 +77,26 @@ pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), Health
         let collected = collector.join().unwrap_or(Ok(()));
         collected?;
         served
-    })
+    });
+    // The recorder is gone with the collector, so the writer writes what is left and ends.
+    if let Some(writer) = writer {
+        let _ = writer.join();
+    }
+    result
+}
+
+/// Starts the history, if there shall be one.
+fn remember(
+    settings: &TrainSettings,
+    shared: &Shared,
+) -> Option<(history::Recorder, std::thread::JoinHandle<()>)> {
+    if !settings.history.enabled {
+        return None;
+    }
+    let wheelsets = settings.wagons.iter().map(|wagon| wagon.vehicle.wheelsets()).max().unwrap_or(0);
+    let history = Arc::new(history::History::new(settings.history.database(), wheelsets));
+    shared.remember(Arc::clone(&history));
+    Some(history::start(&settings.history, history))
 }
 
 async fn serve(

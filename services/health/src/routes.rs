@@ -3,7 +3,7 @@
 use crate::model::{AlertList, Check, TrainView, WagonList, WagonView};
 use crate::problem::Problem;
 use crate::shared::Shared;
-use crate::{metrics, page, stream};
+use crate::{history, metrics, page, stream};
 use axum::Json;
 use axum::body::Bytes;
 use axum::extract::{Path, State};
@@ -33,16 +33,19 @@ pub fn router(shared: Shared) -> axum::Router {
         .routes(routes!(train))
         .routes(routes!(wagons))
         .routes(routes!(wagon))
+        .routes(routes!(history::routes::history))
         .routes(routes!(alerts))
+        .routes(routes!(crate::alerts::routes::alert))
+        .routes(routes!(crate::alerts::routes::acknowledge))
+        .routes(routes!(crate::alerts::routes::shelve))
+        .routes(routes!(crate::alerts::routes::unshelve))
         .routes(routes!(stream::stream))
         .routes(routes!(metrics::metrics))
         .routes(routes!(openapi))
         .split_for_parts();
     let _ = shared.openapi().set(api.to_json().unwrap_or_default().into());
     router
-        .route("/", get(page::index))
-        .route("/app.css", get(page::style))
-        .route("/app.js", get(page::script))
+        .merge(page::routes())
         .method_not_allowed_fallback(wrong_method)
         .fallback(nowhere)
         .with_state(shared)

@@ -1,5 +1,7 @@
 //! What the feeding thread and the requests share.
 
+use crate::history::History;
+use crate::page::Limits;
 use crate::store::Snapshot;
 use axum::body::Bytes;
 use railgrip_messages::Stamp;
@@ -33,6 +35,8 @@ struct Inner {
     requests: AtomicU64,
     clock: fn() -> Stamp,
     openapi: std::sync::OnceLock<Bytes>,
+    history: std::sync::OnceLock<Arc<History>>,
+    limits: std::sync::OnceLock<Limits>,
 }
 
 impl Shared {
@@ -46,6 +50,8 @@ impl Shared {
             requests: AtomicU64::new(0),
             clock,
             openapi: std::sync::OnceLock::new(),
+            history: std::sync::OnceLock::new(),
+            limits: std::sync::OnceLock::new(),
         };
         Self { inner: Arc::new(inner) }
     }
@@ -101,6 +107,27 @@ impl Shared {
     #[must_use]
     pub fn now(&self) -> Stamp {
         (self.inner.clock)()
+    }
+
+    /// Serves this history from now on; only the first one counts.
+    pub fn remember(&self, history: Arc<History>) {
+        let _ = self.inner.history.set(history);
+    }
+
+    /// What is remembered, if anything is.
+    #[must_use]
+    pub fn history(&self) -> Option<&Arc<History>> {
+        self.inner.history.get()
+    }
+
+    /// Draws these limits beside the figures from now on; only the first ones count.
+    pub fn judge_by(&self, limits: Limits) {
+        let _ = self.inner.limits.set(limits);
+    }
+
+    /// The limits that the pages draw.
+    pub(crate) fn limits(&self) -> &Limits {
+        self.inner.limits.get_or_init(Limits::default)
     }
 
     pub(crate) fn openapi(&self) -> &std::sync::OnceLock<Bytes> {

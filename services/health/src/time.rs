@@ -11,6 +11,62 @@ pub fn rfc3339(unix_ns: i64) -> String {
     format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}.{millis:03}Z")
 }
 
+/// Unix seconds of an RFC 3339 instant such as `2026-03-01T12:00:00.250Z` or `2026-03-01T13:00:00+01:00`.
+#[must_use]
+pub fn parse_rfc3339(text: &str) -> Option<f64> {
+    let (date, rest) = text.split_at_checked(10)?;
+    let rest = rest.strip_prefix(['T', 't'])?;
+    let number = |text: &str, width: usize, allowed: std::ops::RangeInclusive<i64>| {
+        let plain = text.len() == width && text.bytes().all(|byte| byte.is_ascii_digit());
+        plain.then(|| text.parse().ok()).flatten().filter(|number| allowed.contains(number))
+    };
+    let separated = |text: &str, at: usize, mark: &str| text.get(at..=at) == Some(mark);
+    let part = |text: &str, from: usize, to: usize| text.get(from..to).unwrap_or_default().to_owned();
+    if !separated(date, 4, "-") || !separated(date, 7, "-") {
+        return None;
+    }
+    let (year, month) = (number(&part(date, 0, 4), 4, 0..=9999)?, number(&part(date, 5, 7), 2, 1..=12)?);
+    let day = number(&part(date, 8, 10), 2, 1..=31)?;
+    let zone_at = rest.find(['Z', 'z', '+', '-'])?;
+    let (clock, zone) = rest.split_at(zone_at);
+    let offset_s = match zone {
+        "Z" | "z" => 0,
+        _ if zone.len() == 6 && separated(zone, 3, ":") => {
+            let (hour, minute) =
+                (number(&part(zone, 1, 3), 2, 0..=23)?, number(&part(zone, 4, 6), 2, 0..=59)?);
+            (hour * 3600 + minute * 60) * if zone.starts_with('-') { -1 } else { 1 }
+        }
+        _ => return None,
+    };
+    if !separated(clock, 2, ":") || !separated(clock, 5, ":") {
+        return None;
+    }
+    let (hour, minute) = (number(&part(clock, 0, 2), 2, 0..=23)?, number(&part(clock, 3, 5), 2, 0..=59)?);
+    // A leap second counts as the second after it.
+    let second = number(&part(clock, 6, 8), 2, 0..=60)?;
+    let fraction = match clock.get(8..)? {
+        "" => 0.0,
+        text => {
+            let digits = text.strip_prefix('.').filter(|digits| !digits.is_empty())?;
+            let plain = digits.bytes().all(|byte| byte.is_ascii_digit());
+            plain.then(|| format!("0.{digits}").parse::<f64>().ok()).flatten()?
+        }
+    };
+    let days = days(year, month, day);
+    (civil(days) == (year, month, day))
+        .then(|| (days * 86_400 + hour * 3600 + minute * 60 + second - offset_s) as f64 + fraction)
+}
+
+/// The inverse of [`civil`].
+fn days(year: i64, month: i64, day: i64) -> i64 {
+    let year = year - i64::from(month <= 2);
+    let era = year.div_euclid(400);
+    let year_of_era = year.rem_euclid(400);
+    let month_from_march = (month + 9) % 12;
+    let day_of_year = (153 * month_from_march + 2) / 5 + day - 1;
+    era * 146_097 + year_of_era * 365 + year_of_era / 4 - year_of_era / 100 + day_of_year - 719_468
+}
+
 /// Year, month and day of a day counted from 1970-01-01, in the Gregorian calendar. Years are counted from March, so that
 /// the leap day is the last of its year.
 fn civil(days: i64) -> (i64, i64, i64) {
@@ -44,5 +100,27 @@ mod tests {
             assert_eq!(rfc3339(seconds * 1_000_000_000), text);
         }
         assert_eq!(rfc3339(250_000_000), "1970-01-01T00:00:00.250Z");
+    }
+
+    #[test]
+    fn instants_are_read_back() {
+        for unix_ns in [0, 951_782_400_000_000_000, 4_107_542_399_500_000_000, 1_772_366_400_250_000_000] {
+            assert_eq!(parse_rfc3339(&rfc3339(unix_ns)), Some(unix_ns as f64 * 1e-9));
+        }
+        assert_eq!(parse_rfc3339("2026-03-01T13:00:00+01:00"), Some(1_772_366_400.0));
+        assert_eq!(parse_rfc3339("2026-03-01t06:30:00.5-05:30"), Some(1_772_366_400.5));
+        for wrong in [
+            "",
+            "2026-03-01",
+            "2026-02-30T12:00:00Z",
+            "2026-03-01T24:00:00Z",
+            "2026-03-01T12:00:00",
+            "2026-03-01T12:00:00.Z",
+            "2026-13-01T12:00:00Z",
+            "2026-03-01T12:00:00+1:00",
+            "20é6-03-01T12:00:00Z",
+        ] {
+            assert_eq!(parse_rfc3339(wrong), None, "{wrong}");
+        }
     }
 }

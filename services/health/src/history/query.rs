@@ -1,0 +1,143 @@
+//! What a request for stored data asks: `from`, `to`, `step`, `fields`.
+
+use crate::problem::Problem;
+use crate::time;
+use axum::http::StatusCode;
+
+/// Most steps of one answer.
+pub const MOST_STEPS: i64 = 20_000;
+/// Steps of an answer that asks for none in particular, at most.
+const USUAL_STEPS: i64 = 500;
+/// Without `from`, so much before `to`, s.
+const USUAL_SPAN_S: i64 = 3600;
+/// Steps that read well.
+const STEPS_S: [i64; 14] = [1, 2, 5, 10, 30, 60, 300, 600, 1800, 3600, 10_800, 21_600, 43_200, 86_400];
+/// Instants beyond are refused: the year 9999.
+const LAST_UNIX_S: i64 = 253_402_300_799;
+
+/// A span of time in steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Span {
+    /// Begin of the first step, Unix s, a multiple of the step.
+    pub from_s: i64,
+    /// End, Unix s, exclusive.
+    pub to_s: i64,
+    /// Width of a step, s.
+    pub step_s: i64,
+}
+
+impl Span {
+    /// Steps of the span.
+    #[must_use]
+    pub const fn steps(&self) -> usize {
+        ((self.to_s - self.from_s + self.step_s - 1) / self.step_s) as usize
+    }
+}
+
+pub(crate) fn refuse(parameter: &str, value: &str, allowed: &str) -> Problem {
+    let detail = format!("query parameter `{parameter}` is \"{value}\"; allowed is {allowed}");
+    Problem::new(StatusCode::BAD_REQUEST, detail)
+}
+
+/// Pairs of a query; what is not listed in `allowed`, or stands twice, is refused.
+pub(crate) fn parameters(query: Option<&str>, allowed: &[&str]) -> Result<Vec<(String, String)>, Problem> {
+    let mut pairs: Vec<(String, String)> = Vec::new();
+    for pair in query.unwrap_or_default().split('&').filter(|pair| !pair.is_empty()) {
+        let (name, value) = pair.split_once('=').unwrap_or((pair, ""));
+        let (name, value) = (decoded(name), decoded(value));
+        if !allowed.contains(&name.as_str()) {
+            let listed = allowed.join("`, `");
+            let detail = format!("there is no query parameter `{name}` here; allowed are `{listed}`");
+            return Err(Problem::new(StatusCode::BAD_REQUEST, detail));
+        }
+        if pairs.iter().any(|(other, _)| *other == name) {
+            return Err(refuse(&name, &value, "one value, and it was given twice"));
+        }
+        pairs.push((name, value));
+    }
+    Ok(pairs)
+}
+
+/// Undoes percent encoding; what is no UTF-8 then is replaced and will be refused as a value.
+fn decoded(text: &str) -> String {
+    let mut bytes = text.bytes();
+    let mut plain = Vec::with_capacity(text.len());
+    while let Some(byte) = bytes.next() {
+        let hex = |digit: u8| char::from(digit).to_digit(16);
+        match byte {
+            b'+' => plain.push(b' '),
+            b'%' => {
+                let mut ahead = bytes.clone();
+                match (ahead.next().and_then(hex), ahead.next().and_then(hex)) {
+                    (Some(high), Some(low)) => {
+                        plain.push((high * 16 + low) as u8);
+                        bytes = ahead;
+                    }
+                    _ => plain.push(b'%'),
+                }
+            }
+            other => plain.push(other),
+        }
+    }
+    String::from_utf8_lossy(&plain).into_owned()
+}
+
+pub(crate) fn value<'a>(pairs: &'a [(String, String)], name: &str) -> Option<&'a str> {
+    pairs.iter().find(|(other, _)| other == name).map(|(_, value)| value.as_str())
+}
+
+/// An instant: RFC 3339, or Unix seconds.
+pub(crate) fn instant(name: &str, text: &str) -> Result<i64, Problem> {
+    // A plus that was not encoded arrives as a space.
+    let repaired = text.replace(' ', "+");
+    let seconds = text.parse::<f64>().ok().or_else(|| time::parse_rfc3339(&repaired));
+    seconds
+        .filter(|seconds| (0.0..=LAST_UNIX_S as f64).contains(seconds))
+        .map(|seconds| seconds.floor() as i64)
+        .ok_or_else(|| {
+            refuse(name, text, "an RFC 3339 instant such as 2026-03-01T12:00:00Z, or Unix seconds")
+        })
+}
+
+/// A duration: seconds, or a number with `s`, `m`, `h` or `d`.
+fn duration(name: &str, text: &str) -> Result<i64, Problem> {
+    let (number, unit_s) = match text.char_indices().last() {
+        Some((at, 's')) => (&text[..at], 1),
+        Some((at, 'm')) => (&text[..at], 60),
+        Some((at, 'h')) => (&text[..at], 3600),
+        Some((at, 'd')) => (&text[..at], 86_400),
+        _ => (text, 1),
+    };
+    let plain = !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
+    let seconds = plain.then(|| number.parse::<i64>().ok()).flatten().and_then(|n| n.checked_mul(unit_s));
+    seconds
+        .filter(|seconds| (1..=31_536_000).contains(seconds))
+        .ok_or_else(|| refuse(name, text, "1 to 31536000 seconds, or a whole number with s, m, h or d"))
+}
+
+/// The span that `from`, `to` and `step` ask for.
+pub(crate) fn span(pairs: &[(String, String)], now_unix_s: i64) -> Result<Span, Problem> {
+    let get = |name| value(pairs, name);
+    let to_s = get("to").map(|text| instant("to", text)).transpose()?;
+    let from_s = get("from").map(|text| instant("from", text)).transpose()?;
+    let to_s = to_s.unwrap_or_else(|| (now_unix_s + 1).max(from_s.unwrap_or(0) + 1));
+    let from_s = from_s.unwrap_or_else(|| (to_s - USUAL_SPAN_S).max(0));
+    if from_s >= to_s {
+        let allowed = format!("an instant before `to`, which is {}", time::rfc3339(to_s * 1_000_000_000));
+        return Err(refuse("from", get("from").unwrap_or_default(), &allowed));
+    }
+    let step_s = match get("step") {
+        Some(text) => duration("step", text)?,
+        None => {
+            let fits = |step: &i64| (to_s - from_s) / step <= USUAL_STEPS;
+            STEPS_S.into_iter().find(fits).unwrap_or(((to_s - from_s) / USUAL_STEPS / 86_400 + 1) * 86_400)
+        }
+    };
+    let span = Span { from_s: from_s.div_euclid(step_s) * step_s, to_s, step_s };
+    if span.steps() as i64 > MOST_STEPS {
+        let least = (to_s - from_s) / MOST_STEPS + 1;
+        let allowed = format!("{least} s and more for this span: an answer has {MOST_STEPS} steps at most");
+        return Err(refuse("step", get("step").unwrap_or_default(), &allowed));
+    }
+    Ok(span)
+}

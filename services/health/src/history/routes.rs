@@ -1,0 +1,101 @@
+//! Requests for what is remembered.
+
+use super::query::{self, Span};
+use super::{History, HistoryView};
+use crate::problem::Problem;
+use crate::shared::Shared;
+use crate::store::json;
+use axum::body::Bytes;
+use axum::extract::{Path, RawQuery, State};
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use railgrip_history::HistoryError;
+use std::sync::Arc;
+
+/// Stored indicators of a wagon.
+///
+/// Arrays on a regular grid of steps with the mean, the extremes and the interval of each indicator; `null` in gaps.
+/// A step of 60 s and more is answered from the minute tier, one of 3600 s and more from the hour tier.
+#[utoipa::path(get, path = "/api/v1/wagons/{id}/history", tag = "history",
+    params(
+        ("id" = u32, Path, minimum = 1, description = "Number of the wagon, 1 first"),
+        ("from" = Option<String>, Query, description = "Begin: RFC 3339 or Unix seconds; default: an hour before `to`"),
+        ("to" = Option<String>, Query, description = "End: RFC 3339 or Unix seconds; default: now"),
+        ("step" = Option<String>, Query, description = "Width of a step: seconds, or a number with s, m, h or d; default: \
+            one that gives up to 500 steps"),
+        ("fields" = Option<String>, Query, description = "Indicators, separated by commas; default: all"),
+    ),
+    responses(
+        (status = 200, body = HistoryView),
+        (status = 400, description = "A query parameter is wrong; the detail names it and what is allowed",
+            body = Problem, content_type = "application/problem+json"),
+        (status = 404, description = "There is no such wagon, or no history", body = Problem,
+            content_type = "application/problem+json"),
+        (status = 503, description = "The database refuses", body = Problem, content_type = "application/problem+json"),
+    ))]
+pub(crate) async fn history(
+    State(shared): State<Shared>,
+    Path(id): Path<String>,
+    RawQuery(query): RawQuery,
+) -> Result<Response, Problem> {
+    let wagon = wagon(&shared, &id)?;
+    let history = available(&shared)?;
+    let pairs = query::parameters(query.as_deref(), &["from", "to", "step", "fields"])?;
+    let span = query::span(&pairs, shared.now().unix_ns.div_euclid(1_000_000_000))?;
+    let fields = query::value(&pairs, "fields").map(|text| fields(&history, text)).transpose()?;
+    let body = read(history, move |history| view(history, wagon, span, fields.as_deref())).await?;
+    let headers = [(header::CONTENT_TYPE, HeaderValue::from_static("application/json"))];
+    Ok((headers, body).into_response())
+}
+
+fn view(history: &History, wagon: u32, span: Span, fields: Option<&[String]>) -> Result<Bytes, HistoryError> {
+    history.view(wagon, span, fields).map(|view| json(&view))
+}
+
+/// The number of a wagon that there is.
+fn wagon(shared: &Shared, id: &str) -> Result<u32, Problem> {
+    let snapshot = shared.latest();
+    let number = id.parse().ok().filter(|id: &u32| snapshot.wagons.iter().any(|wagon| wagon.id == *id));
+    number.ok_or_else(|| {
+        let detail = format!("there is no wagon \"{id}\"; allowed is 1 to {}", snapshot.wagons.len());
+        Problem::new(StatusCode::NOT_FOUND, detail)
+    })
+}
+
+fn available(shared: &Shared) -> Result<Arc<History>, Problem> {
+    shared.history().cloned().ok_or_else(|| {
+        Problem::new(StatusCode::NOT_FOUND, "this train keeps no history: [history] enabled is false")
+    })
+}
+
+fn fields(history: &History, text: &str) -> Result<Vec<String>, Problem> {
+    let known = || history.columns().iter().map(|column| column.name.as_str());
+    let fields: Vec<String> = text.split(',').map(str::to_owned).collect();
+    match fields.iter().find(|field| !known().any(|name| name == field.as_str())) {
+        None => Ok(fields),
+        Some(unknown) => {
+            let listed = known().collect::<Vec<_>>().join(", ");
+            Err(query::refuse("fields", unknown, &format!("of these, separated by commas: {listed}")))
+        }
+    }
+}
+
+/// Reads on a thread that may block, when it is this request's turn.
+async fn read<T: Send + 'static>(
+    history: Arc<History>,
+    read: impl FnOnce(&History) -> Result<T, HistoryError> + Send + 'static,
+) -> Result<T, Problem> {
+    let refused = |detail: String| Problem::new(StatusCode::SERVICE_UNAVAILABLE, detail);
+    let turn =
+        Arc::clone(&history.turns).acquire_owned().await.map_err(|error| refused(error.to_string()))?;
+    let reading = tokio::task::spawn_blocking(move || {
+        let result = read(&history);
+        drop(turn);
+        result
+    });
+    match reading.await {
+        Ok(Ok(answer)) => Ok(answer),
+        Ok(Err(error)) => Err(refused(error.to_string())),
+        Err(_) => Err(refused("reading the history failed".to_owned())),
+    }
+}
