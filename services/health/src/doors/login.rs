@@ -1,0 +1,255 @@
+//! Where a browser trades a token for a session, and gives it back; and where an admin reads the audit log.
+
+use crate::doors::access::{Identity, Proof};
+use crate::doors::audit::{self, Record};
+use crate::doors::{Doors, Peer, unix_s};
+use crate::problem::Problem;
+use axum::extract::{Extension, Form, Query, Request, State};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Redirect, Response};
+use axum::routing::{get, post};
+use axum::{Json, Router};
+use maud::{DOCTYPE, html};
+use serde::Deserialize;
+use std::fmt::Write;
+
+const STYLE: &str = include_str!("login.css");
+/// What a wrong token costs of a client's bucket, in requests.
+const WRONG_TOKEN_COST: f64 = 10.0;
+/// Lines of the audit log that are served.
+const AUDIT_LINES: usize = 500;
+/// Longest token that is looked at.
+const MAX_TOKEN: usize = 256;
+
+#[derive(Deserialize)]
+struct Target {
+    next: Option<String>,
+}
+
+#[derive(Deserialize)]
+struct Entry {
+    token: String,
+    next: Option<String>,
+}
+
+pub(super) fn routes(doors: &Doors) -> Router {
+    Router::new()
+        .route("/login", get(form).post(enter))
+        .route("/logout", post(leave))
+        .route("/login.css", get(style))
+        .route("/api/v1/audit", get(log))
+        .with_state(doors.clone())
+}
+
+/// The latest lines of the audit log.
+async fn log(State(doors): State<Doors>) -> Response {
+    let file = doors.inner.audit.file().to_owned();
+    match audit::latest(&file, AUDIT_LINES) {
+        Ok(lines) => Json(serde_json::json!({ "records": lines })).into_response(),
+        Err(error) => {
+            Problem::new(StatusCode::SERVICE_UNAVAILABLE, format!("{}: {error}", file.display())).into_response()
+        }
+    }
+}
+
+async fn style() -> impl IntoResponse {
+    ([(header::CONTENT_TYPE, "text/css; charset=utf-8")], STYLE)
+}
+
+async fn form(State(doors): State<Doors>, Query(target): Query<Target>) -> Response {
+    let next = own_path(target.next.as_deref());
+    if doors.inner.tokens.is_none() {
+        return Redirect::to(&next).into_response();
+    }
+    page(StatusCode::OK, &next, None)
+}
+
+async fn enter(State(doors): State<Doors>, headers: HeaderMap, request: Request) -> Response {
+    let peer = request.extensions().get::<Peer>().cloned().unwrap_or_default();
+    let Ok(Form(entry)) = axum::extract::FromRequest::from_request(request, &()).await else {
+        return page(StatusCode::BAD_REQUEST, "/", Some("Please type a token."));
+    };
+    let entry: Entry = entry;
+    let next = own_path(entry.next.as_deref());
+    let Some(tokens) = &doors.inner.tokens else { return Redirect::to(&next).into_response() };
+    let now_s = unix_s();
+    let secret = entry.token.trim();
+    let token = tokens.of_secret(secret, now_s).filter(|_| secret.len() <= MAX_TOKEN);
+    let record = |who, role, status: StatusCode, result| Record {
+        event: "login",
+        who,
+        role,
+        peer: &peer,
+        method: "POST",
+        path: "/login",
+        status: status.as_u16(),
+        result,
+    };
+    let Some((token, session)) = token.and_then(|token| {
+        let session = doors.inner.sessions.begin(&token, now_s)?;
+        Some((token, session))
+    }) else {
+        doors.inner.audit.refusal(&record(None, None, StatusCode::UNAUTHORIZED, "wrong token"));
+        return match doors.charge(&peer, WRONG_TOKEN_COST) {
+            Ok(()) => page(StatusCode::UNAUTHORIZED, &next, Some("This token is unknown, revoked or expired.")),
+            Err(refusal) => refusal.response(),
+        };
+    };
+    doors.end_session(&headers, now_s);
+    let status = StatusCode::SEE_OTHER;
+    doors.inner.audit.request(&record(Some(&token.name), Some(token.role.word()), status, "ok"));
+    let mut response = Redirect::to(&next).into_response();
+    set_cookie(&mut response, &session, doors.inner.sessions.lasts().as_secs(), doors.scheme() == "https");
+    response
+}
+
+async fn leave(
+    State(doors): State<Doors>,
+    identity: Option<Extension<Identity>>,
+    headers: HeaderMap,
+    request: Request,
+) -> Response {
+    let peer = request.extensions().get::<Peer>().cloned().unwrap_or_default();
+    let identity = identity.map(|Extension(identity)| identity).filter(|identity| identity.by == Proof::Session);
+    if let Some(identity) = &identity {
+        doors.end_session(&headers, unix_s());
+        doors.inner.audit.request(&Record {
+            event: "logout",
+            who: Some(&identity.name),
+            role: Some(identity.role.word()),
+            peer: &peer,
+            method: "POST",
+            path: "/logout",
+            status: StatusCode::SEE_OTHER.as_u16(),
+            result: "ok",
+        });
+    }
+    let mut response = Redirect::to("/login").into_response();
+    set_cookie(&mut response, "", 0, doors.scheme() == "https");
+    response
+}
+
+impl Doors {
+    /// Ends the session that somebody shows, if it is one.
+    fn end_session(&self, headers: &HeaderMap, now_s: i64) {
+        let (Some(tokens), Some(session)) = (&self.inner.tokens, session(headers, self.scheme() == "https")) else {
+            return;
+        };
+        if self.inner.sessions.owner(&session, &tokens.all(), now_s).is_some() {
+            self.inner.sessions.end(&session, now_s);
+        }
+    }
+}
+
+/// Browsers take a cookie of that name only over TLS and for this very host.
+fn cookie_name(tls: bool) -> &'static str {
+    if tls { "__Host-railgrip" } else { "railgrip_session" }
+}
+
+/// The session that a browser shows.
+pub(super) fn session(headers: &HeaderMap, tls: bool) -> Option<String> {
+    let name = cookie_name(tls);
+    headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok()).find_map(|cookies| {
+        cookies.split(';').find_map(|cookie| {
+            let (key, value) = cookie.trim().split_once('=')?;
+            (key == name).then(|| value.to_owned())
+        })
+    })
+}
+
+fn set_cookie(response: &mut Response, session: &str, lasts_s: u64, tls: bool) {
+    let secure = if tls { "; Secure" } else { "" };
+    let name = cookie_name(tls);
+    let text = format!("{name}={session}; Path=/; Max-Age={lasts_s}; HttpOnly; SameSite=Strict{secure}");
+    if let Ok(value) = HeaderValue::from_str(&text) {
+        response.headers_mut().append(header::SET_COOKIE, value);
+    }
+}
+
+/// A path of this service, and nothing that a browser could take for another place.
+fn own_path(next: Option<&str>) -> String {
+    let own = next.filter(|next| {
+        next.starts_with('/')
+            && !next.starts_with("//")
+            && !next.starts_with("/login")
+            && next.bytes().all(|byte| byte.is_ascii_graphic() && byte != b'\\')
+    });
+    own.unwrap_or("/").to_owned()
+}
+
+/// A path as the value of a query.
+pub(super) fn encoded(path: &str) -> String {
+    let mut text = String::with_capacity(path.len());
+    for byte in path.bytes() {
+        if byte.is_ascii_alphanumeric() || matches!(byte, b'/' | b'-' | b'_' | b'.' | b'~') {
+            text.push(char::from(byte));
+        } else {
+            // Writing into a string cannot fail.
+            let _ = write!(text, "%{byte:02X}");
+        }
+    }
+    text
+}
+
+fn page(status: StatusCode, next: &str, wrong: Option<&str>) -> Response {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { "railgrip – log in" }
+                link rel="stylesheet" href="/login.css";
+                link rel="icon" href="data:,";
+            }
+            body {
+                main {
+                    h1 { "railgrip" }
+                    form method="post" action="/login" {
+                        @if let Some(wrong) = wrong { p role="alert" #wrong { (wrong) } }
+                        label for="token" { "Token" }
+                        input #token name="token" type="password" required autocomplete="current-password" autofocus
+                            spellcheck="false" aria-describedby=[wrong.map(|_| "wrong")];
+                        input type="hidden" name="next" value=(next);
+                        button type="submit" { "Log in" }
+                    }
+                    p.small { "A token comes from whoever operates this train: " code { "railgrip token add" } }
+                }
+            }
+        }
+    };
+    let kind = [(header::CONTENT_TYPE, HeaderValue::from_static("text/html; charset=utf-8"))];
+    (status, kind, page.into_string()).into_response()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_login_leads_nowhere_else() {
+        for (next, path) in [
+            (Some("/"), "/"),
+            (Some("/wagons/3?range=30d"), "/wagons/3?range=30d"),
+            (None, "/"),
+            (Some("//evil.example/"), "/"),
+            (Some("/\\evil.example"), "/"),
+            (Some("https://evil.example"), "/"),
+            (Some("/\t/evil.example"), "/"),
+            (Some("/login?next=/"), "/"),
+        ] {
+            assert_eq!(own_path(next), path, "{next:?}");
+        }
+        assert_eq!(encoded("/a b?c=d&e"), "/a%20b%3Fc%3Dd%26e");
+    }
+
+    #[test]
+    fn the_cookie_is_found_among_others() {
+        let mut headers = HeaderMap::new();
+        headers.insert(header::COOKIE, HeaderValue::from_static("a=b; railgrip_session=x~1; __Host-railgrip=y"));
+        assert_eq!(session(&headers, false).as_deref(), Some("x~1"));
+        assert_eq!(session(&headers, true).as_deref(), Some("y"));
+        assert_eq!(session(&HeaderMap::new(), true), None);
+    }
+}

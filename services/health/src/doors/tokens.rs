@@ -1,0 +1,514 @@
+//! Tokens: 256 random bits each, kept as SHA-256 in a TOML file that only its owner may write.
+//!
+//! A slow hash such as argon2 protects secrets that people choose, because those can be guessed. 256 random bits cannot:
+//! trying 10¹² a second would take 10⁵⁷ years. A fast hash is as safe here, and a request with a wrong token costs the
+//! service half a microsecond instead of a tenth of a second, which anybody could use to stop it. Comparisons take the
+//! same time wherever two hashes differ.
+//!
+//! The file is read again within a second when it changes. A file that is gone lets nobody in any more; one that cannot
+//! be understood (half written by an editor) leaves the tokens that were known before.
+
+use crate::doors::{DoorError, Role, unix_s};
+use crate::time::{parse_rfc3339, rfc3339};
+use ring::digest::{SHA256, digest};
+use ring::rand::{SecureRandom, SystemRandom};
+use serde::{Deserialize, Serialize};
+use std::fs::{File, Metadata, OpenOptions};
+use std::io::Write;
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError, RwLock};
+use subtle::ConstantTimeEq;
+
+/// What every token begins with, so that people and scanners know one when they see it.
+pub const PREFIX: &str = "railgrip_";
+const SECRET_BYTES: usize = 32;
+/// Most tokens of one file; each request with a token is compared with all of them.
+const MAX_TOKENS: usize = 1000;
+
+/// A token as the file keeps it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Token {
+    /// Who or what it stands for.
+    pub name: String,
+    /// What its owner may do.
+    pub role: Role,
+    /// Unix time at which it was made, s.
+    pub created_s: i64,
+    /// Unix time at which it ends, s.
+    pub expires_s: Option<i64>,
+    /// The secret before the last rotation, while it still counts.
+    previous: Option<(Hash, i64)>,
+    hash: Hash,
+}
+
+/// SHA-256 of a secret.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Hash([u8; SECRET_BYTES]);
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileForm {
+    schema: u32,
+    #[serde(default)]
+    token: Vec<TokenForm>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TokenForm {
+    name: String,
+    role: Role,
+    sha256: String,
+    created: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    expires: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    previous_sha256: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    previous_until: Option<String>,
+}
+
+impl Token {
+    /// True if it lets somebody in at that Unix time.
+    #[must_use]
+    pub fn usable(&self, now_s: i64) -> bool {
+        self.expires_s.is_none_or(|end| now_s < end)
+    }
+
+    /// Hashes that count now: the current one and, for a while after a rotation, the one before.
+    pub(crate) fn hashes(&self, now_s: i64) -> impl Iterator<Item = Hash> {
+        let previous = self.previous.filter(|(_, until)| now_s < *until).map(|(hash, _)| hash);
+        std::iter::once(self.hash).chain(previous).take(if self.usable(now_s) { 2 } else { 0 })
+    }
+}
+
+impl Hash {
+    fn of(secret: &str) -> Self {
+        let mut hash = [0; SECRET_BYTES];
+        hash.copy_from_slice(digest(&SHA256, secret.as_bytes()).as_ref());
+        Self(hash)
+    }
+
+    fn parse(text: &str) -> Option<Self> {
+        let mut hash = [0; SECRET_BYTES];
+        let digits = text.as_bytes();
+        if digits.len() != 2 * SECRET_BYTES {
+            return None;
+        }
+        for (byte, pair) in hash.iter_mut().zip(digits.chunks_exact(2)) {
+            let digit = |at: usize| char::from(pair[at]).to_digit(16);
+            *byte = u8::try_from(digit(0)? * 16 + digit(1)?).ok()?;
+        }
+        Some(Self(hash))
+    }
+
+    /// As digits, for the file and for signatures.
+    pub(crate) fn hex(self) -> String {
+        hex(&self.0)
+    }
+}
+
+/// Bytes as hexadecimal digits.
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Random bytes of the system.
+pub(crate) fn random<const N: usize>() -> std::io::Result<[u8; N]> {
+    let mut bytes = [0; N];
+    let failed = |_| std::io::Error::other("the system gives no random numbers");
+    SystemRandom::new().fill(&mut bytes).map_err(failed)?;
+    Ok(bytes)
+}
+
+/// Reads a token file; one that does not exist holds no token.
+///
+/// # Errors
+/// A file that cannot be read, that others may write, or that is not a token file; the message names line or token.
+pub fn read(file: &Path) -> Result<Vec<Token>, DoorError> {
+    let failed = |source| DoorError::File { file: file.to_owned(), source };
+    match std::fs::metadata(file) {
+        Ok(metadata) => check_mode(file, &metadata)?,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(error) => return Err(failed(error)),
+    }
+    parse(file, &std::fs::read_to_string(file).map_err(failed)?)
+}
+
+/// Whoever may write the file may let anybody in.
+fn check_mode(file: &Path, metadata: &Metadata) -> Result<(), DoorError> {
+    if metadata.mode() & 0o022 == 0 {
+        return Ok(());
+    }
+    let problem = format!("mode is {:o}; others than its owner may write it: chmod 600", metadata.mode() & 0o777);
+    Err(DoorError::Tokens { file: file.to_owned(), problem })
+}
+
+/// Parses the text of a token file; `file` is for messages only.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(file: &Path, text: &str) -> Result<Vec<Token>, DoorError> {
+    let wrong = |problem: String| DoorError::Tokens { file: file.to_owned(), problem };
+    let form: FileForm = toml::from_str(text).map_err(|error| {
+        let offset = text.floor_char_boundary(error.span().map_or(0, |span| span.start));
+        let line = text[..offset].matches('\n').count() + 1;
+        wrong(format!("line {line}: {}", error.message().replace('\n', "; ")))
+    })?;
+    if form.schema != 1 {
+        return Err(wrong(format!("`schema` is {}, allowed is 1", form.schema)));
+    }
+    if form.token.len() > MAX_TOKENS {
+        return Err(wrong(format!("{} tokens, allowed is {MAX_TOKENS}", form.token.len())));
+    }
+    let mut tokens: Vec<Token> = Vec::with_capacity(form.token.len());
+    for (index, form) in form.token.into_iter().enumerate() {
+        let token = checked(form).map_err(|problem| wrong(format!("token {}: {problem}", index + 1)))?;
+        if tokens.iter().any(|other| other.name == token.name) {
+            return Err(wrong(format!("token {}: there are two of the name \"{}\"", index + 1, token.name)));
+        }
+        tokens.push(token);
+    }
+    Ok(tokens)
+}
+
+fn checked(form: TokenForm) -> Result<Token, String> {
+    check_name(&form.name)?;
+    let instant = |key: &str, text: &str| {
+        parse_rfc3339(text).map(|s| s as i64).ok_or_else(|| {
+            format!("`{key}` is \"{text}\", allowed is an instant such as 2026-03-01T12:00:00Z")
+        })
+    };
+    let hash = |key: &str, text: &str| {
+        Hash::parse(text).ok_or_else(|| format!("`{key}` is not the 64 hexadecimal digits of a SHA-256"))
+    };
+    let previous = match (&form.previous_sha256, &form.previous_until) {
+        (None, None) => None,
+        (Some(old), Some(until)) => Some((hash("previous_sha256", old)?, instant("previous_until", until)?)),
+        _ => return Err("`previous_sha256` and `previous_until` go together".to_owned()),
+    };
+    Ok(Token {
+        role: form.role,
+        created_s: instant("created", &form.created)?,
+        expires_s: form.expires.as_deref().map(|text| instant("expires", text)).transpose()?,
+        previous,
+        hash: hash("sha256", &form.sha256)?,
+        name: form.name,
+    })
+}
+
+/// A name that is fit for logs and cookies.
+fn check_name(name: &str) -> Result<(), String> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    if (1..=64).contains(&name.len()) && name.chars().all(plain) && !matches!(name, "local" | "anyone") {
+        return Ok(());
+    }
+    Err(format!("name \"{}\": allowed are 1 to 64 letters, digits, `-`, `_`, `.`; not `local`, not `anyone`", name.escape_debug()))
+}
+
+/// Makes a token and returns its secret, which nobody can look up later.
+///
+/// # Errors
+/// A name that is taken or not allowed; a file that cannot be read or written.
+pub fn add(file: &Path, name: &str, role: Role, expires_s: Option<i64>) -> Result<String, DoorError> {
+    let wrong = |problem: String| DoorError::Tokens { file: file.to_owned(), problem };
+    check_name(name).map_err(wrong)?;
+    change(file, |tokens| {
+        if tokens.iter().any(|token| token.name == name) {
+            return Err(wrong(format!("there is a token \"{name}\" already; `token rotate` renews its secret")));
+        }
+        if tokens.len() >= MAX_TOKENS {
+            return Err(wrong(format!("holds {MAX_TOKENS} tokens already, more are not allowed")));
+        }
+        let (secret, hash) = secret(file)?;
+        let name = name.to_owned();
+        tokens.push(Token { name, role, created_s: unix_s(), expires_s, previous: None, hash });
+        Ok(secret)
+    })
+}
+
+/// Ends a token.
+///
+/// # Errors
+/// No such token; a file that cannot be read or written.
+pub fn revoke(file: &Path, name: &str) -> Result<(), DoorError> {
+    change(file, |tokens| {
+        let at = find(file, tokens, name)?;
+        tokens.remove(at);
+        Ok(())
+    })
+}
+
+/// Gives a token a new secret; the old one counts for `overlap_s` seconds more.
+///
+/// # Errors
+/// No such token; a file that cannot be read or written.
+pub fn rotate(file: &Path, name: &str, overlap_s: i64) -> Result<String, DoorError> {
+    change(file, |tokens| {
+        let at = find(file, tokens, name)?;
+        let (secret, hash) = secret(file)?;
+        let token = &mut tokens[at];
+        token.previous = (overlap_s > 0).then_some((token.hash, unix_s().saturating_add(overlap_s)));
+        token.hash = hash;
+        Ok(secret)
+    })
+}
+
+fn find(file: &Path, tokens: &[Token], name: &str) -> Result<usize, DoorError> {
+    tokens.iter().position(|token| token.name == name).ok_or_else(|| {
+        let names: Vec<&str> = tokens.iter().map(|token| token.name.as_str()).collect();
+        let there = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+        let problem = format!("there is no token \"{}\"; there is {there}", name.escape_debug());
+        DoorError::Tokens { file: file.to_owned(), problem }
+    })
+}
+
+fn secret(file: &Path) -> Result<(String, Hash), DoorError> {
+    let bytes = random::<SECRET_BYTES>().map_err(|source| DoorError::File { file: file.to_owned(), source })?;
+    let secret = format!("{PREFIX}{}", hex(&bytes));
+    let hash = Hash::of(&secret);
+    Ok((secret, hash))
+}
+
+/// Reads, changes and replaces the file while nobody else does. A reader sees the old file or the new one.
+fn change<T>(
+    file: &Path,
+    edit: impl FnOnce(&mut Vec<Token>) -> Result<T, DoorError>,
+) -> Result<T, DoorError> {
+    let failed = |file: &Path| {
+        let file = file.to_owned();
+        move |source| DoorError::File { file, source }
+    };
+    if let Some(folder) = file.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        std::fs::create_dir_all(folder).map_err(failed(folder))?;
+    }
+    let lock_path = beside(file, ".lock");
+    let lock = private().create(true).truncate(false).open(&lock_path).map_err(failed(&lock_path))?;
+    lock.lock().map_err(failed(&lock_path))?;
+    let mut tokens = read(file)?;
+    let result = edit(&mut tokens)?;
+    let new = beside(file, ".new");
+    let _ = std::fs::remove_file(&new);
+    let mut written = private().create_new(true).open(&new).map_err(failed(&new))?;
+    let text = format!(
+        "# Tokens of railgrip's HTTP service, as SHA-256. Made by `railgrip token`; read again when this file changes.\n{}",
+        text(&tokens)
+    );
+    written.write_all(text.as_bytes()).and_then(|()| written.sync_all()).map_err(failed(&new))?;
+    keep_owner(file, &written);
+    std::fs::rename(&new, file).map_err(failed(file))?;
+    Ok(result)
+}
+
+/// Root may change a file that the service's user must still read afterwards.
+fn keep_owner(old: &Path, new: &File) {
+    if let Ok(old) = std::fs::metadata(old)
+        && let Err(error) = std::os::unix::fs::fchown(new, Some(old.uid()), Some(old.gid()))
+    {
+        tracing::debug!(%error, "the owner of the token file changes");
+    }
+}
+
+fn private() -> OpenOptions {
+    let mut options = File::options();
+    options.write(true).mode(0o600);
+    options
+}
+
+fn beside(file: &Path, ending: &str) -> PathBuf {
+    let mut name = file.file_name().unwrap_or_default().to_owned();
+    name.push(ending);
+    file.with_file_name(name)
+}
+
+fn text(tokens: &[Token]) -> String {
+    let instant = |s: i64| rfc3339(s.saturating_mul(1_000_000_000));
+    let forms = tokens.iter().map(|token| TokenForm {
+        name: token.name.clone(),
+        role: token.role,
+        sha256: token.hash.hex(),
+        created: instant(token.created_s),
+        expires: token.expires_s.map(instant),
+        previous_sha256: token.previous.map(|(hash, _)| hash.hex()),
+        previous_until: token.previous.map(|(_, until)| instant(until)),
+    });
+    toml::to_string(&FileForm { schema: 1, token: forms.collect() }).unwrap_or_default()
+}
+
+/// What tells whether a file is another than before.
+type Mark = (i64, i64, u64, u64);
+
+/// The tokens that count now, renewed when their file changes.
+pub(super) struct TokenBook {
+    file: PathBuf,
+    tokens: RwLock<Arc<Vec<Token>>>,
+    seen: Mutex<Option<Mark>>,
+    generation: AtomicU64,
+}
+
+impl TokenBook {
+    pub(super) fn open(file: &Path) -> Result<Self, DoorError> {
+        let seen = mark(file);
+        let tokens = read(file)?;
+        if !tokens.iter().any(|token| token.usable(unix_s())) {
+            tracing::error!("{} holds no token that is valid: nobody can come in", file.display());
+        }
+        Ok(Self {
+            file: file.to_owned(),
+            tokens: RwLock::new(Arc::new(tokens)),
+            seen: Mutex::new(seen),
+            generation: AtomicU64::new(0),
+        })
+    }
+
+    /// Reads the file again if it is another; says what came of it.
+    pub(super) fn look(&self) -> Option<String> {
+        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        let now = mark(&self.file);
+        if *seen == now {
+            return None;
+        }
+        *seen = now;
+        Some(match read(&self.file) {
+            Ok(tokens) => {
+                let count = tokens.len();
+                tracing::info!("{}: {count} tokens", self.file.display());
+                *self.tokens.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(tokens);
+                self.generation.fetch_add(1, Ordering::Release);
+                format!("{count} tokens")
+            }
+            Err(error) => {
+                tracing::error!("{error}; the tokens known before still count");
+                format!("refused: {error}")
+            }
+        })
+    }
+
+    /// Counts how often the tokens changed.
+    pub(super) fn generation(&self) -> u64 {
+        self.generation.load(Ordering::Acquire)
+    }
+
+    pub(super) fn all(&self) -> Arc<Vec<Token>> {
+        Arc::clone(&self.tokens.read().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// The token of that secret.
+    pub(super) fn of_secret(&self, secret: &str, now_s: i64) -> Option<Token> {
+        if !secret.starts_with(PREFIX) {
+            return None;
+        }
+        let presented = Hash::of(secret);
+        let tokens = self.all();
+        let mut found = None;
+        for token in tokens.iter() {
+            for hash in token.hashes(now_s) {
+                if bool::from(hash.0.ct_eq(&presented.0)) {
+                    found = Some(token);
+                }
+            }
+        }
+        found.cloned()
+    }
+}
+
+fn mark(file: &Path) -> Option<Mark> {
+    let metadata = std::fs::metadata(file).ok()?;
+    Some((metadata.mtime(), metadata.mtime_nsec(), metadata.ino(), metadata.len()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder() -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().expect("folder");
+        let file = folder.path().join("tokens.toml");
+        (folder, file)
+    }
+
+    #[test]
+    fn a_token_is_made_found_rotated_and_revoked() {
+        let (_folder, file) = folder();
+        let secret = add(&file, "depot", Role::Acknowledge, None).expect("add");
+        assert_eq!(secret.len(), PREFIX.len() + 64);
+        let text = std::fs::read_to_string(&file).expect("read");
+        assert!(!text.contains(&secret) && !text.contains(&secret[PREFIX.len()..]), "{text}");
+        assert_eq!(std::fs::metadata(&file).expect("file").mode() & 0o777, 0o600);
+
+        let book = TokenBook::open(&file).expect("open");
+        let now = unix_s();
+        let role = |secret: &str, now| book.of_secret(secret, now).map(|token| token.role);
+        assert_eq!(role(&secret, now), Some(Role::Acknowledge));
+        assert_eq!(role("railgrip_0", now), None);
+        assert_eq!(role(&secret[1..], now), None);
+        assert_eq!(book.look(), None, "unchanged");
+
+        let renewed = rotate(&file, "depot", 60).expect("rotate");
+        assert_eq!(book.look().as_deref(), Some("1 tokens"));
+        assert_eq!((role(&secret, now), role(&renewed, now)), (Some(Role::Acknowledge), Some(Role::Acknowledge)));
+        assert_eq!((role(&secret, now + 90), role(&renewed, now + 90)), (None, Some(Role::Acknowledge)));
+
+        revoke(&file, "depot").expect("revoke");
+        assert_eq!(book.look().as_deref(), Some("0 tokens"));
+        assert_eq!(role(&renewed, now), None);
+        let said = revoke(&file, "depot").expect_err("gone").to_string();
+        assert!(said.contains("there is no token \"depot\"; there is none"), "{said}");
+    }
+
+    #[test]
+    fn tokens_end_at_their_time() {
+        let (_folder, file) = folder();
+        let secret = add(&file, "short", Role::Read, Some(unix_s() + 100)).expect("add");
+        let book = TokenBook::open(&file).expect("open");
+        assert!(book.of_secret(&secret, unix_s()).is_some());
+        assert!(book.of_secret(&secret, unix_s() + 101).is_none());
+    }
+
+    #[test]
+    fn a_file_gone_lets_nobody_in_and_one_not_understood_changes_nothing() {
+        let (_folder, file) = folder();
+        let secret = add(&file, "depot", Role::Read, None).expect("add");
+        let book = TokenBook::open(&file).expect("open");
+        let text = std::fs::read_to_string(&file).expect("read");
+        std::fs::write(&file, &text[..text.len() / 2]).expect("write");
+        assert!(book.look().expect("changed").starts_with("refused"));
+        assert!(book.of_secret(&secret, unix_s()).is_some());
+        std::fs::remove_file(&file).expect("remove");
+        assert_eq!(book.look().as_deref(), Some("0 tokens"));
+        assert!(book.of_secret(&secret, unix_s()).is_none());
+    }
+
+    #[test]
+    fn mistakes_are_named() {
+        let good = "schema = 1\n[[token]]\nname = \"a\"\nrole = \"read\"\nsha256 = \"HASH\"\ncreated = \"2026-03-01T12:00:00Z\"\n"
+            .replace("HASH", &"0".repeat(64));
+        let said = |text: &str| parse(Path::new("t.toml"), text).expect_err("wrong").to_string();
+        assert_eq!(parse(Path::new("t.toml"), &good).expect("good").len(), 1);
+        for (from, to, words) in [
+            ("schema = 1", "schema = 2", "t.toml: `schema` is 2, allowed is 1"),
+            ("\"read\"", "\"reed\"", "line 4: unknown variant `reed`"),
+            ("0000\"", "000\"", "token 1: `sha256` is not the 64"),
+            ("2026-03-01T", "2026-03-41T", "token 1: `created` is"),
+            ("\"a\"", "\"a b\"", "token 1: name \"a b\""),
+            ("\"a\"", "\"local\"", "not `local`"),
+        ] {
+            let said = said(&good.replace(from, to));
+            assert!(said.contains(words), "{said}");
+        }
+        let twice = format!("{good}{}", &good["schema = 1\n".len()..]);
+        assert!(said(&twice).contains("token 2: there are two of the name"), "{}", said(&twice));
+    }
+
+    #[test]
+    fn a_file_that_others_may_write_is_refused() {
+        use std::os::unix::fs::PermissionsExt;
+        let (_folder, file) = folder();
+        add(&file, "depot", Role::Read, None).expect("add");
+        std::fs::set_permissions(&file, std::fs::Permissions::from_mode(0o620)).expect("chmod");
+        let said = read(&file).expect_err("refused").to_string();
+        assert!(said.contains("mode is 620") && said.contains("chmod 600"), "{said}");
+    }
+}
