@@ -18,7 +18,7 @@ pub(crate) fn known(value: f64, low: f64, high: f64, grade: Grade, reason: &str)
 }
 
 /// Grade of a figure that is bad when large.
-fn large(value: f64, watch: f64, act: f64) -> Grade {
+pub(crate) fn large(value: f64, watch: f64, act: f64) -> Grade {
     if value > act {
         Grade::Act
     } else if value > watch {
@@ -203,12 +203,28 @@ pub(crate) fn wsp(share: Option<f64>, elsewhere: Option<f64>, settings: &Indicat
     known(share, share, share, grade, &reason)
 }
 
-/// Share of sensor values missing or refused.
-pub(crate) fn sensors(missing: Option<f64>, refused: Option<f64>, settings: &IndicatorSettings) -> Indicator {
+/// Share of sensor values missing, refused or dead, with the faulty ones by name (true: dead ones among them).
+pub(crate) fn sensors(
+    missing: Option<f64>,
+    refused: Option<f64>,
+    dead: Option<f64>,
+    faulty: Option<(bool, String)>,
+    settings: &IndicatorSettings,
+) -> Indicator {
     let Some((missing, refused)) = missing.zip(refused) else { return unknown("no samples yet") };
-    let share = missing + refused;
-    let grade = large(share, settings.sensors.faulty_share_watch, settings.sensors.faulty_share_act);
-    let reason = format!("{:.1} % of the values missing, {:.1} % refused", 100.0 * missing, 100.0 * refused);
+    let dead = dead.unwrap_or_default();
+    let share = (missing + refused + dead).min(1.0);
+    let mut grade = large(share, settings.sensors.faulty_share_watch, settings.sensors.faulty_share_act);
+    if faulty.as_ref().is_some_and(|(any_dead, _)| *any_dead) {
+        grade = Grade::Act;
+    }
+    let named = faulty.map_or_else(String::new, |(_, words)| format!("{words}: "));
+    let reason = format!(
+        "{named}{:.1} % of the values missing, {:.1} % refused, {:.1} % dead",
+        100.0 * missing,
+        100.0 * refused,
+        100.0 * dead
+    );
     known(share, share, share, grade, &reason)
 }
 
@@ -304,7 +320,7 @@ mod tests {
             slides(&worst, &settings.slides),
             filter(Some(1e9), &settings),
             filter(Some(0.1), &settings),
-            sensors(Some(0.5), Some(0.5), &settings),
+            sensors(Some(0.5), Some(0.5), None, Some((true, "pressing force 2 dead".to_owned())), &settings),
         ];
         for indicator in all {
             println!("{} {}", indicator.reason.as_str().len(), indicator.reason);

@@ -18,18 +18,27 @@
 //! # Glossary
 //! *Utilised* and *available* as in the vehicle crate. *Memory*: older data count less, by a factor e per memory.
 
+mod applications;
 pub mod belief;
+mod brakes;
+mod dead;
+mod dragging;
+mod isolation;
 mod judge;
+mod judge_brakes;
 mod mean;
 mod rail_view;
 mod report;
+mod sanding;
 mod settings;
 mod slides;
+mod standard;
 mod wagon;
 mod window;
 
 pub use settings::{
-    AdhesionSettings, AsymmetrySettings, BrakeFrictionSettings, FilterSettings, IndicatorSettings,
-    SensorSettings, SettingError, SlideSettings, WspSettings,
+    AdhesionSettings, AsymmetrySettings, BrakeFrictionSettings, DraggingSettings, FilterSettings,
+    IndicatorSettings, IsolatedSettings, ResponseSettings, SandingSettings, SensorSettings, SettingError,
+    SlideSettings, StandardSettings, WspSettings,
 };
 pub use wagon::{IndicatorState, Nominal, WagonIndicators};

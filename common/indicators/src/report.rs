@@ -1,11 +1,16 @@
 //! The indicators of a wagon as they travel: figures, grades and reasons.
 
 use crate::judge::{self, Available};
+use crate::judge_brakes;
 use crate::mean::{BlockMean, Mean};
 use crate::rail_view::RailView;
 use crate::slides::Slides;
 use crate::wagon::WagonIndicators;
-use railgrip_messages::{Grade, Health, Indicator, WheelsetHealth};
+use railgrip_messages::{Grade, Health, Indicator, Text, WheelsetHealth};
+use std::cmp::Ordering::Equal;
+
+/// Acceleration due to gravity, m/s².
+const GRAVITY_M_S2: f64 = 9.81;
 
 impl WagonIndicators {
     /// The indicators as of the last sample; `published_monotonic_ns` is left to whoever publishes.
@@ -47,14 +52,39 @@ impl WagonIndicators {
             rail,
             slides: judge::slides(&self.all_slides(wheelsets), &settings.slides),
             wsp_share: judge::wsp(state.wsp.mean(1.0), state.wsp_elsewhere.mean(1.0), settings),
-            sensors: judge::sensors(state.missing.mean(0.5), state.refused.mean(0.5), settings),
+            sensors: judge::sensors(
+                state.missing.mean(0.5),
+                state.refused.mean(0.5),
+                state.dead.mean(0.5),
+                judge_brakes::faulty(state.sensors.faulty(wheelsets)),
+                settings,
+            ),
             filter: judge::filter(state.nis.mean(0.5), settings),
             adhesion_available_is_bound: u32::from(is_bound),
+            brake_friction_standard: self.judge_friction(
+                state.standard.mean(self.nominal.brake_friction),
+                state.standard.seconds,
+                "no braking yet",
+            ),
+            response: judge_brakes::response(state.applications.response_s(), settings),
+            dragging: judge_brakes::dragging(
+                state.dragging.drag(),
+                self.nominal.mass_kg * GRAVITY_M_S2,
+                settings,
+            ),
+            sanding: judge_brakes::sanding(state.sanding.ratio(), settings),
+            model: judge::unknown("watched over longer times by the estimator"),
+            brake_applied: state.applications.began(),
+            brake_applications: state.applications.count,
+            pressing_force_n: last.pressing_force_n[..wheelsets].iter().sum(),
+            sanding_now: self.sand,
+            faulty_sensors: state.sensors.faulty(wheelsets).fold(0, |bits, faulty| bits | faulty.bit),
             ..Health::default()
         };
         for wheelset in 0..wheelsets {
             health.wheelset[wheelset] = self.wheelset(wheelset);
         }
+        health.isolated = self.isolated(&health);
         if state.samples == 0 {
             health.slides = judge::unknown("no samples yet");
         }
@@ -86,12 +116,53 @@ impl WagonIndicators {
             observable: bit(last.observable),
             sliding: bit(last.sliding),
             wsp_active: bit(last.wsp_active),
+            pressing_force_n: last.pressing_force_n[wheelset],
+            brake_friction_standard: self.judge_friction(
+                state.standard.mean.mean(),
+                state.standard.mean.seconds,
+                nothing,
+            ),
+            isolated: judge_brakes::isolated(
+                self.state.isolation.share(wheelset),
+                self.friction_ratio(&brake_friction),
+                settings,
+            ),
         }
     }
 
     fn brake_friction(&self, seen: &BlockMean, mean: Option<Mean>, nothing: &str) -> Indicator {
+        self.judge_friction(mean, seen.seconds, nothing)
+    }
+
+    fn judge_friction(&self, mean: Option<Mean>, seconds: f64, nothing: &str) -> Indicator {
         let (nominal, settings) = (self.nominal.brake_friction, &self.settings.brake_friction);
-        judge::brake_friction(mean, seen.seconds, nominal, settings, nothing)
+        judge::brake_friction(mean, seconds, nominal, settings, nothing)
+    }
+
+    /// Friction and the upper end of its interval, over nominal.
+    fn friction_ratio(&self, friction: &Indicator) -> Option<(f64, f64)> {
+        let nominal = self.nominal.brake_friction;
+        (friction.known != 0).then_some((friction.value / nominal, friction.high / nominal))
+    }
+
+    /// The wagon: its worst wheelset, or all of them when the wagon does not brake although it is pressed.
+    fn isolated(&self, health: &Health) -> Indicator {
+        let whole = judge_brakes::isolated(None, self.friction_ratio(&health.brake_friction), &self.settings);
+        if whole.grade() == Grade::Act {
+            return whole;
+        }
+        let wheelsets = health.wheelset[..health.wheelset_count()].iter().enumerate();
+        let worst = wheelsets.max_by(|(_, a), (_, b)| {
+            (a.isolated.grade, a.isolated.value)
+                .partial_cmp(&(b.isolated.grade, b.isolated.value))
+                .unwrap_or(Equal)
+        });
+        let Some((index, worst)) = worst else { return whole };
+        let mut isolated = worst.isolated;
+        if isolated.grade() > Grade::Ok {
+            isolated.reason = Text::new(&format!("wheelset {}: {}", index + 1, isolated.reason));
+        }
+        isolated
     }
 
     fn available(&self, view: &RailView) -> (Indicator, bool) {
@@ -128,6 +199,10 @@ fn worst(health: &Health) -> Grade {
         &health.wsp_share,
         &health.sensors,
         &health.filter,
+        &health.response,
+        &health.dragging,
+        &health.isolated,
+        &health.sanding,
     ];
     let wheelsets = health.wheelset[..health.wheelset_count()]
         .iter()

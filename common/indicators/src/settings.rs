@@ -57,6 +57,76 @@ table! {
 }
 
 table! {
+    /// The standard conditions that pad friction is referred to.
+    StandardSettings {
+        /// Speed, m/s.
+        speed_m_s = 20.0 in 1.0..100.0;
+        /// Pressing force of a wheelset, N.
+        pressing_force_n = 50000.0 in 100.0..1000000.0;
+        /// Disc temperature above the surroundings, K.
+        disc_rise_k = 50.0 in 0.0..500.0;
+        /// Heat capacity of the discs of a wheelset, J/K.
+        disc_heat_j_per_k = 60000.0 in 100.0..10000000.0;
+        /// Time constant of their cooling, s.
+        disc_cooling_s = 600.0 in 1.0..100000.0;
+        /// Braking that the fit remembers, s.
+        memory_s = 1800.0 in 10.0..1000000.0;
+    }
+}
+
+table! {
+    /// How fast the brake builds up.
+    ResponseSettings {
+        /// Watch above this median time to 90 % of the level, s.
+        watch_s = 6.0 in 0.1..120.0;
+        /// Act above it.
+        act_s = 10.0 in 0.1..120.0;
+        /// Watch when a wagon begins to brake so much later than its place in the train explains, s.
+        late_watch_s = 0.6 in 0.05..60.0;
+        /// Act when so much later.
+        late_act_s = 2.0 in 0.05..60.0;
+    }
+}
+
+table! {
+    /// A retarding force while the brakes are released.
+    DraggingSettings {
+        /// Released running that the mean remembers, s.
+        memory_s = 120.0 in 5.0..100000.0;
+        /// Less of it gives no verdict, s.
+        min_released_s = 12.0 in 4.0..3600.0;
+        /// Watch above this share of the weight.
+        watch = 0.008 in 0.0..1.0;
+        /// Act above this share of the weight.
+        act = 0.025 in 0.0..1.0;
+    }
+}
+
+table! {
+    /// Brakes that do not brake.
+    IsolatedSettings {
+        /// Braking that the share remembers, s.
+        memory_s = 60.0 in 5.0..100000.0;
+        /// Watch above this share of the braking without pressing force.
+        watch = 0.3 in 0.0..1.0;
+        /// Act above this share.
+        act = 0.8 in 0.0..1.0;
+        /// Pad friction below this ratio to nominal is a brake without effect.
+        effect_ratio = 0.25 in 0.0..1.0;
+    }
+}
+
+table! {
+    /// What sand does.
+    SandingSettings {
+        /// Time that the comparison remembers, s.
+        memory_s = 120.0 in 5.0..100000.0;
+        /// Watch when sand raises adhesion by less than this factor.
+        factor_watch = 1.1 in 0.0..10.0;
+    }
+}
+
+table! {
     /// Pad friction of the front against the rear wheelsets.
     AsymmetrySettings {
         /// Watch above this difference over the mean.
@@ -148,6 +218,16 @@ table! {
 pub struct IndicatorSettings {
     /// Pad friction.
     pub brake_friction: BrakeFrictionSettings,
+    /// Conditions that pad friction is referred to.
+    pub standard: StandardSettings,
+    /// How fast the brake builds up.
+    pub response: ResponseSettings,
+    /// Brakes that do not release.
+    pub dragging: DraggingSettings,
+    /// Brakes that do not brake.
+    pub isolated: IsolatedSettings,
+    /// What sand does.
+    pub sanding: SandingSettings,
     /// Front against rear.
     pub asymmetry: AsymmetrySettings,
     /// Adhesion and rail.
@@ -188,6 +268,11 @@ impl IndicatorSettings {
     /// The first value out of its range.
     pub fn check(&self) -> Result<(), SettingError> {
         self.brake_friction.check("brake_friction")?;
+        self.standard.check("standard")?;
+        self.response.check("response")?;
+        self.dragging.check("dragging")?;
+        self.isolated.check("isolated")?;
+        self.sanding.check("sanding")?;
         self.asymmetry.check("asymmetry")?;
         self.adhesion.check("adhesion")?;
         self.slides.check("slides")?;
@@ -198,6 +283,10 @@ impl IndicatorSettings {
         let pairs = [
             ("brake_friction.ratio_watch_low", friction.ratio_act_low, friction.ratio_watch_low),
             ("brake_friction.ratio_act_high", friction.ratio_watch_high, friction.ratio_act_high),
+            ("response.act_s", self.response.watch_s, self.response.act_s),
+            ("response.late_act_s", self.response.late_watch_s, self.response.late_act_s),
+            ("dragging.act", self.dragging.watch, self.dragging.act),
+            ("isolated.act", self.isolated.watch, self.isolated.act),
             ("asymmetry.act", self.asymmetry.watch, self.asymmetry.act),
             ("slides.energy_act_j", self.slides.energy_watch_j, self.slides.energy_act_j),
             ("slides.locked_act_s", self.slides.locked_watch_s, self.slides.locked_act_s),

@@ -1,11 +1,17 @@
 //! All indicators of one wagon: samples and estimates in, a state that [`crate::report`] puts into words.
 
+use crate::applications::Applications;
 use crate::belief::Rail;
+use crate::dead::Sensors;
+use crate::dragging::Dragging;
+use crate::isolation::Isolation;
 use crate::judge;
 use crate::mean::{BlockMean, FadingMean};
 use crate::rail_view::RailView;
+use crate::sanding::Sanding;
 use crate::settings::IndicatorSettings;
 use crate::slides::{Change, Motion, Slides};
+use crate::standard::{Standard, WheelsetStandard};
 use bytemuck::{Pod, Zeroable};
 use railgrip_messages::{
     Estimate, Event, EventKind, Grade, MAX_WHEELSETS, NO_WHEELSET, Sample, Text, flags, valid,
@@ -21,7 +27,7 @@ const DRIVES_FROM_NM: f64 = 200.0;
 /// A change of the rail's condition is told when it is at least so probable.
 const SURE_OF_CHANGE: f64 = 0.7;
 /// Slower than this nothing about adhesion is learnt, m/s.
-const STANDSTILL_M_S: f64 = 0.5;
+pub(crate) const STANDSTILL_M_S: f64 = 0.5;
 
 /// What a wagon is by its vehicle file.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,6 +36,18 @@ pub struct Nominal {
     pub brake_friction: f64,
     /// Adhesion of dry, wet and low rail.
     pub rail: [f64; 3],
+    /// Number of wheelsets.
+    pub wheelsets: usize,
+    /// Mass of the wagon, kg.
+    pub mass_kg: f64,
+    /// Rotating inertia of a wheelset, kg m².
+    pub inertia_kg_m2: f64,
+    /// Radius of the wheels, m.
+    pub wheel_radius_m: f64,
+    /// Radius at which the pads act, m.
+    pub brake_radius_m: f64,
+    /// Running resistance: constant N, N s/m, N s²/m².
+    pub resistance: [f64; 3],
 }
 
 /// Everything that a restart needs to go on; plain bytes for a snapshot.
@@ -55,7 +73,14 @@ pub struct IndicatorState {
     pub(crate) wsp: FadingMean,
     /// The same where the rail is not low.
     pub(crate) wsp_elsewhere: FadingMean,
+    pub(crate) dead: FadingMean,
     pub(crate) wagon: RailView,
+    pub(crate) standard: Standard,
+    pub(crate) applications: Applications,
+    pub(crate) dragging: Dragging,
+    pub(crate) isolation: Isolation,
+    pub(crate) sanding: Sanding,
+    pub(crate) sensors: Sensors,
     pub(crate) wheelset: [WheelsetState; MAX_WHEELSETS],
 }
 
@@ -63,6 +88,7 @@ pub struct IndicatorState {
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub(crate) struct WheelsetState {
     pub(crate) friction: BlockMean,
+    pub(crate) standard: WheelsetStandard,
     pub(crate) rail: RailView,
     pub(crate) slides: Slides,
     pub(crate) wsp: FadingMean,
@@ -82,6 +108,7 @@ pub struct WagonIndicators {
     pub(crate) state: IndicatorState,
     pub(crate) last: Estimate,
     pub(crate) position_m: f64,
+    pub(crate) sand: f64,
 }
 
 impl WagonIndicators {
@@ -93,10 +120,11 @@ impl WagonIndicators {
         let mut state = IndicatorState::zeroed();
         state.condition = u64::from(u32::MAX);
         state.wagon = view;
+        state.applications = Applications::default();
         for wheelset in &mut state.wheelset {
             (wheelset.rail, wheelset.since_demand_s) = (view, f64::INFINITY);
         }
-        Self { settings, nominal, rail, wagon, state, last: Estimate::default(), position_m: 0.0 }
+        Self { settings, nominal, rail, wagon, state, last: Estimate::default(), position_m: 0.0, sand: 0.0 }
     }
 
     /// What a snapshot keeps.
@@ -110,6 +138,8 @@ impl WagonIndicators {
         let views = state.wheelset.iter().map(|wheelset| &wheelset.rail).chain([&state.wagon]);
         let sound = views.into_iter().all(|view| view.belief.is_valid() && view.smoothed.is_finite())
             && state.last_time_s.is_finite()
+            && state.standard.is_sound()
+            && state.applications.is_sound()
             && state.braking_s.is_finite();
         if sound {
             self.state = *state;
@@ -124,6 +154,7 @@ impl WagonIndicators {
         if sample.has(valid::POSITION) {
             self.position_m = sample.position_m;
         }
+        self.sand = if sample.has(valid::SANDING) { sample.sanding } else { 0.0 };
         self.count_sensors(sample, estimate, dt_s);
         if dt_s <= 0.0 {
             return;
@@ -131,7 +162,9 @@ impl WagonIndicators {
         let converging = estimate.flags & flags::CONVERGING != 0;
         if !converging {
             self.brakes(estimate, dt_s);
+            self.standard(estimate, dt_s);
         }
+        self.brake_behaviour(sample, estimate, dt_s);
         for wheelset in 0..estimate.wheelset_count() {
             self.demand(wheelset, sample, estimate, dt_s);
             self.slide(wheelset, estimate, dt_s, event);
@@ -191,6 +224,10 @@ impl WagonIndicators {
         let memory_s = self.settings.sensors.memory_s;
         self.state.missing.add(dt_s, missing, memory_s);
         self.state.refused.add(dt_s, f64::from(rejected) / count, memory_s);
+        let braking = self.state.wheelset.iter().any(|wheelset| wheelset.since_demand_s <= 1.0);
+        let radius_m = self.nominal.wheel_radius_m;
+        let dead = self.state.sensors.add(dt_s.max(0.0), sample, estimate, radius_m, braking, memory_s);
+        self.state.dead.add(dt_s.max(0.0), dead, memory_s);
         if estimate.nis_dof > 0 && estimate.nis.is_finite() {
             let ratio = estimate.nis / f64::from(estimate.nis_dof);
             self.state.nis.add(dt_s, ratio, self.settings.filter.memory_s);
@@ -233,7 +270,7 @@ impl WagonIndicators {
     }
 
     /// True if the filter says that the wheelset slides or spins, and it can.
-    fn slides(&self, wheelset: usize, estimate: &Estimate) -> bool {
+    pub(crate) fn slides(&self, wheelset: usize, estimate: &Estimate) -> bool {
         estimate.sliding & (1 << wheelset) != 0
             && estimate.v_m_s > STANDSTILL_M_S
             && self.state.wheelset[wheelset].since_demand_s <= SLIDE_NEEDS_DEMAND_S

@@ -4,7 +4,16 @@
 use railgrip_indicators::{IndicatorSettings, IndicatorState, Nominal, WagonIndicators};
 use railgrip_messages::{Condition, Estimate, Event, EventKind, Grade, Sample, flags, valid};
 
-const NOMINAL: Nominal = Nominal { brake_friction: 0.35, rail: [0.30, 0.12, 0.06] };
+const NOMINAL: Nominal = Nominal {
+    brake_friction: 0.35,
+    rail: [0.30, 0.12, 0.06],
+    wheelsets: 2,
+    mass_kg: 40e3,
+    inertia_kg_m2: 120.0,
+    wheel_radius_m: 0.44,
+    brake_radius_m: 0.25,
+    resistance: [400.0, 8.0, 4.0],
+};
 const DT_S: f64 = 0.01;
 const BOTH: u32 = 0b11;
 

@@ -21,12 +21,20 @@ pub(crate) struct Pneumatics {
     chamber: BrakeCylinder,
     supply_pressure_pa: f64,
     cylinder_pressure_pa: PerWheelset,
+    isolated: [bool; railgrip_vehicle::MAX_WHEELSETS],
     /// Delay from the driver's handle to this wagon's distributor, s.
     pub delay_s: f64,
 }
 
 impl Pneumatics {
-    pub fn new(brake: &BrakeTable, wsp: &WspTable, full_pressing_force_n: f64, distance_m: f64) -> Self {
+    /// `isolated` names wheelsets, from 1, whose cylinders get no air.
+    pub fn new(
+        brake: &BrakeTable,
+        wsp: &WspTable,
+        full_pressing_force_n: f64,
+        distance_m: f64,
+        isolated: &[usize],
+    ) -> Self {
         let supply = BrakeCylinder {
             fill_time_s: brake.fill_time_s,
             vent_time_s: brake.vent_time_s,
@@ -44,6 +52,7 @@ impl Pneumatics {
             chamber,
             supply_pressure_pa: 0.0,
             cylinder_pressure_pa: [0.0; railgrip_vehicle::MAX_WHEELSETS],
+            isolated: std::array::from_fn(|index| isolated.contains(&(index + 1))),
             delay_s: brake.dead_time_s + distance_m / brake.propagation_speed_m_s,
         }
     }
@@ -52,8 +61,11 @@ impl Pneumatics {
     pub fn step(&mut self, brake_share: f64, valves: &[Valve], dt_s: f64) {
         let demand_pa = brake_share * self.supply.full_pressure_pa;
         self.supply_pressure_pa = self.supply.step(self.supply_pressure_pa, demand_pa, dt_s);
-        for (pressure_pa, valve) in self.cylinder_pressure_pa.iter_mut().zip(valves) {
+        for ((pressure_pa, valve), isolated) in
+            self.cylinder_pressure_pa.iter_mut().zip(valves).zip(self.isolated)
+        {
             let target_pa = match valve {
+                _ if isolated => 0.0,
                 Valve::Apply => self.supply_pressure_pa,
                 // Air can always flow back when the driver releases.
                 Valve::Hold => self.supply_pressure_pa.min(*pressure_pa),
@@ -90,7 +102,7 @@ mod tests {
     #[test]
     fn fills_holds_vents_and_releases() {
         let (brake, wsp) = (BrakeTable::default(), WspTable::default());
-        let mut air = Pneumatics::new(&brake, &wsp, 5e4, 280.0);
+        let mut air = Pneumatics::new(&brake, &wsp, 5e4, 280.0, &[]);
         assert!((air.delay_s - 1.25).abs() < 1e-12);
         let run = |air: &mut Pneumatics, share, valve, seconds: usize| {
             (0..1000 * seconds).for_each(|_| air.step(share, &[valve, Valve::Apply], 1e-3));

@@ -50,6 +50,8 @@ pub(crate) struct SimulatedWagon {
     track: Track,
     near: [Nodes; MAX_WHEELSETS],
     pneumatics: Pneumatics,
+    /// Pressing force of pads that do not release; no sensor sees it.
+    dragging_force_n: f64,
     wsp: Vec<WheelSlideProtection>,
     disturbance: Disturbance,
     sensors: Sensors,
@@ -99,6 +101,10 @@ impl SimulatedWagon {
         wsp_table.enabled &= !own.is_some_and(|own| own.wsp_isolated);
         let pad_factors = own.map(|own| own.pad_friction_factors.as_slice()).unwrap_or_default();
         let factor = own.map_or(1.0, |own| own.adhesion_factor);
+        let mut brake = scenario.brake.clone();
+        brake.fill_time_s *= own.map_or(1.0, |own| own.fill_time_factor);
+        brake.dead_time_s += own.map_or(0.0, |own| own.brake_delay_s);
+        let isolated = own.map(|own| own.isolated_wheelsets.as_slice()).unwrap_or_default();
         let mut wagon = Self {
             nominal_wheel_radius_m: vehicle.wheelset.radius_m,
             positions_m: constants.wheelset_positions_m,
@@ -114,7 +120,8 @@ impl SimulatedWagon {
             sanding_time_s: scenario.track.sanding_time_s,
             near: [Nodes::default(); MAX_WHEELSETS],
             track: Track::new(scenario, &vehicle.rail, factor, seed),
-            pneumatics: Pneumatics::new(&scenario.brake, &wsp_table, full_force_n, distance_m),
+            pneumatics: Pneumatics::new(&brake, &wsp_table, full_force_n, distance_m, isolated),
+            dragging_force_n: own.map_or(0.0, |own| own.dragging_force_n),
             wsp: vec![WheelSlideProtection::new(&wsp_table, v_m_s); wheelsets],
             disturbance: Disturbance::new(&scenario.disturbance, pad_factors, pace.period_s, seed, index),
             sensors: Sensors::new(
@@ -184,7 +191,7 @@ impl SimulatedWagon {
         let reading = self.sensors.read(&Measurand {
             v_m_s: observed.v_m_s,
             wheel_speed_rad_s: observed.wheel_speed_rad_s,
-            pressing_force_n: self.input.pressing_force_n,
+            pressing_force_n: self.cylinder_force_n(),
         });
         let only_own = |values: PerWheelset| {
             std::array::from_fn(|i| if i < self.wsp.len() { values[i] } else { f64::NAN })
@@ -258,9 +265,14 @@ impl SimulatedWagon {
             self.sensors.remember(Measurand {
                 v_m_s: self.state.v_m_s,
                 wheel_speed_rad_s: self.state.wheel_speed_rad_s,
-                pressing_force_n: self.input.pressing_force_n,
+                pressing_force_n: self.cylinder_force_n(),
             });
         }
+    }
+
+    /// What the cylinders press, as their sensors see it.
+    fn cylinder_force_n(&self) -> PerWheelset {
+        std::array::from_fn(|i| if i < self.wsp.len() { self.pneumatics.pressing_force_n(i) } else { 0.0 })
     }
 
     /// Driver, valves, air, traction and sand over one step.
@@ -304,7 +316,7 @@ impl SimulatedWagon {
         input.brake_friction_factor = self.disturbance.pad_friction_factor;
         input.body_force_n = coupler_force_n;
         for i in 0..self.wsp.len() {
-            input.pressing_force_n[i] = self.pneumatics.pressing_force_n(i);
+            input.pressing_force_n[i] = self.pneumatics.pressing_force_n(i).max(self.dragging_force_n);
             input.drive_torque_nm[i] = self.traction.torque_nm(i);
             let place_m = self.position_m + self.positions_m[i];
             input.adhesion_peak[i] = sand * self.track.adhesion(place_m, &mut self.near[i]);

@@ -1,7 +1,9 @@
 //! Between messages and the filter: a missing value is a clear bit there and NaN here.
 
+use railgrip_filter::MotorInput;
 use railgrip_filter::{EstimatorInput, EstimatorOutput};
-use railgrip_messages::{Estimate, Innovation, Sample, valid};
+use railgrip_messages::{Estimate, Innovation, MotorSample, Sample, motor_valid, valid};
+use railgrip_vehicle::VehicleParameters;
 
 /// A sample as the filter takes it.
 #[must_use]
@@ -24,6 +26,53 @@ pub fn input(sample: &Sample) -> EstimatorInput {
     input
 }
 
+/// A sample of a driven rig as the filter takes it.
+#[must_use]
+pub fn motor_input(sample: &MotorSample) -> EstimatorInput {
+    let value = |bit: u32, value: f64| if sample.has(bit) { value } else { f64::NAN };
+    EstimatorInput {
+        motor: MotorInput {
+            current_a: [0, 1].map(|axis| value(motor_valid::current(axis), sample.current_a[axis])),
+            voltage_v: [0, 1].map(|axis| value(motor_valid::voltage(axis), sample.voltage_v[axis])),
+            motor_speed_rad_s: value(motor_valid::MOTOR_SPEED, sample.motor_speed_rad_s),
+            roller_speed_rad_s: value(motor_valid::ROLLER_SPEED, sample.roller_speed_rad_s),
+            generator_current_a: value(motor_valid::GENERATOR_CURRENT, sample.generator_current_a),
+        },
+        ..EstimatorInput::missing(sample.time_s)
+    }
+}
+
+/// A sample of a driven rig as that of a wagon with one wheelset, for the indicators: speed at the rim of the roller,
+/// a brake that never presses, and the drive torque that carries the adhesion of the last estimate.
+#[must_use]
+pub fn as_wagon(
+    sample: &MotorSample,
+    vehicle: &VehicleParameters,
+    rig: &railgrip_filter::TractionRigFile,
+    last: &EstimatorOutput,
+) -> Sample {
+    let drive = &rig.drivetrain;
+    let mut wagon = Sample {
+        sequence: sample.sequence,
+        acquired: sample.acquired,
+        time_s: sample.time_s,
+        v_m_s: sample.roller_speed_rad_s * drive.roller_radius_m,
+        flags: sample.flags,
+        wheelsets: 1,
+        valid: valid::pressing_force(0) | valid::drive_torque(0),
+        ..Sample::default()
+    };
+    wagon.wheel_speed_rad_s[0] = sample.motor_speed_rad_s / drive.gear_ratio;
+    wagon.drive_torque_nm[0] = 2.0 * last.mu_w * drive.normal_load_n * vehicle.wheelset.radius_m;
+    if sample.has(motor_valid::ROLLER_SPEED) {
+        wagon.valid |= valid::SPEED;
+    }
+    if sample.has(motor_valid::MOTOR_SPEED) {
+        wagon.valid |= valid::wheel_speed(0);
+    }
+    wagon
+}
+
 /// What the filter says, as it travels; whoever publishes adds the time of publication.
 #[must_use]
 pub fn estimate(sample: &Sample, output: &EstimatorOutput) -> Estimate {
@@ -44,6 +93,8 @@ pub fn estimate(sample: &Sample, output: &EstimatorOutput) -> Estimate {
         slip: output.slip,
         normal_load_n: output.normal_load_n,
         pressing_force_n: output.pressing_force_n,
+        adhesion_peak: output.adhesion_peak,
+        adhesion_peak_sigma: output.adhesion_peak_sigma,
         nis: output.nis,
         nis_dof: output.nis_dof,
         observable: output.observable,
@@ -53,6 +104,8 @@ pub fn estimate(sample: &Sample, output: &EstimatorOutput) -> Estimate {
         observability_rank: output.observability_rank,
         flags: output.flags,
         wheelsets: output.wheelsets,
+        state: output.state.code(),
+        reserved: 0,
     }
 }
 
@@ -83,6 +136,23 @@ mod tests {
         assert_eq!((input.time_s, input.v_m_s, input.wheel_speed_rad_s[1]), (2.0, 20.0, 46.0));
         assert!(input.wheel_speed_rad_s[0].is_nan() && input.wheel_speed_rad_s[2].is_nan());
         assert!(input.grade_rad.is_nan() && input.pressing_force_n[0].is_nan());
+    }
+
+    #[test]
+    fn states_mean_the_same_on_both_sides() {
+        let ours = railgrip_filter::EstimateState::ALL.iter().map(|state| (state.code(), state.name()));
+        let theirs = railgrip_messages::EstimateState::ALL.iter().map(|state| (state.code(), state.word()));
+        assert!(ours.eq(theirs));
+    }
+
+    #[test]
+    fn a_missing_current_is_not_a_number() {
+        let valid = motor_valid::current(1) | motor_valid::MOTOR_SPEED;
+        let sample =
+            MotorSample { valid, current_a: [1.0, 2.0], motor_speed_rad_s: 20.0, ..MotorSample::default() };
+        let motor = motor_input(&sample).motor;
+        assert!(motor.current_a[0].is_nan() && motor.current_a[1] == 2.0 && motor.motor_speed_rad_s == 20.0);
+        assert!(motor.generator_current_a.is_nan());
     }
 
     #[test]

@@ -155,6 +155,12 @@ impl GapWatch {
         }
     }
 
+    /// Mean normalised innovation squared over its degrees of freedom over the memory; `None` before it means something.
+    #[must_use]
+    pub fn ratio(&self) -> Option<f64> {
+        (self.weight > 0.3).then(|| self.mean / self.weight)
+    }
+
     /// The mismatch, if there is one that lasts.
     #[must_use]
     pub fn mismatch(&self) -> Option<Mismatch> {

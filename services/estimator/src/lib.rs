@@ -7,15 +7,17 @@
 pub mod convert;
 pub mod gap_record;
 pub mod gap_watch;
+mod inlet;
 pub mod snapshot;
 pub mod timing;
 pub mod worker;
 
+use crate::inlet::Inlet;
 use crate::timing::Histogram;
 use crate::worker::Worker;
 use railgrip_bus::{
     Bus, BusConfig, BusError, EstimatePublisher, EventPublisher, HealthPublisher, HeartbeatPublisher,
-    InnovationPublisher, Lifecycle, SampleSubscriber, monotonic_ns, now,
+    InnovationPublisher, Lifecycle, monotonic_ns, now,
 };
 use railgrip_messages::{Condition, Event, EventKind, Heartbeat, NO_WHEELSET, ProcessKind, Text};
 use railgrip_settings::TrainSettings;
@@ -51,15 +53,15 @@ pub enum EstimatorError {
 pub fn run(settings: &TrainSettings, wagon: u32, lifecycle: &Lifecycle) -> Result<(), EstimatorError> {
     let mut worker = Worker::new(settings, wagon)?;
     let bus = Bus::open(BusConfig::of(settings), ProcessKind::Estimator, wagon)?;
-    let mut samples = bus.sample_subscriber(wagon)?;
+    let mut samples = Inlet::open(&bus, &worker)?;
     let mut service = Service::new(&bus, settings, wagon)?;
     service.resume(&mut worker)?;
     service.heartbeat(&worker, &samples)?;
     lifecycle.ready();
-    tracing::info!(filter = settings.estimator.filter, "estimator has started");
+    tracing::info!(filter = worker.filter(), "estimator has started");
     while !lifecycle.should_stop() {
         samples.wait(LONGEST_WAIT)?;
-        samples.receive(|batch| batch.iter().for_each(|sample| worker.estimate(sample)))?;
+        samples.receive(&mut worker)?;
         service.publish(&mut worker)?;
         service.timers(&mut worker, &samples, &bus)?;
         lifecycle.beat();
@@ -201,7 +203,7 @@ impl Service {
         Ok(())
     }
 
-    fn timers(&mut self, worker: &mut Worker, samples: &SampleSubscriber, bus: &Bus) -> Result<(), BusError> {
+    fn timers(&mut self, worker: &mut Worker, samples: &Inlet, bus: &Bus) -> Result<(), BusError> {
         let instant = Instant::now();
         if self.health_timer.due(instant) && worker.taken > self.reported {
             self.reported = worker.taken;
@@ -281,7 +283,7 @@ impl Service {
         }
     }
 
-    fn heartbeat(&mut self, worker: &Worker, samples: &SampleSubscriber) -> Result<(), BusError> {
+    fn heartbeat(&mut self, worker: &Worker, samples: &Inlet) -> Result<(), BusError> {
         self.heartbeat_sequence += 1;
         self.heartbeats.publish(&[Heartbeat {
             sequence: self.heartbeat_sequence,

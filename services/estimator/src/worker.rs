@@ -3,11 +3,11 @@
 use crate::convert;
 use crate::gap_watch::{GapWatch, Mismatch};
 use crate::timing::Histogram;
-use railgrip_filter::{EstimatorConfig, FilterError, WagonEstimator};
+use railgrip_filter::{Estimator, EstimatorConfig, EstimatorInput, FilterError, Plant};
 use railgrip_indicators::{IndicatorSettings, Nominal, WagonIndicators};
 use railgrip_messages::{
-    Estimate, Event, EventKind, Grade, Health, Innovation, NO_WHEELSET, Sample, Stamp, Text, flags,
-    sample_flags,
+    Estimate, EstimateState, Event, EventKind, Grade, Health, Innovation, MotorSample, NO_WHEELSET, Sample,
+    Stamp, Text, flags, sample_flags,
 };
 use railgrip_settings::TrainSettings;
 use railgrip_vehicle::VehicleParameters;
@@ -17,7 +17,8 @@ use std::time::Instant;
 pub struct Worker {
     pub(crate) wagon: u32,
     config: EstimatorConfig,
-    pub(crate) estimator: WagonEstimator,
+    pub(crate) plant: Plant,
+    pub(crate) estimator: Box<dyn Estimator>,
     pub(crate) indicators: WagonIndicators,
     pub(crate) last: Option<(u64, Stamp)>,
     /// The filter knows something: it took a sample, or goes on from a snapshot.
@@ -48,9 +49,17 @@ impl Worker {
     /// # Errors
     /// A filter that does not handle the vehicle.
     pub fn new(settings: &TrainSettings, wagon: u32) -> Result<Self, FilterError> {
-        let vehicle = settings.wagon(wagon).map(|wagon| wagon.vehicle.clone());
-        let vehicle = vehicle.unwrap_or_else(|| settings.wagons[0].vehicle.clone());
-        Self::with(wagon, &settings.estimator, settings.indicators, vehicle)
+        let own = settings.wagon(wagon).unwrap_or(&settings.wagons[0]);
+        let mut config = settings.estimator.clone();
+        if let Some(filter) = &own.filter {
+            config.filter.clone_from(filter);
+        }
+        // Tests change the vehicle of a wagon; a rig is what its file says.
+        let plant = match &own.plant {
+            Plant::Wagon(_) => Plant::Wagon(own.vehicle.clone()),
+            rig => rig.clone(),
+        };
+        Self::of_plant(wagon, &config, settings.indicators, plant)
     }
 
     /// The worker of a wagon from its parts.
@@ -63,14 +72,39 @@ impl Worker {
         indicators: IndicatorSettings,
         vehicle: VehicleParameters,
     ) -> Result<Self, FilterError> {
+        Self::of_plant(wagon, config, indicators, Plant::Wagon(vehicle))
+    }
+
+    /// The worker of a wagon or rig from its parts.
+    ///
+    /// # Errors
+    /// A filter that does not handle it.
+    pub fn of_plant(
+        wagon: u32,
+        config: &EstimatorConfig,
+        indicators: IndicatorSettings,
+        plant: Plant,
+    ) -> Result<Self, FilterError> {
+        let vehicle = plant.as_vehicle();
         let nominal = Nominal {
             brake_friction: vehicle.brake.friction_coefficient,
             rail: [vehicle.rail.dry, vehicle.rail.wet, vehicle.rail.low],
+            wheelsets: vehicle.wheelsets(),
+            mass_kg: vehicle.body.mass_kg,
+            inertia_kg_m2: vehicle.wheelset.inertia_kg_m2,
+            wheel_radius_m: vehicle.wheelset.radius_m,
+            brake_radius_m: vehicle.brake.radius_m,
+            resistance: [
+                vehicle.resistance.constant_n,
+                vehicle.resistance.linear_n_s_per_m,
+                vehicle.resistance.drag_n_s2_per_m2,
+            ],
         };
         Ok(Self {
             wagon,
             config: config.clone(),
-            estimator: WagonEstimator::new(config, &vehicle)?,
+            estimator: railgrip_filter::estimator(config, &plant)?,
+            plant,
             vehicle,
             indicators: WagonIndicators::new(wagon, indicators, nominal),
             last: None,
@@ -87,6 +121,12 @@ impl Worker {
         })
     }
 
+    /// Name of the filter as the config has it.
+    #[must_use]
+    pub fn filter(&self) -> &str {
+        &self.config.filter
+    }
+
     /// Takes one sample all the way: [`Self::estimate`], then [`Self::digest`].
     pub fn take(&mut self, sample: &Sample) {
         self.estimate(sample);
@@ -95,6 +135,18 @@ impl Worker {
 
     /// Estimates one sample. One that was taken before (a late joiner gets the last few once more) changes nothing.
     pub fn estimate(&mut self, sample: &Sample) {
+        self.estimate_input(sample, &convert::input(sample));
+    }
+
+    /// Estimates one sample of a driven rig, likewise.
+    pub fn estimate_motor(&mut self, sample: &MotorSample) {
+        if let Plant::Traction(rig) = &self.plant {
+            let wagon = convert::as_wagon(sample, &self.vehicle, rig, self.estimator.last());
+            self.estimate_input(&wagon, &convert::motor_input(sample));
+        }
+    }
+
+    fn estimate_input(&mut self, sample: &Sample, input: &EstimatorInput) {
         if self.last.is_some_and(|(_, stamp)| sample.acquired.monotonic_ns <= stamp.monotonic_ns) {
             return;
         }
@@ -105,9 +157,8 @@ impl Worker {
         self.last = Some((sample.sequence, sample.acquired));
         self.has_state = true;
         self.taken += 1;
-        let input = convert::input(sample);
         let before = Instant::now();
-        let output = self.estimator.step(&input);
+        let output = self.estimator.step(input);
         self.step_ns.add(u64::try_from(before.elapsed().as_nanos()).unwrap_or(u64::MAX));
         let mut estimate = convert::estimate(sample, &output);
         if begins {
@@ -132,7 +183,7 @@ impl Worker {
 
     /// What the filter knew belongs to another run.
     fn begin_anew(&mut self, sample: &Sample) {
-        match WagonEstimator::new(&self.config, &self.vehicle) {
+        match railgrip_filter::estimator(&self.config, &self.plant) {
             Ok(estimator) => self.estimator = estimator,
             Err(error) => tracing::error!(%error, "the filter cannot start anew and goes on"),
         }
@@ -150,6 +201,7 @@ impl Worker {
     /// The indicators as of now; a changed grade becomes an event.
     pub fn health(&mut self) -> Health {
         let mut health = self.indicators.health();
+        self.name_state(&mut health);
         self.watch_gap(&mut health);
         let named = [
             ("brake friction", health.brake_friction),
@@ -159,6 +211,10 @@ impl Worker {
             ("slide protection", health.wsp_share),
             ("sensors", health.sensors),
             ("filter", health.filter),
+            ("brake response", health.response),
+            ("dragging", health.dragging),
+            ("isolated brake", health.isolated),
+            ("sanding", health.sanding),
         ];
         let known = !self.grades.is_empty();
         self.grades.resize(named.len(), Grade::Unknown);
@@ -177,8 +233,45 @@ impl Worker {
         health
     }
 
+    /// A driven rig estimates the adhesion available itself; a named state stands where there is no figure.
+    fn name_state(&mut self, health: &mut Health) {
+        let last = self.estimator.last();
+        let Some(state) = EstimateState::from_code(last.state.code()) else { return };
+        if matches!(self.plant, Plant::Traction(_)) {
+            let known = last.state.tells_friction();
+            let (value, reach) = (last.adhesion_peak, 1.96 * last.adhesion_peak_sigma);
+            let text = match known {
+                true => format!("μ0 {value:.3} ± {:.3}: {state}", last.adhesion_peak_sigma),
+                false => format!("no figure: {state}"),
+            };
+            for available in [&mut health.adhesion_available, &mut health.wheelset[0].adhesion_available] {
+                available.known = u32::from(known);
+                (available.value, available.low, available.high) =
+                    if known { (value, value - reach, value + reach) } else { (0.0, 0.0, 0.0) };
+                available.reason = Text::new(&text);
+            }
+            health.wheelset[0].adhesion_available_is_bound = 0;
+        }
+        if last.state.is_fault() {
+            health.model.grade = Grade::Watch.code();
+            health.model.reason = Text::new(&text);
+            let grade = health.filter.grade().max(Grade::Watch);
+            health.filter.grade = grade.code();
+            health.filter.reason = Text::new(&format!("the input is bad: {state}"));
+            health.grade = health.grade().max(grade).code();
+        }
+    }
+
     /// A mismatch that lasts shows in the indicator of the filter, and is told once.
     fn watch_gap(&mut self, health: &mut Health) {
+        if let Some(ratio) = self.gap.ratio() {
+            let words = format!(
+                "the model explains the data: innovation ratio {ratio:.2} over the latest minute, ideal 1"
+            );
+            (health.model.value, health.model.low, health.model.high) = (ratio, ratio, ratio);
+            (health.model.known, health.model.grade) = (1, Grade::Ok.code());
+            health.model.reason = Text::new(&words);
+        }
         let Some(found) = self.gap.mismatch() else {
             self.told = None;
             return;

@@ -170,6 +170,14 @@ impl Scenario {
             }
             within(&key("adhesion_factor"), wagon.adhesion_factor, 0.01..=10.0)?;
             within(&key("mass_factor"), wagon.mass_factor, 0.2..=5.0)?;
+            within(&key("brake_delay_s"), wagon.brake_delay_s, 0.0..=60.0)?;
+            within(&key("fill_time_factor"), wagon.fill_time_factor, 0.1..=50.0)?;
+            within(&key("dragging_force_n"), wagon.dragging_force_n, 0.0..=1e6)?;
+            for number in &wagon.isolated_wheelsets {
+                if !(1..=MAX_WHEELSETS).contains(number) {
+                    return refuse(key("isolated_wheelsets"), number, format!("1 to {MAX_WHEELSETS}"));
+                }
+            }
             if wagon.pad_friction_factors.len() > MAX_WHEELSETS {
                 return refuse(
                     key("pad_friction_factors"),

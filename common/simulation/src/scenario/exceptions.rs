@@ -75,6 +75,18 @@ pub struct WagonTable {
     /// Whether its wheel-slide protection is out of order.
     #[serde(default)]
     pub wsp_isolated: bool,
+    /// Wheelsets whose brake gets no air, counted from 1 at the front.
+    #[serde(default)]
+    pub isolated_wheelsets: Vec<usize>,
+    /// Its brake acts so much later than its place in the train explains.
+    #[serde(default)]
+    pub brake_delay_s: f64,
+    /// Factor on the time constant of filling.
+    #[serde(default = "one")]
+    pub fill_time_factor: f64,
+    /// Pads that do not release: a pressing force on each wheelset that no pressure sensor sees.
+    #[serde(default)]
+    pub dragging_force_n: f64,
 }
 
 fn one() -> f64 {
