@@ -1,0 +1,85 @@
+"use strict";
+// Acknowledging, shelving and taking back: a button opens the dialog, the dialog sends, the stream shows the result.
+{
+  const get = (id) => document.getElementById(id);
+  const dialog = get("act-dialog");
+  const WORDS = {
+    acknowledge: { title: "Acknowledge this alert", send: "Acknowledge", note: "Note (optional)" },
+    shelve: { title: "Shelve this alert", send: "Shelve", note: "Why" },
+    unshelve: { title: "Take this alert back", send: "Take back", note: "Note (optional)" },
+  };
+  let asked = null;
+
+  function remembered() {
+    try {
+      return localStorage.getItem("by") || "";
+    } catch {
+      return "";
+    }
+  }
+
+  function remember(by) {
+    try {
+      localStorage.setItem("by", by);
+    } catch {
+      // Without storage the name is asked for again.
+    }
+  }
+
+  document.addEventListener("click", (event) => {
+    const button = event.target.closest("button[data-act]");
+    if (!button) return;
+    const entry = button.closest(".alert");
+    asked = { act: button.dataset.act, alert: button.dataset.alert };
+    const words = WORDS[asked.act];
+    get("act-title").textContent = words.title;
+    get("act-what").textContent = `${entry.querySelector(".where").textContent}: ${entry.querySelector(".reason").textContent}`;
+    get("act-send").textContent = words.send;
+    get("act-note-name").textContent = words.note;
+    get("act-note").required = asked.act === "shelve";
+    get("act-note").value = "";
+    get("act-shelf").hidden = asked.act !== "shelve";
+    get("act-error").textContent = "";
+    get("act-by").value = remembered();
+    dialog.showModal();
+    (get("act-by").value ? get("act-note") : get("act-by")).focus();
+  });
+
+  get("act-cancel").addEventListener("click", () => dialog.close());
+
+  function body() {
+    const by = get("act-by").value.trim();
+    const note = get("act-note").value.trim();
+    if (asked.act === "shelve") return { by, why: note, duration_s: Number(get("act-for").value) };
+    return note ? { by, note } : { by };
+  }
+
+  /** Why the service refused, in words and with a way out. */
+  async function refusal(answer) {
+    const problem = await answer.json().catch(() => ({}));
+    const detail = problem.detail || problem.title || `status ${answer.status}`;
+    if (answer.status === 401) return `Not logged in any more; open /login in another tab, then send again. (${detail})`;
+    if (answer.status === 403) return `Your login may only read. (${detail})`;
+    return `Refused: ${detail}`;
+  }
+
+  dialog.addEventListener("submit", async (event) => {
+    event.preventDefault();
+    get("act-send").disabled = true;
+    try {
+      const headers = { "content-type": "application/json" };
+      const answer = await fetch(`/api/v1/alerts/${asked.alert}/${asked.act}`, { method: "POST", headers, body: JSON.stringify(body()) });
+      if (answer.ok) {
+        remember(get("act-by").value.trim());
+        dialog.close();
+        announce({ acknowledge: "Acknowledged.", shelve: "Shelved.", unshelve: "Taken back." }[asked.act]);
+      } else {
+        get("act-error").textContent = await refusal(answer);
+      }
+    } catch {
+      get("act-error").textContent = "The service cannot be reached; nothing was changed. Try again.";
+    } finally {
+      get("act-send").disabled = false;
+    }
+  });
+}

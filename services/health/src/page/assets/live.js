@@ -1,0 +1,171 @@
+"use strict";
+// Keeps the page live: puts in place the parts that the service sends, says how the connection is, lets ages grow while
+// nothing arrives. Renders nothing itself.
+
+const SILENCE_MS = 4000; // a second passes between two events; after this the connection counts as lost
+const RETRY_MS = [500, 1000, 2000, 3000, 5000];
+
+const byId = (id) => document.getElementById(id);
+const link = { source: null, heard: performance.now(), tries: 0, timer: 0, live: false, version: null };
+
+/** Makes `old` like `fresh` and touches only what differs, so that focus, selection and listeners stay. */
+function morph(old, fresh) {
+  if (old.isEqualNode(fresh)) return;
+  if (old.nodeType !== fresh.nodeType || old.nodeName !== fresh.nodeName) {
+    old.replaceWith(fresh);
+    return;
+  }
+  if (old.nodeType !== Node.ELEMENT_NODE) {
+    old.nodeValue = fresh.nodeValue;
+    return;
+  }
+  // What the reader has unfolded stays unfolded.
+  const own = old.nodeName === "DETAILS" ? "open" : "";
+  for (const { name } of [...old.attributes]) if (!fresh.hasAttribute(name) && name !== own) old.removeAttribute(name);
+  for (const { name, value } of fresh.attributes) if (old.getAttribute(name) !== value) old.setAttribute(name, value);
+  morphChildren(old, fresh);
+}
+
+/** Children with an `id` keep their identity when others come and go; those without are paired by place. */
+function morphChildren(old, fresh) {
+  const named = new Map([...old.children].filter((child) => child.id).map((child) => [child.id, child]));
+  let place = old.firstChild;
+  for (const child of [...fresh.childNodes]) {
+    const twin = child.id ? named.get(child.id) : place && !place.id && place;
+    if (!twin) {
+      old.insertBefore(child, place);
+      continue;
+    }
+    if (twin === place) place = place.nextSibling;
+    else old.insertBefore(twin, place);
+    morph(twin, child);
+  }
+  while (place) {
+    const gone = place;
+    place = place.nextSibling;
+    gone.remove();
+  }
+}
+
+/** Instants in the reader's own time zone; the service writes UTC. */
+function localise(root) {
+  for (const time of root.querySelectorAll("time[datetime]")) {
+    const date = new Date(time.getAttribute("datetime"));
+    if (Number.isNaN(date.getTime())) continue;
+    const today = date.toDateString() === new Date().toDateString();
+    const day = today ? "" : date.toLocaleDateString(undefined, { day: "numeric", month: "short" }) + " ";
+    time.textContent = day + date.toLocaleTimeString(undefined, { hour: "2-digit", minute: "2-digit", hourCycle: "h23" });
+  }
+}
+
+function place(parts) {
+  const before = new Set([...document.querySelectorAll("[data-alert]")].map((item) => item.dataset.alert));
+  const template = document.createElement("template");
+  for (const [id, html] of Object.entries(parts)) {
+    const old = byId(id);
+    if (!old) continue;
+    template.innerHTML = html;
+    localise(template.content);
+    morph(old, template.content.firstElementChild);
+  }
+  announceNew(before);
+  document.dispatchEvent(new Event("renewed"));
+}
+
+function announce(text) {
+  byId("announcer").textContent = text;
+}
+
+/** Says new alerts aloud; figures that move are not worth interrupting anybody. */
+function announceNew(before) {
+  if (before.size === 0 && !link.live) return;
+  const fresh = [...document.querySelectorAll("li.alert.a-active")].filter((item) => !before.has(item.dataset.alert));
+  if (fresh.length === 0) return;
+  const texts = fresh.slice(0, 3).map((item) => item.querySelector(".line").textContent + ". " + item.querySelector(".reason").textContent);
+  const more = fresh.length > 3 ? ` And ${fresh.length - 3} more.` : "";
+  announce(`New alert: ${texts.join(" ")}${more}`);
+}
+
+function say(state, text) {
+  const pill = byId("link");
+  if (pill.dataset.state !== state) pill.dataset.state = state;
+  if (pill.textContent !== text) pill.textContent = text;
+}
+
+function heard() {
+  link.heard = performance.now();
+  if (link.live) return;
+  const again = link.tries > 0;
+  Object.assign(link, { live: true, tries: 0 });
+  document.body.classList.remove("is-lost");
+  byId("lost").hidden = true;
+  say("live", "live");
+  if (again) announce("The connection is back; the page is live again.");
+}
+
+function connect() {
+  clearTimeout(link.timer);
+  if (link.source) link.source.close();
+  const source = new EventSource(`/live?page=${document.documentElement.dataset.page}`);
+  link.source = source;
+  link.opened = performance.now();
+  source.addEventListener("hello", (event) => {
+    const { version } = JSON.parse(event.data);
+    if (link.version && link.version !== version) location.reload();
+    link.version = version;
+    heard();
+  });
+  source.addEventListener("parts", (event) => {
+    place(JSON.parse(event.data));
+    heard();
+  });
+  source.addEventListener("beat", heard);
+  source.onerror = retry;
+}
+
+function retry() {
+  if (link.source) link.source.close();
+  link.source = null;
+  clearTimeout(link.timer);
+  link.live = false;
+  link.timer = setTimeout(connect, RETRY_MS[Math.min(link.tries, RETRY_MS.length - 1)]);
+  link.tries += 1;
+  tick();
+}
+
+function words(seconds) {
+  if (seconds < 1) return "< 1 s";
+  if (seconds < 120) return `${Math.round(seconds)} s`;
+  if (seconds < 7200) return `${Math.floor(seconds / 60)} min`;
+  if (seconds < 172800) return `${Math.floor(seconds / 3600)} h`;
+  return `${Math.floor(seconds / 86400)} days`;
+}
+
+/** Once a second: is the connection alive, and how old is what stands here? */
+function tick() {
+  const silent_ms = performance.now() - link.heard;
+  if (link.source && silent_ms > SILENCE_MS && performance.now() - link.opened > SILENCE_MS) return retry();
+  if (link.live) return;
+  const silent_s = silent_ms / 1000;
+  if (silent_s < 2) return say("connecting", "connecting");
+  say("lost", `not connected ${words(silent_s)}`);
+  document.body.classList.add("is-lost");
+  const banner = byId("lost");
+  // Said once by a screen reader; the seconds count in a place of their own.
+  if (banner.hidden) {
+    banner.textContent = "Connection lost. What you see is old and does not renew itself. Trying again by itself. ";
+    banner.append(Object.assign(document.createElement("b"), { className: "count", ariaHidden: "true" }));
+    banner.hidden = false;
+  }
+  banner.querySelector(".count").textContent = `Last news ${words(silent_s)} ago.`;
+  for (const age of document.querySelectorAll("[data-age]")) age.textContent = words(Number(age.dataset.age) + silent_s);
+}
+
+localise(document);
+byId("zone").textContent = Intl.DateTimeFormat().resolvedOptions().timeZone;
+setInterval(tick, 1000);
+addEventListener("online", connect);
+addEventListener("pagehide", () => link.source && link.source.close());
+addEventListener("pageshow", (event) => event.persisted && connect());
+document.addEventListener("visibilitychange", () => !document.hidden && !link.live && connect());
+connect();

@@ -1,0 +1,179 @@
+//! What all pages share: head, header with the age of the data, connection, footer, the dialog for alerts.
+
+use super::assets::path;
+use super::words::{age, chip};
+use super::{Page, Part};
+use crate::model::{DataState, Grade, WagonRow};
+use crate::shared::Shared;
+use crate::store::Snapshot;
+use maud::{DOCTYPE, Markup, html};
+
+/// A picture older than this means that the service itself is stuck, s.
+const STUCK_S: f64 = 5.0;
+
+/// The parts of the header.
+pub(super) fn parts(shared: &Shared, snapshot: &Snapshot) -> Vec<Part> {
+    vec![Part::new("pulse", pulse(shared, snapshot)), Part::new("alert-count", alert_count(snapshot))]
+}
+
+pub(super) fn document(
+    page: Page,
+    title: &str,
+    shared: &Shared,
+    snapshot: &Snapshot,
+    body: &Markup,
+) -> Markup {
+    html! {
+        (DOCTYPE)
+        html lang="en" data-page=(page.key()) {
+            (head(&format!("{title} – {} – railgrip", snapshot.train.name)))
+            body {
+                a .skip href="#main" { "Skip to the content" }
+                (header(page, shared, snapshot))
+                p #lost .lost role="alert" hidden {}
+                noscript { p .lost { "Without JavaScript this page does not renew itself: reload it to see the present." } }
+                main #main tabindex="-1" { (body) }
+                (footer(shared, snapshot))
+                p #announcer .unseen role="status" aria-live="polite" {}
+                (dialog())
+            }
+        }
+    }
+}
+
+/// A page about a wagon that does not exist.
+pub(super) fn nowhere(shared: &Shared, snapshot: &Snapshot, id: &str) -> Markup {
+    let body = html! {
+        section .empty {
+            h1 { "There is no wagon “" (id) "”" }
+            p { "This train has the wagons 1 to " (snapshot.wagons.len()) ". " a href="/" { "Back to the train" } }
+        }
+    };
+    document(Page::Train, "No such wagon", shared, snapshot, &body)
+}
+
+fn head(title: &str) -> Markup {
+    html! {
+        head {
+            meta charset="utf-8";
+            meta name="viewport" content="width=device-width, initial-scale=1";
+            meta name="color-scheme" content="light dark";
+            title { (title) }
+            link rel="icon" type="image/svg+xml" href=(path("icon.svg"));
+            link rel="stylesheet" href=(path("uPlot.min.css"));
+            link rel="stylesheet" href=(path("base.css"));
+            link rel="stylesheet" href=(path("parts.css"));
+            script src=(path("theme.js")) {}
+            @for script in ["uPlot.iife.min.js", "live.js", "acts.js", "charts.js", "trends.js"] {
+                script src=(path(script)) defer {}
+            }
+        }
+    }
+}
+
+fn header(page: Page, shared: &Shared, snapshot: &Snapshot) -> Markup {
+    let current = |this: Page| (page == this).then_some("page");
+    html! {
+        header .top {
+            a .brand href="/" aria-label={ "railgrip, train " (snapshot.train.name) } {
+                img src=(path("icon.svg")) alt="" width="28" height="28";
+                span { "railgrip" small { "Train " (snapshot.train.name) } }
+            }
+            nav aria-label="Pages" {
+                a href="/" aria-current=[current(Page::Train)] { "Train" }
+                a href="/alerts" aria-current=[current(Page::Alerts)] { "Alerts " (alert_count(snapshot)) }
+            }
+            div .state {
+                (pulse(shared, snapshot))
+                span #link .link data-state="connecting" role="status" { "connecting" }
+                button #theme type="button" .quiet { "Theme" }
+            }
+        }
+    }
+}
+
+/// How many alerts are active, as a badge.
+fn alert_count(snapshot: &Snapshot) -> Markup {
+    let counts = snapshot.train.alerts;
+    let grade = match (counts.act, counts.watch) {
+        (1.., _) => Grade::Act,
+        (0, 1..) => Grade::Watch,
+        (0, 0) => Grade::Ok,
+    };
+    html! {
+        span #alert-count class={ "badge g-" (grade.word()) } {
+            (counts.act + counts.watch)
+            span .unseen { " active: " (counts.act) " act, " (counts.watch) " watch" }
+        }
+    }
+}
+
+/// How old the data are and of how many wagons they arrive: never out of sight.
+fn pulse(shared: &Shared, snapshot: &Snapshot) -> Markup {
+    let train = &snapshot.train;
+    let stuck_s = snapshot.taken.age_s(shared.now().monotonic_ns);
+    let oldest = snapshot
+        .rows
+        .iter()
+        .filter_map(|row| row.age_s)
+        .fold(None, |worst: Option<f64>, age| Some(worst.map_or(age, |worst| worst.max(age))));
+    let quiet: Vec<&WagonRow> = snapshot.rows.iter().filter(|row| row.state != DataState::Live).collect();
+    html! {
+        span #pulse .pulse .loud[!quiet.is_empty() || stuck_s > STUCK_S] {
+            @if stuck_s > STUCK_S {
+                b { "Service stuck" } " for " span data-age=(stuck_s.floor()) { (age(stuck_s)) }
+            } @else if let Some(oldest) = oldest {
+                b { (train.live) "\u{202f}/\u{202f}" (train.wagons) } " live, data "
+                span data-age=(oldest.floor()) { (age(oldest)) } " old"
+            } @else {
+                b { "No data yet" }
+            }
+        }
+    }
+}
+
+fn footer(shared: &Shared, snapshot: &Snapshot) -> Markup {
+    html! {
+        footer {
+            p { "railgrip advises people. It drives no brake, no traction and no slide protection." }
+            p {
+                "Grades: " @for grade in [Grade::Ok, Grade::Watch, Grade::Act, Grade::Unknown] { (chip(grade)) " " }
+                "Intervals are 95 %. Times are " span #zone { "UTC" } ". "
+                "Page made " (super::words::instant(&snapshot.train.generated_at)) "."
+            }
+            nav aria-label="Data" {
+                a href="/api/v1/train" { "train" } a href="/api/v1/wagons" { "wagons" } a href="/api/v1/alerts" { "alerts" }
+                a href="/metrics" { "metrics" } a href="/openapi.json" { "OpenAPI" }
+            }
+            @if snapshot.taken.age_s(shared.now().monotonic_ns) > STUCK_S { p { "The service does not renew its data." } }
+        }
+    }
+}
+
+/// One dialog for acknowledging, shelving and taking back; the script fills it.
+fn dialog() -> Markup {
+    html! {
+        dialog #act-dialog aria-labelledby="act-title" {
+            form method="dialog" {
+                h2 #act-title { "Acknowledge" }
+                p #act-what {}
+                label { "Your name or initials" input #act-by name="by" autocomplete="name" maxlength="100" required; }
+                label #act-shelf hidden { "Out of the way for"
+                    select #act-for name="for" {
+                        option value="3600" { "1 hour" }
+                        option value="28800" selected { "8 hours" }
+                        option value="86400" { "1 day" }
+                        option value="604800" { "7 days" }
+                        option value="2592000" { "30 days" }
+                    }
+                }
+                label { span #act-note-name { "Note (optional)" } input #act-note name="note" maxlength="500"; }
+                p #act-error .error role="alert" {}
+                div .buttons {
+                    button #act-cancel type="button" .quiet { "Cancel" }
+                    button #act-send type="submit" .primary { "Acknowledge" }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,292 @@
+//! One wagon: verdict, every indicator with interval, limits, grade and reason, wheelset by wheelset, trends, alerts.
+
+use super::bar::bar;
+use super::limits::{Limit, Limits};
+use super::words::{Form, NOTHING, capital, chip, data_age, energy, icon, instant, maybe, number};
+use super::{Part, alerts, train};
+use crate::model::{DataState, Figure, Grade, ProcessView, RailView, WagonView, WheelsetView};
+use crate::store::Snapshot;
+use maud::{Markup, html};
+
+/// The scale on which adhesion is drawn.
+const ADHESION: Limit = Limit::free(0.0, 0.4);
+
+pub(super) fn parts(id: u32, limits: &Limits, snapshot: &Snapshot) -> Vec<Part> {
+    let Some(wagon) = snapshot.wagons.iter().find(|wagon| wagon.id == id) else { return Vec::new() };
+    let mut parts = vec![
+        Part::new("verdict", verdict(wagon)),
+        Part::new("facts", facts(wagon)),
+        Part::new("indicators", indicators(wagon, limits)),
+        Part::new("wheelsets", wheelsets(wagon, limits)),
+        Part::new("wagon-alerts", alerts::of_wagon(snapshot, id)),
+        Part::new("behind", behind(wagon)),
+    ];
+    parts.extend(train::tiles(snapshot, Some(id)));
+    parts
+}
+
+pub(super) fn body(id: u32, limits: &Limits, snapshot: &Snapshot) -> Markup {
+    let Some(wagon) = snapshot.wagons.iter().find(|wagon| wagon.id == id) else { return html! {} };
+    let count = snapshot.wagons.len() as u32;
+    html! {
+        nav .strip aria-label="Wagons" {
+            (step("prev", "Previous wagon", "‹", (id > 1).then(|| id - 1)))
+            (train::drawing(snapshot, Some(id)))
+            (step("next", "Next wagon", "›", (id < count).then(|| id + 1)))
+        }
+        div .lead { (verdict(wagon)) (facts(wagon)) }
+        section .card aria-labelledby="h-ind" {
+            div .heading { h2 #h-ind { "Indicators of the wagon" } (key()) }
+            (indicators(wagon, limits))
+        }
+        section .card aria-labelledby="h-sets" {
+            div .heading { h2 #h-sets { "Wheelsets" } p .legend { "wheelset 1 leads" } }
+            (wheelsets(wagon, limits))
+        }
+        (trends(wagon, limits))
+        div .columns {
+            section .card aria-labelledby="h-own" { h2 #h-own { "Alerts of this wagon" } (alerts::of_wagon(snapshot, id)) }
+            section .card aria-labelledby="h-behind" { h2 #h-behind { "Behind the figures" } (behind(wagon)) }
+        }
+    }
+}
+
+fn step(rel: &str, name: &str, arrow: &str, id: Option<u32>) -> Markup {
+    html! {
+        @if let Some(id) = id {
+            a .step rel=(rel) href={ "/wagons/" (id) } aria-label={ (name) ", " (id) } { (arrow) }
+        } @else {
+            span .step aria-hidden="true" { (arrow) }
+        }
+    }
+}
+
+fn verdict(wagon: &WagonView) -> Markup {
+    let headline = match (wagon.state, wagon.grade) {
+        (DataState::Stale, _) => "gives no news",
+        (DataState::Silent, _) => "has not been heard of yet",
+        (_, Grade::Act) => "needs action",
+        (_, Grade::Watch) => "is worth a look",
+        (_, Grade::Ok) => "is well",
+        (_, Grade::Unknown) => "cannot be judged yet",
+    };
+    html! {
+        div #verdict class={ "verdict g-" (wagon.grade.word()) " s-" (wagon.state.word()) } {
+            (icon(wagon.grade))
+            div {
+                h1 { "Wagon " (wagon.id) " " (headline) " " small { (wagon.name) } }
+                p { (capital(&wagon.reason)) }
+            }
+        }
+    }
+}
+
+fn facts(wagon: &WagonView) -> Markup {
+    let now = wagon.now.as_ref();
+    html! {
+        dl #facts .facts {
+            div { dt { "Speed" } dd { (maybe(now.map(|now| 3.6 * now.v_m_s), 0)) small { " km/h" } } }
+            div { dt { "Track position" } dd { (maybe(now.map(|now| now.position_m / 1e3), 2)) small { " km" } } }
+            div { dt { "Braking so far" } dd { (number(wagon.braking_s, 0)) small { " s" } } }
+            div .loud[wagon.state != DataState::Live] {
+                dt { "Age of the data" }
+                dd { (data_age(wagon.state, wagon.age_s)) }
+                @if let Some(at) = &wagon.acquired_at { dd .at { "from " (instant(at)) } }
+            }
+        }
+    }
+}
+
+fn key() -> Markup {
+    let sample =
+        Figure { value: Some(5.0), low: Some(4.0), high: Some(6.4), grade: Grade::Ok, reason: String::new() };
+    let limit = Limit {
+        scale: (0.0, 10.0),
+        act_low: Some(1.5),
+        watch_low: Some(3.0),
+        watch_high: Some(7.5),
+        act_high: Some(9.0),
+    };
+    html! { p .legend { (bar(&sample, &limit)) " stroke: figure, band: 95 % interval, marks: limits of watch and act" } }
+}
+
+/// One line of a table of indicators.
+struct Row<'a> {
+    name: &'a str,
+    figure: &'a Figure,
+    form: Form,
+    limit: Option<Limit>,
+    at_least: bool,
+}
+
+impl<'a> Row<'a> {
+    fn new(name: &'a str, figure: &'a Figure, form: Form) -> Self {
+        Self { name, figure, form, limit: None, at_least: false }
+    }
+
+    fn on(self, limit: impl Into<Option<Limit>>) -> Self {
+        Self { limit: limit.into(), ..self }
+    }
+
+    fn at_least(self, at_least: bool) -> Self {
+        Self { at_least, ..self }
+    }
+
+    fn render(&self) -> Markup {
+        let bound = if self.at_least && self.figure.value.is_some() { "≥ " } else { "" };
+        html! {
+            tr {
+                th scope="row" { (self.name) }
+                td .num .value { (bound) (self.form.value(self.figure.value)) }
+                td .interval { (self.form.interval(self.figure).unwrap_or_else(|| NOTHING.to_owned())) }
+                td .scale { @if let Some(limit) = &self.limit { (bar(self.figure, limit)) } }
+                td .grade { (chip(self.figure.grade)) }
+                td .why { (capital(&self.figure.reason)) }
+            }
+        }
+    }
+}
+
+fn indicator_table(rows: &[Row<'_>], last: &Markup) -> Markup {
+    html! {
+        table .indicators {
+            thead { tr {
+                th scope="col" { "Indicator" } th scope="col" .num { "Figure" } th scope="col" { "95 % interval" }
+                th scope="col" .scale { "On its scale" } th scope="col" { "Grade" } th scope="col" .why { "Why" }
+            } }
+            tbody { @for row in rows { (row.render()) } (last) }
+        }
+    }
+}
+
+fn indicators(wagon: &WagonView, limits: &Limits) -> Markup {
+    let rows = [
+        Row::new("Pad friction", &wagon.brake_friction, Form::FRICTION).on(limits.brake_friction(wagon.id)),
+        Row::new("Front − rear", &wagon.asymmetry, Form::PERCENT).on(limits.asymmetry),
+        Row::new("Adhesion used", &wagon.adhesion_utilised, Form::FRICTION).on(ADHESION),
+        Row::new("Adhesion available", &wagon.adhesion_available, Form::FRICTION)
+            .on(ADHESION)
+            .at_least(wagon.adhesion_available_is_lower_bound),
+        Row::new("Slides", &wagon.slides, Form::COUNT),
+        Row::new("Braking with WSP", &wagon.wsp_share, Form::PERCENT).on(limits.wsp_share),
+        Row::new("Faulty sensor values", &wagon.sensors, Form::PERCENT).on(limits.sensors),
+        Row::new("Filter (1 is ideal)", &wagon.filter, Form::TENTHS).on(limits.filter),
+    ];
+    html! { div #indicators { (indicator_table(&rows, &rail(&wagon.rail))) } }
+}
+
+/// The rail's condition as shares of one bar.
+fn rail(rail: &RailView) -> Markup {
+    let shares = [("dry", rail.dry), ("wet", rail.wet), ("low", rail.low), ("very low", rail.very_low)];
+    let mut left = 0.0;
+    let pieces = shares.map(|(name, share)| {
+        let piece = (name.replace(' ', "-"), 200.0 * left, 200.0 * share);
+        left += share;
+        piece
+    });
+    let words = shares.iter().filter(|(_, share)| *share >= 0.005);
+    let words: Vec<String> = words.map(|(name, share)| format!("{name} {:.0} %", 100.0 * share)).collect();
+    html! {
+        tr {
+            th scope="row" { "Rail" }
+            td .num .value { (super::words::condition(rail.condition)) }
+            td .interval { (if words.is_empty() { NOTHING.to_owned() } else { words.join(", ") }) }
+            td .scale {
+                svg .bar viewBox="0 0 200 22" preserveAspectRatio="none" aria-hidden="true" {
+                    @for (name, from, width) in &pieces {
+                        rect class={ "rail-" (name) } x={ (format!("{from:.1}")) } y="5" width={ (format!("{width:.1}")) } height="12" {}
+                    }
+                }
+            }
+            td .grade { (chip(rail.grade)) }
+            td .why { (capital(&rail.reason)) }
+        }
+    }
+}
+
+fn wheelsets(wagon: &WagonView, limits: &Limits) -> Markup {
+    html! {
+        div #wheelsets .wheelsets {
+            @if wagon.wheelsets.is_empty() { p .calm { "Nothing has arrived from this wagon yet." } }
+            @for wheelset in &wagon.wheelsets { (one(wheelset, limits.brake_friction(wagon.id))) }
+        }
+    }
+}
+
+fn one(wheelset: &WheelsetView, friction: Option<Limit>) -> Markup {
+    let rows = [
+        Row::new("Pad friction", &wheelset.brake_friction, Form::FRICTION).on(friction),
+        Row::new("Adhesion used", &wheelset.adhesion_utilised, Form::FRICTION).on(ADHESION),
+        Row::new("Adhesion available", &wheelset.adhesion_available, Form::FRICTION)
+            .on(ADHESION)
+            .at_least(wheelset.adhesion_available_is_lower_bound),
+        Row::new("Slides", &wheelset.slides, Form::COUNT),
+    ];
+    let state = wheelset.now.as_ref().map(|now| match (now.wsp_active, now.sliding) {
+        (true, _) => "slide protection acts now",
+        (_, true) => "slides now",
+        _ => "rolls",
+    });
+    let nominal = wheelset.brake_friction_to_nominal.map(|ratio| Form::PERCENT.value(Some(ratio)));
+    html! {
+        section aria-labelledby={ "set-" (wheelset.id) } {
+            h3 id={ "set-" (wheelset.id) } { "Wheelset " (wheelset.id) small { " " (state.unwrap_or("no present data")) } }
+            (indicator_table(&rows, &html! {}))
+            p .aside {
+                @if let Some(nominal) = nominal { "Pads " (nominal) " of nominal. " }
+                "Slide energy " (energy(wheelset.slide_energy_j)) " in " (number(wheelset.slide_s, 1)) " s of sliding."
+            }
+        }
+    }
+}
+
+/// Where the script draws the history of this wagon.
+fn trends(wagon: &WagonView, limits: &Limits) -> Markup {
+    let ends = |limit: &Limit| {
+        let all = [limit.act_low, limit.watch_low, limit.watch_high, limit.act_high];
+        all.map(|end| end.map_or_else(String::new, |end| format!("{end:.6}"))).join(" ")
+    };
+    let friction = limits.brake_friction(wagon.id).map(|limit| ends(&limit)).unwrap_or_default();
+    html! {
+        section #trends .card aria-labelledby="h-trends" data-wagon=(wagon.id) data-wheelsets=(wagon.wheelsets.len())
+            data-friction=(friction) data-asymmetry=(ends(&limits.asymmetry)) data-wsp=(ends(&limits.wsp_share))
+            data-sensors=(ends(&limits.sensors)) data-filter=(ends(&limits.filter)) {
+            div .heading {
+                h2 #h-trends { "Trends" }
+                div .ranges role="group" aria-label="Range of time" {
+                    @for (seconds, name) in [(900, "15 min"), (3600, "1 h"), (21600, "6 h"), (86400, "1 day"), (604_800, "7 days"), (2_592_000, "30 days")] {
+                        button type="button" data-range=(seconds) aria-pressed=(if seconds == 3600 { "true" } else { "false" }) { (name) }
+                    }
+                }
+            }
+            p #trend-state .calm role="status" { "The history is loaded by a script." }
+            div #charts .charts {}
+        }
+    }
+}
+
+/// What the figures rest on.
+fn behind(wagon: &WagonView) -> Markup {
+    html! {
+        dl #behind .pairs {
+            dt { "Samples taken in" } dd { (wagon.samples) }
+            dt { "Samples that never arrived" } dd { (wagon.samples_missed) }
+            dt { "Outputs refused by the filter's gate" } dd { (wagon.outputs_rejected) }
+            @match &wagon.estimator {
+                Some(process) => (estimator(process)),
+                None => { dt { "Estimator" } dd .loud { "no sign of life" } }
+            }
+        }
+    }
+}
+
+fn estimator(process: &ProcessView) -> Markup {
+    let microseconds = |ns: u64| format!("{} µs", number(ns as f64 / 1e3, 1));
+    html! {
+        dt { "Estimator" } dd { "process " (process.pid) ", up for " (super::words::age(process.uptime_s)) }
+        dt { "One step of the filter (median, 99 %)" }
+        dd { (microseconds(process.step_p50_ns)) ", " (microseconds(process.step_p99_ns)) }
+        dt { "From sample to estimate (median, 99 %)" }
+        dd { (microseconds(process.latency_p50_ns)) ", " (microseconds(process.latency_p99_ns)) }
+    }
+}

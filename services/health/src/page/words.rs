@@ -1,0 +1,146 @@
+//! Figures, ages and grades as people read them. Every grade has a word and a shape, never a colour alone.
+
+use crate::model::{Condition, DataState, Figure, Grade};
+use maud::{Markup, html};
+
+/// What stands for something unknown.
+pub(super) const NOTHING: &str = "–";
+
+/// A number with a fixed count of decimals, with a true minus sign.
+pub(super) fn number(value: f64, digits: usize) -> String {
+    let text = format!("{value:.digits$}");
+    match text.strip_prefix('-') {
+        Some(rest) if rest.chars().all(|c| c == '0' || c == '.') => rest.to_owned(),
+        Some(rest) => format!("−{rest}"),
+        None => text,
+    }
+}
+
+/// A number that may be unknown.
+pub(super) fn maybe(value: Option<f64>, digits: usize) -> String {
+    value.map_or_else(|| NOTHING.to_owned(), |value| number(value, digits))
+}
+
+/// How a figure is written: factor, decimals and unit.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Form {
+    pub factor: f64,
+    pub digits: usize,
+    pub unit: &'static str,
+}
+
+impl Form {
+    pub const FRICTION: Self = Self { factor: 1.0, digits: 3, unit: "" };
+    pub const PERCENT: Self = Self { factor: 100.0, digits: 0, unit: "\u{202f}%" };
+    pub const TENTHS: Self = Self { factor: 1.0, digits: 2, unit: "" };
+    pub const COUNT: Self = Self { factor: 1.0, digits: 0, unit: "" };
+
+    pub fn value(self, value: Option<f64>) -> String {
+        let Some(value) = value else { return NOTHING.to_owned() };
+        format!("{}{}", number(value * self.factor, self.digits), self.unit)
+    }
+
+    /// `0.344 to 0.367`, or nothing if there is no interval.
+    pub fn interval(self, figure: &Figure) -> Option<String> {
+        let (low, high) = (figure.low?, figure.high?);
+        if low == high {
+            return None;
+        }
+        let end = |value: f64| number(value * self.factor, self.digits);
+        Some(format!("{} to {}{}", end(low), end(high), self.unit))
+    }
+}
+
+/// An energy in a unit that keeps it short.
+pub(super) fn energy(joules: f64) -> String {
+    match joules {
+        energy if energy >= 1e6 => format!("{}\u{202f}MJ", number(energy / 1e6, 2)),
+        energy if energy >= 1e3 => format!("{}\u{202f}kJ", number(energy / 1e3, 0)),
+        energy => format!("{}\u{202f}J", number(energy, 0)),
+    }
+}
+
+/// An age: `< 1 s`, `12 s`, `3 min`, `5 h`, `2 days`.
+pub(super) fn age(seconds: f64) -> String {
+    match seconds {
+        s if s < 1.0 => "< 1 s".to_owned(),
+        s if s < 120.0 => format!("{s:.0} s"),
+        s if s < 7200.0 => format!("{:.0} min", (s / 60.0).floor()),
+        s if s < 172_800.0 => format!("{:.0} h", (s / 3600.0).floor()),
+        s => format!("{:.0} days", (s / 86_400.0).floor()),
+    }
+}
+
+/// A name of the interface for people: `brake_friction` becomes `brake friction`.
+pub(super) fn plain(name: &str) -> String {
+    name.replace('_', " ")
+}
+
+/// The same at the start of a sentence.
+pub(super) fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// The shape of a grade: a tick, a triangle, an octagon, a question mark.
+pub(super) fn icon(grade: Grade) -> Markup {
+    let path = match grade {
+        Grade::Ok => "M8 1a7 7 0 1 0 0 14A7 7 0 0 0 8 1ZM7 11.4 3.9 8.3l1.2-1.2L7 9l4-4.1 1.2 1.2Z",
+        Grade::Watch => "M8 1 .6 14.5h14.8ZM7.1 6h1.8v4.2H7.1Zm0 5.2h1.8V13H7.1Z",
+        Grade::Act => "M5 .8h6L15.2 5v6L11 15.2H5L.8 11V5ZM7.1 3.6h1.8v5.6H7.1Zm0 6.8h1.8v1.9H7.1Z",
+        Grade::Unknown => {
+            "M8 1a7 7 0 1 0 0 14A7 7 0 0 0 8 1Zm0 1.5a5.5 5.5 0 1 1 0 11 5.5 5.5 0 0 1 0-11ZM4.8 7.2h6.4v1.6H4.8Z"
+        }
+    };
+    html! { svg .icon viewBox="0 0 16 16" aria-hidden="true" { path fill-rule="evenodd" d=(path) {} } }
+}
+
+/// A grade as a chip: shape, word and colour.
+pub(super) fn chip(grade: Grade) -> Markup {
+    html! { span class={ "chip g-" (grade.word()) } { (icon(grade)) (grade.word()) } }
+}
+
+/// An instant; the script writes it in the reader's own time zone.
+pub(super) fn instant(rfc3339: &str) -> Markup {
+    let short = rfc3339.get(..16).unwrap_or(rfc3339).replace('T', " ");
+    html! { time datetime=(rfc3339) { (short) " UTC" } }
+}
+
+/// The age of data. It is said loudly when the data are not live; the script lets it grow while nothing arrives.
+pub(super) fn data_age(state: DataState, age_s: Option<f64>) -> Markup {
+    match (state, age_s) {
+        (DataState::Live, Some(age_s)) => html! {
+            span .age data-age=(age_s.floor()) { (age(age_s)) }
+        },
+        (DataState::Stale, Some(age_s)) => html! {
+            span .age.loud { "stale, " span data-age=(age_s.floor()) { (age(age_s)) } }
+        },
+        _ => html! { span .age.loud { "no data yet" } },
+    }
+}
+
+/// The condition of the rail in a word.
+pub(super) fn condition(condition: Option<Condition>) -> &'static str {
+    condition.map_or(NOTHING, Condition::word)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_and_ages_read_well() {
+        let numbers = [(-0.0004, 3, "0.000"), (-1.25, 1, "−1.2"), (0.35615, 3, "0.356")];
+        numbers.map(|(value, digits, text)| assert_eq!(number(value, digits), text));
+        let ages = [
+            (0.2, "< 1 s"),
+            (12.3, "12 s"),
+            (119.4, "119 s"),
+            (125.0, "2 min"),
+            (7300.0, "2 h"),
+            (2e5, "2 days"),
+        ];
+        ages.map(|(seconds, text)| assert_eq!(age(seconds), text));
+        assert_eq!(Form::PERCENT.value(Some(0.123)), "12\u{202f}%");
+    }
+}
