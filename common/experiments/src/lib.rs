@@ -5,11 +5,13 @@
 //!
 //! * [`traction`] – Zhao et al. 2014: traction rig, 13-state unscented filter.
 //! * [`roller`] – Schwarz & Keck 2020: roller rig, wheel-slide protection and sanding, 4-state extended filter.
+//! * [`bogie`] – Shrestha et al. 2021: bogie roller rig, decision-maker, brake controllers in simulation.
 //! * [`mod@bench`] – time of one filter step, for `railgrip bench` and the reports.
 //!
 //! Everything is seeded: a rerun writes the same bytes, but for measured times.
 
 pub mod bench;
+pub mod bogie;
 mod error;
 pub mod plot;
 pub mod roller;
@@ -68,6 +70,21 @@ pub static EXPERIMENTS: &[Experiment] = &[
         name: "schwarz-beyond",
         about: "Both tests with the sensors of a train: matrices (20), one tuning, multiple models, default, smoothing",
         run: roller::beyond_experiment,
+    },
+    Experiment {
+        name: "shrestha-peak",
+        about: "Shrestha et al. 2021, Figs. 8 and 12 to 16: adhesion from both sensors over slip and speed, dry and wet",
+        run: bogie::peak_experiment,
+    },
+    Experiment {
+        name: "shrestha-transition",
+        about: "Shrestha et al. 2021, Figs. 11 and 17: water on a braked wheelset, heard, decided and controlled",
+        run: bogie::transition_experiment,
+    },
+    Experiment {
+        name: "shrestha-stopping",
+        about: "Shrestha et al. 2021, Figs. 18 to 20: stops with no, a conventional and the proposed controller",
+        run: bogie::stopping_experiment,
     },
 ];
 

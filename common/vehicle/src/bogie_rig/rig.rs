@@ -97,7 +97,14 @@ impl BogieRig {
         let total_inertia = p.inertia_beyond_motor_kg_m2();
         let free_torque = p.gear_ratio * motor_torque_nm - p.loss_at_nm(state.roller_speed_rad_s);
         let mut step = BogieRigStep { state: *state, ..BogieRigStep::default() };
-        let mut sum_n = 0.0;
+        // Forces at the slip of the start: near enough that two or three rounds settle.
+        let v = p.roller_radius_m * state.roller_speed_rad_s;
+        let mut sum_n: f64 = (0..BOGIE_WHEELSETS)
+            .map(|i| {
+                let slip = p.wheel_radius_m * state.wheel_speed_rad_s[i] - v;
+                law.force(slip, v, p.wheelset_load_n[i], level[i]).force_n
+            })
+            .sum();
         for _ in 0..6 {
             let acceleration = (free_torque + p.roller_radius_m * sum_n) / total_inertia;
             let roller = (state.roller_speed_rad_s + dt_s * acceleration).max(0.0);
@@ -118,7 +125,7 @@ impl BogieRig {
             let next: f64 = step.force_n.iter().sum();
             let change = next - sum_n;
             sum_n = next;
-            if change.abs() < 1e-6 {
+            if change.abs() < 1e-3 {
                 break;
             }
         }
@@ -167,7 +174,7 @@ impl BogieRig {
                 if slope > 0.0 && newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
             let change = next - slip;
             slip = next;
-            if change.abs() < 1e-10 {
+            if change.abs() < 1e-9 {
                 break;
             }
         }

@@ -66,7 +66,7 @@ impl Default for BogieNoise {
     fn default() -> Self {
         Self {
             roller_acceleration: 2.0,
-            wheel_speed: 2.0,
+            wheel_speed: 0.4,
             adhesion: 0.02,
             changing: 30.0,
             torque_offset_nm: 0.002,
