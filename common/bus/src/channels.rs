@@ -1,6 +1,6 @@
 //! The one table of channels. Nothing else in the system names a channel, its payload or its sizes.
 
-use railgrip_messages::{Estimate, Event, Health, Heartbeat, Innovation, Payload, Sample};
+use railgrip_messages::{Estimate, Event, Health, Heartbeat, Innovation, MotorSample, Payload, Sample};
 
 use crate::holder::{Creator, Kept};
 use crate::{BusError, Limits};
@@ -44,6 +44,7 @@ pub struct Channel {
 /// Every channel there is.
 pub const CHANNELS: &[Channel] = &[
     row::<Sample>("samples", Scope::Wagon).batched().rate(100.0, 1.0).history(16).wakes().counted(),
+    row::<MotorSample>("motors", Scope::Wagon).batched().rate(100.0, 1.0).history(16).wakes().counted(),
     row::<Estimate>("estimates", Scope::Wagon).batched().rate(100.0, 1.0).history(1).counted(),
     row::<Innovation>("innovations", Scope::Wagon).batched().rate(100.0, 1.0).history(1).counted(),
     row::<Health>("health", Scope::Wagon).rate(5.0, 2.0).history(1),

@@ -50,5 +50,5 @@ pub use open::Bus;
 pub use ports::{
     EstimatePublisher, EstimateSubscriber, EventPublisher, EventSubscriber, HealthPublisher,
     HealthSubscriber, HeartbeatPublisher, HeartbeatSubscriber, InnovationPublisher, InnovationSubscriber,
-    Publisher, SamplePublisher, SampleSubscriber, Subscriber, Wake,
+    MotorPublisher, MotorSubscriber, Publisher, SamplePublisher, SampleSubscriber, Subscriber, Wake,
 };

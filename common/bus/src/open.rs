@@ -16,7 +16,7 @@ use crate::presence::{self, Kind, Lock};
 use crate::{
     BusConfig, BusError, Channel, EstimatePublisher, EstimateSubscriber, EventPublisher, EventSubscriber,
     HealthPublisher, HealthSubscriber, HeartbeatPublisher, HeartbeatSubscriber, InnovationPublisher,
-    InnovationSubscriber, SamplePublisher, SampleSubscriber, channel, node,
+    InnovationSubscriber, MotorPublisher, MotorSubscriber, SamplePublisher, SampleSubscriber, channel, node,
 };
 
 /// How long to wait for a holder that is still creating, and for places of dead processes to come free.
@@ -93,6 +93,22 @@ impl Bus {
     /// As for every port.
     pub fn sample_subscriber(&self, wagon: u32) -> Result<SampleSubscriber, BusError> {
         self.subscriber("samples", wagon)
+    }
+
+    /// Sends motor samples of one rig.
+    ///
+    /// # Errors
+    /// As for every port.
+    pub fn motor_publisher(&self, wagon: u32) -> Result<MotorPublisher, BusError> {
+        self.publisher("motors", wagon)
+    }
+
+    /// Receives motor samples of one rig.
+    ///
+    /// # Errors
+    /// As for every port.
+    pub fn motor_subscriber(&self, wagon: u32) -> Result<MotorSubscriber, BusError> {
+        self.subscriber("motors", wagon)
     }
 
     /// Sends estimates of one wagon.

@@ -10,7 +10,7 @@ use iceoryx2::prelude::{
     CallbackProgression, SignalHandlingMode, WaitSet, WaitSetBuilder, WaitSetGuard, ipc,
 };
 use iceoryx2::waitset::WaitSetAttachmentError;
-use railgrip_messages::{Estimate, Event, Health, Heartbeat, Innovation, Payload, Sample};
+use railgrip_messages::{Estimate, Event, Health, Heartbeat, Innovation, MotorSample, Payload, Sample};
 
 use crate::BusError;
 
@@ -18,6 +18,10 @@ use crate::BusError;
 pub type SamplePublisher = Publisher<Sample>;
 /// Receives samples of one wagon.
 pub type SampleSubscriber = Subscriber<Sample>;
+/// Sends motor samples of one rig.
+pub type MotorPublisher = Publisher<MotorSample>;
+/// Receives motor samples of one rig.
+pub type MotorSubscriber = Subscriber<MotorSample>;
 /// Sends estimates of one wagon.
 pub type EstimatePublisher = Publisher<Estimate>;
 /// Receives estimates of one wagon.

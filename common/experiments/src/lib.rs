@@ -6,6 +6,7 @@
 //! * [`traction`] – Zhao et al. 2014: traction rig, 13-state unscented filter.
 //! * [`roller`] – Schwarz & Keck 2020: roller rig, wheel-slide protection and sanding, 4-state extended filter.
 //! * [`bogie`] – Shrestha et al. 2021: bogie roller rig, decision-maker, brake controllers in simulation.
+//! * [`rigs`] – both rigs as sources of recordings, live or as files.
 //! * [`mod@bench`] – time of one filter step, for `railgrip bench` and the reports.
 //!
 //! Everything is seeded: a rerun writes the same bytes, but for measured times.
@@ -14,6 +15,7 @@ pub mod bench;
 pub mod bogie;
 mod error;
 pub mod plot;
+pub mod rigs;
 pub mod roller;
 mod table;
 pub mod traction;

@@ -1,12 +1,13 @@
 //! Settings of the estimator. Every key carries its unit; what is left out takes the documented default.
 
+use crate::models::ImmSettings;
 use serde::{Deserialize, Serialize};
 
 /// Settings of the estimator of one wagon.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct EstimatorConfig {
-    /// Which filter runs: a name in [`crate::FILTERS`].
+    /// Which filter runs: a name in [`crate::FILTERS`]; "default" is the one that suits what is watched.
     pub filter: String,
     /// Where Q and R of the filters `paper` and `rig` come from; `default` always takes `physical`.
     pub noise: NoisePreset,
@@ -18,6 +19,8 @@ pub struct EstimatorConfig {
     pub priors: PriorSettings,
     /// What happens to bad data.
     pub hygiene: HygieneSettings,
+    /// Modes of the filter `imm`.
+    pub imm: ImmSettings,
 }
 
 impl Default for EstimatorConfig {
@@ -29,6 +32,7 @@ impl Default for EstimatorConfig {
             rates: RateSettings::default(),
             priors: PriorSettings::default(),
             hygiene: HygieneSettings::default(),
+            imm: ImmSettings::default(),
         }
     }
 }
@@ -274,6 +278,12 @@ impl EstimatorConfig {
             ("hygiene.stuck_after_s", hygiene.stuck_after_s, seconds),
             ("hygiene.hold_s", hygiene.hold_s, (0.0, 1e5, "0 to 100000")),
             ("hygiene.max_gap_s", hygiene.max_gap_s, seconds),
+            ("imm.adhesion_steady_per_sqrt_s", self.imm.adhesion_steady_per_sqrt_s, positive),
+            ("imm.adhesion_moving_per_sqrt_s", self.imm.adhesion_moving_per_sqrt_s, positive),
+            ("imm.rim_speed_per_sqrt_s", self.imm.rim_speed_per_sqrt_s, positive),
+            ("imm.adhesion_dwell_s", self.imm.adhesion_dwell_s, seconds),
+            ("imm.pads_dwell_s", self.imm.pads_dwell_s, seconds),
+            ("imm.pads_late_s", self.imm.pads_late_s, seconds),
             ("hygiene.late_s", hygiene.late_s, (0.0, 1e5, "0 to 100000")),
         ];
         for (key, value, (low, high, allowed)) in checks {

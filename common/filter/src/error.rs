@@ -14,6 +14,27 @@ pub enum FilterError {
     /// An effect of the vehicle that cannot be built.
     #[error(transparent)]
     Model(#[from] railgrip_vehicle::ModelError),
+    /// A parameter of a rig out of range.
+    #[error(transparent)]
+    Parameter(#[from] crate::PlantError),
+    /// The filter does not handle such a thing.
+    #[error("filter \"{filter}\" does not handle a {plant}; those that do are {known}")]
+    Plant {
+        /// The filter.
+        filter: &'static str,
+        /// What is watched.
+        plant: &'static str,
+        /// Filters that handle it.
+        known: String,
+    },
+    /// The filter cannot be smoothed.
+    #[error(
+        "filter \"{0}\" cannot be smoothed: its belief is not one Gaussian; \"default\", \"paper\", \"rig\", \"zhao\" and \"zhao_ekf\" can"
+    )]
+    NotSmoothable(String),
+    /// A covariance of the way forward has no Cholesky factor.
+    #[error("sample {0} cannot be smoothed: its predicted covariance is not positive definite")]
+    SmoothingFailed(usize),
     /// The filter does not exist for so many wheelsets.
     #[error("filter \"{filter}\" does not handle {wheelsets} wheelsets")]
     Wheelsets {

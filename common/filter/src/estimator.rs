@@ -1,11 +1,15 @@
 //! The one stepping type: a sample in, an estimate out, with no clock, channel or file. The live estimator and the
 //! offline command both use it, so that a replay equals an offline run sample for sample.
 
+mod traced;
+
 use crate::hygiene::{HeldInput, SensorWatch, TimeBase, TimeStep, Verdict, without_nonsense};
 use crate::laws::{Laws, Place};
-use crate::models::{DrivenSample, WagonFilter};
+use crate::models::{Build, DrivenSample, WagonFilter};
 use crate::output::{InnovationRecord, MAX_OUTPUTS, flags};
-use crate::{EstimatorConfig, EstimatorInput, EstimatorOutput, EstimatorSnapshot, FilterError};
+use crate::{
+    EstimateState, EstimatorConfig, EstimatorInput, EstimatorOutput, EstimatorSnapshot, FilterError,
+};
 use railgrip_vehicle::{GRAVITY_M_S2, MAX_WHEELSETS, VehicleParameters, WagonModel};
 use serde::{Deserialize, Serialize};
 
@@ -14,10 +18,18 @@ const LONGEST_STEP_S: f64 = 0.05;
 /// Time after a start in which estimates are marked as converging, s.
 const CONVERGING_S: f64 = 1.0;
 
+/// So long after it was started anew because it contradicted its sensors, an estimate is called diverged, s.
+const DIVERGED_S: f64 = 0.5;
+/// Measurements believed after all within [`QUARREL_S`] that mean that the filter has lost its way.
+const QUARRELS: f64 = 3.0;
+/// Time over which such measurements count, s.
+const QUARREL_S: f64 = 1.0;
+
 /// Estimator of one wagon.
+#[derive(Clone)]
 pub struct WagonEstimator {
     config: EstimatorConfig,
-    filter: Box<dyn WagonFilter>,
+    filter: BoxedFilter,
     laws: Laws,
     vehicle: String,
     wheelsets: usize,
@@ -26,7 +38,18 @@ pub struct WagonEstimator {
     wheel_jump_rad_s2: [f64; MAX_WHEELSETS],
     wheel_radius_m: [f64; MAX_WHEELSETS],
     memory: Memory,
+    /// A measurement of the last sample was believed against the filter.
+    believed: bool,
     last: EstimatorOutput,
+}
+
+/// A filter of any kind, with a copy that goes on by itself.
+struct BoxedFilter(Box<dyn WagonFilter>);
+
+impl Clone for BoxedFilter {
+    fn clone(&self) -> Self {
+        Self(self.0.boxed_clone())
+    }
 }
 
 /// What the estimator remembers beside the filter's belief.
@@ -43,6 +66,10 @@ pub struct Memory {
     pub(crate) running_s: f64,
     pub(crate) started: bool,
     pub(crate) resumed: bool,
+    /// Measurements that were believed against the filter, fading.
+    pub(crate) quarrels: f64,
+    /// Time left in which estimates are called diverged, s.
+    pub(crate) diverged_s: f64,
 }
 
 impl WagonEstimator {
@@ -51,17 +78,37 @@ impl WagonEstimator {
     /// # Errors
     /// Settings or parameters out of range, an unknown filter or effect, or a filter that does not handle the vehicle.
     pub fn new(config: &EstimatorConfig, vehicle: &VehicleParameters) -> Result<Self, FilterError> {
-        config.check()?;
         vehicle.check()?;
-        let model = WagonModel::new(vehicle)?;
+        Self::with_model(config, vehicle, WagonModel::new(vehicle)?)
+    }
+
+    /// The estimator of what has this model; `vehicle` gives its sensors and names it.
+    ///
+    /// # Errors
+    /// Settings out of range, an unknown filter, or one that does not handle the model.
+    pub fn with_model(
+        config: &EstimatorConfig,
+        vehicle: &VehicleParameters,
+        model: WagonModel,
+    ) -> Result<Self, FilterError> {
+        config.check()?;
         let constants = model.constants();
-        let load_n = constants.mass_kg * GRAVITY_M_S2 / constants.wheelsets as f64;
-        let constructor = crate::models::find(&config.filter).ok_or_else(|| {
-            crate::ConfigError::UnknownFilter { name: config.filter.clone(), known: crate::models::names() }
+        let load_n =
+            constants.fixed_load_n.unwrap_or(constants.mass_kg * GRAVITY_M_S2 / constants.wheelsets as f64);
+        let entry = crate::models::find(&config.filter).ok_or_else(|| crate::ConfigError::UnknownFilter {
+            name: config.filter.clone(),
+            known: crate::models::names(),
         })?;
+        let Build::Wagon(build) = entry.build else {
+            return Err(FilterError::Plant {
+                filter: entry.name,
+                plant: crate::PlantKind::Wagon.name(),
+                known: "\"default\", \"paper\", \"rig\", \"imm\"".into(),
+            });
+        };
         Ok(Self {
             config: config.clone(),
-            filter: constructor(config, vehicle, &model)?,
+            filter: BoxedFilter(build(config, vehicle, &model)?),
             vehicle: format!("{} {} kg, {} wheelsets", vehicle.name, constants.mass_kg, constants.wheelsets),
             wheelsets: constants.wheelsets,
             usual_step_s: 1.0 / vehicle.sensors.sample_rate_hz,
@@ -72,6 +119,7 @@ impl WagonEstimator {
             wheel_radius_m: constants.wheel_radius_m,
             laws: Laws::new(vehicle, model),
             memory: Memory::default(),
+            believed: false,
             last: EstimatorOutput::default(),
         })
     }
@@ -88,6 +136,15 @@ impl WagonEstimator {
 
     /// Takes one sample and says what is known after it. Never fails; what it did to bad data is in the flags.
     pub fn step(&mut self, input: &EstimatorInput) -> EstimatorOutput {
+        self.step_watched(input, &mut |_, _| {})
+    }
+
+    /// A step that shows every prediction to `watch`: the filter after it, and the sample.
+    fn step_watched(
+        &mut self,
+        input: &EstimatorInput,
+        watch: &mut dyn FnMut(&dyn WagonFilter, &DrivenSample),
+    ) -> EstimatorOutput {
         let input = without_nonsense(input);
         let previous = self.memory.clone();
         let step = self.memory.time.judge(input.time_s, self.usual_step_s, &self.config.hygiene);
@@ -110,10 +167,11 @@ impl WagonEstimator {
             EstimatorOutput { time_s: input.time_s, wsp_active: input.wsp_active, ..Default::default() };
         let (mut sample, place) = self.drive(&input, dt_s, &mut out);
         self.laws.apply(&mut sample, &place, &self.last);
-        self.advance(step, &sample, dt_s, &mut out);
+        self.advance(step, &sample, dt_s, &mut out, watch);
         self.measure(&sample, dt_s, &mut out);
-        self.filter.conclude(&sample, dt_s);
-        self.filter.read(&sample, &mut out);
+        self.filter.0.conclude(&sample, dt_s);
+        self.restart_if_diverged(&sample, dt_s, &mut out);
+        self.filter.0.read(&sample, &mut out);
         out.pressing_force_n = sample.pressing_force_n;
         (out.nis, out.nis_dof) = out.innovations.nis();
         out.rejected = out.innovations.rejected;
@@ -121,6 +179,20 @@ impl WagonEstimator {
         self.laws.advance(&sample, &out, dt_s);
         self.last = out;
         out
+    }
+
+    /// A filter whose belief contradicts physics, or that had to give way to its sensors again and again, starts anew
+    /// from its priors; for a while its estimates are called diverged.
+    fn restart_if_diverged(&mut self, sample: &DrivenSample, dt_s: f64, out: &mut EstimatorOutput) {
+        self.memory.diverged_s = (self.memory.diverged_s - dt_s).max(0.0);
+        self.memory.quarrels *= (1.0 - dt_s / QUARREL_S).max(0.0);
+        if self.memory.quarrels > QUARRELS || self.filter.0.has_diverged() {
+            self.filter.0.start(sample);
+            self.memory.watches = Default::default();
+            self.memory.quarrels = 0.0;
+            self.memory.diverged_s = DIVERGED_S;
+            out.flags |= flags::RESTARTED;
+        }
     }
 
     /// A filter needs one speed to begin with.
@@ -182,9 +254,16 @@ impl WagonEstimator {
     }
 
     /// Brings the filter to the time of the sample.
-    fn advance(&mut self, step: TimeStep, sample: &DrivenSample, dt_s: f64, out: &mut EstimatorOutput) {
+    fn advance(
+        &mut self,
+        step: TimeStep,
+        sample: &DrivenSample,
+        dt_s: f64,
+        out: &mut EstimatorOutput,
+        watch: &mut dyn FnMut(&dyn WagonFilter, &DrivenSample),
+    ) {
         if !self.memory.started {
-            self.filter.start(sample);
+            self.filter.0.start(sample);
             self.memory.started = true;
             self.memory.running_s = 0.0;
             out.flags |= flags::RESTARTED;
@@ -192,12 +271,12 @@ impl WagonEstimator {
         }
         match step {
             TimeStep::LongGap(gap_s) => {
-                self.filter.restart_motion(sample, gap_s);
+                self.filter.0.restart_motion(sample, gap_s);
                 self.memory.watches = Default::default();
                 out.flags |= flags::GAP;
             }
             TimeStep::ClockSet => {
-                self.filter.restart_motion(sample, 0.0);
+                self.filter.0.restart_motion(sample, 0.0);
                 self.memory.watches = Default::default();
                 out.flags |= flags::GAP;
             }
@@ -207,7 +286,8 @@ impl WagonEstimator {
                 }
                 let parts = (dt_s / LONGEST_STEP_S).ceil().max(1.0);
                 for _ in 0..parts as usize {
-                    self.filter.predict(sample, dt_s / parts);
+                    self.filter.0.predict(sample, dt_s / parts);
+                    watch(&*self.filter.0, sample);
                 }
             }
         }
@@ -216,12 +296,13 @@ impl WagonEstimator {
     /// Compares every measured value with what the filter expects, and uses it or not.
     fn measure(&mut self, sample: &DrivenSample, dt_s: f64, out: &mut EstimatorOutput) {
         let settings = &self.config.hygiene;
+        self.believed = false;
         for output in 0..=self.wheelsets {
             let measured = sample.measured(output);
             if !measured.is_finite() {
                 continue;
             }
-            let update = self.filter.expect(output, measured);
+            let update = self.filter.0.expect(output, measured);
             let sigma = update.innovation_variance.sqrt();
             let (jump, recover_s) = match output {
                 0 => (0.0, settings.speed_recover_s),
@@ -238,12 +319,16 @@ impl WagonEstimator {
             record.test_ratio[output] = test_ratio;
             match watch.judge(update.innovation, sigma, test_ratio, dt_s, recover_s, settings) {
                 Verdict::Use => {
-                    self.filter.accept(output, &update);
+                    self.filter.0.accept(output, &update);
                     record.fused |= 1 << output;
                 }
                 Verdict::Refuse => record.rejected |= 1 << output,
                 Verdict::Believe => {
-                    self.filter.believe(output, measured);
+                    self.filter.0.believe(output, measured);
+                    self.believed = true;
+                    if output > 0 {
+                        self.memory.quarrels += 1.0;
+                    }
                     record.fused |= 1 << output;
                 }
             }
@@ -262,9 +347,23 @@ impl WagonEstimator {
             out.flags |= flags::RESUMED;
         }
         let wheelsets = (1_u32 << self.wheelsets) - 1;
-        if out.observable & wheelsets != wheelsets {
+        let seen = out.observable & wheelsets;
+        if seen != wheelsets {
             out.flags |= flags::HELD;
         }
+        out.state = if self.memory.diverged_s > 0.0 {
+            EstimateState::Diverged
+        } else if out.flags & flags::PREDICTED != 0 {
+            EstimateState::NoMeasurement
+        } else if out.flags & flags::CONVERGING != 0 {
+            EstimateState::Starting
+        } else if seen == wheelsets {
+            EstimateState::Observable
+        } else if seen != 0 {
+            EstimateState::Weak
+        } else {
+            EstimateState::Unobservable
+        };
     }
 
     /// Everything that a restart needs to go on from here.
@@ -273,7 +372,7 @@ impl WagonEstimator {
             schema: crate::snapshot::SCHEMA,
             filter: self.config.filter.clone(),
             vehicle: self.vehicle.clone(),
-            state: self.filter.save(),
+            state: self.filter.0.save(),
             hidden: self.laws.hidden.clone(),
             v_m_s: self.last.v_m_s,
             memory: self.memory.clone(),
@@ -297,7 +396,7 @@ impl WagonEstimator {
         if !self.laws.restore(&snapshot.hidden) {
             return Err(FilterError::SnapshotVehicle);
         }
-        self.filter.load(&snapshot.state)?;
+        self.filter.0.load(&snapshot.state)?;
         self.memory = snapshot.memory.clone();
         self.memory.resumed = self.memory.started;
         self.last.v_m_s = snapshot.v_m_s;

@@ -1,7 +1,33 @@
-//! What the estimator takes in: the sensors of one wagon at one instant.
+//! What the estimator takes in: the sensors of one wagon, or of one rig, at one instant.
 
 use railgrip_vehicle::MAX_WHEELSETS;
 use serde::{Deserialize, Serialize};
+
+/// The sensors of a driven rig at one instant: Zhao et al. (5-4). A value that is missing is NaN.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotorInput {
+    /// Stator current (α, β), A.
+    pub current_a: [f64; 2],
+    /// Stator voltage (α, β), V.
+    pub voltage_v: [f64; 2],
+    /// Speed of the motor, rad/s.
+    pub motor_speed_rad_s: f64,
+    /// Speed of the roller, rad/s.
+    pub roller_speed_rad_s: f64,
+    /// Current of the generator, A.
+    pub generator_current_a: f64,
+}
+
+impl MotorInput {
+    /// Nothing is known.
+    pub const MISSING: Self = Self {
+        current_a: [f64::NAN; 2],
+        voltage_v: [f64::NAN; 2],
+        motor_speed_rad_s: f64::NAN,
+        roller_speed_rad_s: f64::NAN,
+        generator_current_a: f64::NAN,
+    };
+}
 
 /// The sensors of one wagon at one instant. A value that is missing is NaN.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -24,6 +50,8 @@ pub struct EstimatorInput {
     pub position_m: f64,
     /// Wheelsets whose slide protection says that it acts, bit mask; handed through.
     pub wsp_active: u32,
+    /// Motor and rollers of a driven rig; all missing on a wagon.
+    pub motor: MotorInput,
 }
 
 impl EstimatorInput {
@@ -39,6 +67,7 @@ impl EstimatorInput {
             sanding: f64::NAN,
             position_m: f64::NAN,
             wsp_active: 0,
+            motor: MotorInput::MISSING,
         }
     }
 }

@@ -3,8 +3,11 @@
 //! * [`core`] – the mathematics, which knows no physics;
 //! * [`unscented`] – the same for sigma points, in square-root form;
 //! * [`models`] – the filters by name, which couple it to the vehicle's equations;
-//! * [`WagonEstimator`] – hygiene of the data around a filter: a pure step from [`EstimatorInput`] to
-//!   [`EstimatorOutput`], the same live and offline.
+//! * [`Plant`] – what is watched: a wagon or a rig; [`estimator`] builds the filter that the config names for it, and
+//!   [`Estimator`] is the one interface of all: a pure step from [`EstimatorInput`] to [`EstimatorOutput`], the same live
+//!   and offline;
+//! * [`WagonEstimator`] – hygiene of the data around a filter of speeds;
+//! * [`smooth_record`] – what a whole recording says about each of its instants.
 //!
 //! Glossary: *innovation* – measured minus predicted value; *gate* – bound beyond which it is refused; *nis* –
 //! normalised innovation squared; *held* – kept because nothing in the data speaks about it; *observable* – the data
@@ -16,12 +19,16 @@ mod error;
 mod estimator;
 mod hygiene;
 mod input;
+mod interface;
 mod laws;
 pub mod models;
 mod observability;
 mod output;
+mod plant;
 mod sensors;
+mod smoothing;
 mod snapshot;
+mod state;
 pub mod unscented;
 
 pub use config::{
@@ -30,9 +37,13 @@ pub use config::{
 pub use error::FilterError;
 pub use estimator::{Memory, WagonEstimator};
 pub use hygiene::{HeldInput, SensorWatch, TimeBase, TimeStep, Verdict};
-pub use input::EstimatorInput;
-pub use models::{FILTERS, FilterState};
+pub use input::{EstimatorInput, MotorInput};
+pub use interface::{DEFAULT_FILTER, Estimator, estimator};
+pub use models::{Build, FILTERS, FilterEntry, FilterState};
 pub use observability::scaled_rank;
 pub use output::{EstimatorOutput, InnovationRecord, MAX_OUTPUTS, flags};
+pub use plant::{MotorSensors, Plant, PlantError, PlantKind, Roller, RollerRigFile, TractionRigFile};
 pub use sensors::SensorSigmas;
+pub use smoothing::{SmoothedStep, StepTrace, smooth_record};
 pub use snapshot::EstimatorSnapshot;
+pub use state::EstimateState;

@@ -1,10 +1,11 @@
 //! What the estimator gives out, sample by sample. All `sigma` are one standard deviation.
 
+use crate::EstimateState;
 use railgrip_vehicle::MAX_WHEELSETS;
 use serde::Serialize;
 
-/// Measured outputs of a wagon: its speed and the speed of each wheelset.
-pub const MAX_OUTPUTS: usize = 1 + MAX_WHEELSETS;
+/// Places for measured outputs: of a wagon its speed and the speed of each wheelset, of a driven rig the seven of (5-4).
+pub const MAX_OUTPUTS: usize = 8;
 
 /// Bits of [`EstimatorOutput::flags`].
 pub mod flags {
@@ -25,7 +26,8 @@ pub mod flags {
 }
 
 /// What came beside what the filter expected, refused values too.
-/// Output 0 is the speed (m/s), output `1 + i` the speed of wheelset `i` (rad/s).
+/// Of a wagon, output 0 is the speed (m/s) and output `1 + i` the speed of wheelset `i` (rad/s); of a driven rig the
+/// outputs are those of Zhao et al. (5-4), in that order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct InnovationRecord {
     /// Measured minus predicted; 0 where nothing was measured.
@@ -102,6 +104,12 @@ pub struct EstimatorOutput {
     pub flags: u32,
     /// Wheelsets of this wagon.
     pub wheelsets: u32,
+    /// What the estimate is worth.
+    pub state: EstimateState,
+    /// Adhesion that the contact offers at most (μ0); 0 where the filter does not estimate it.
+    pub adhesion_peak: f64,
+    /// 1 σ of `adhesion_peak`.
+    pub adhesion_peak_sigma: f64,
     /// What came beside what was expected.
     pub innovations: InnovationRecord,
 }

@@ -5,7 +5,7 @@ use crate::models::FilterState;
 use serde::{Deserialize, Serialize};
 
 /// Layout of the snapshot.
-pub(crate) const SCHEMA: u32 = 1;
+pub(crate) const SCHEMA: u32 = 2;
 
 /// State of an estimator; plain data for any serde format.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -73,6 +73,40 @@ codes! {
 }
 
 codes! {
+    /// What an estimate is worth; the codes are those of the filter.
+    EstimateState {
+        /// The filter has just begun.
+        Starting = 0, "starting";
+        /// The data determine what is estimated.
+        Observable = 1, "observable";
+        /// The data say something about it.
+        Weak = 2, "weak";
+        /// Nothing in the data speaks about it.
+        Unobservable = 3, "unobservable";
+        /// The same, because no traction load is there.
+        NoLoad = 4, "unobservable_no_load";
+        /// No usable measurement came.
+        NoMeasurement = 5, "no_measurement";
+        /// Two phases are exchanged.
+        PhasesSwapped = 6, "phases_swapped";
+        /// A stator current is not measured.
+        CurrentMissing = 7, "current_missing";
+        /// A stator voltage is not measured.
+        VoltageMissing = 8, "voltage_missing";
+        /// The speed of motor or roller is not measured.
+        SpeedMissing = 9, "speed_missing";
+        /// The current of the generator is not measured.
+        LoadCurrentMissing = 10, "load_current_missing";
+        /// A voltage that cannot be.
+        VoltageImplausible = 11, "voltage_implausible";
+        /// Currents, voltages and speeds do not fit together.
+        Inconsistent = 12, "inputs_inconsistent";
+        /// The filter was started anew, because it contradicted its sensors.
+        Diverged = 13, "diverged";
+    }
+}
+
+codes! {
     /// Which kind of process speaks.
     ProcessKind {
         /// Creates and keeps the channels.

@@ -4,10 +4,11 @@ use bytemuck::{Pod, Zeroable};
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::{MAX_WHEELSETS, Stamp, payload};
+use crate::{EstimateState, MAX_WHEELSETS, Stamp, payload};
 
-/// Measured outputs of a wagon: its speed and the speed of each wheelset.
-pub const MAX_OUTPUTS: usize = 1 + MAX_WHEELSETS;
+/// Places for measured outputs: of a wagon its speed and the speed of each wheelset, of a driven rig currents,
+/// voltages, speeds and the generator's current.
+pub const MAX_OUTPUTS: usize = 8;
 
 /// Bits of [`Estimate::flags`].
 pub mod flags {
@@ -28,7 +29,7 @@ pub mod flags {
 /// Adhesion and brake friction of one wagon at one instant (channel `estimates/N`). All `sigma` are 1 σ.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("railgrip/Estimate/v1")]
+#[type_name("railgrip/Estimate/v2")]
 pub struct Estimate {
     /// That of the sample.
     pub sequence: u64,
@@ -62,6 +63,10 @@ pub struct Estimate {
     pub normal_load_n: [f64; MAX_WHEELSETS],
     /// Pressing force of each wheelset as the filter used it, N.
     pub pressing_force_n: [f64; MAX_WHEELSETS],
+    /// Adhesion that the contact offers at most (μ0), where the filter estimates it and `state` says so; else 0.
+    pub adhesion_peak: f64,
+    /// 1 σ of `adhesion_peak`.
+    pub adhesion_peak_sigma: f64,
     /// Normalised innovation squared of this step.
     pub nis: f64,
     /// Measurements behind `nis` (its degrees of freedom).
@@ -80,8 +85,12 @@ pub struct Estimate {
     pub flags: u32,
     /// Wheelsets of this wagon.
     pub wheelsets: u32,
+    /// Code of an [`EstimateState`]: what the estimate is worth.
+    pub state: u32,
+    /// Always 0.
+    pub reserved: u32,
 }
-payload!(Estimate, "railgrip/Estimate/v1");
+payload!(Estimate, "railgrip/Estimate/v2");
 
 impl Estimate {
     /// Wheelsets in use, never more than there are places.
@@ -89,6 +98,12 @@ impl Estimate {
     pub const fn wheelset_count(&self) -> usize {
         let count = self.wheelsets as usize;
         if count < MAX_WHEELSETS { count } else { MAX_WHEELSETS }
+    }
+
+    /// What the estimate is worth, unless a newer process sent it.
+    #[must_use]
+    pub const fn state(&self) -> Option<EstimateState> {
+        EstimateState::from_code(self.state)
     }
 
     /// From acquisition to publication, s.
@@ -99,10 +114,11 @@ impl Estimate {
 }
 
 /// What came beside what the filter expected, refused values too (channel `innovations/N`).
-/// Output 0 is the speed (m/s), output `1 + i` the speed of wheelset `i` (rad/s).
+/// Of a wagon, output 0 is the speed (m/s), output `1 + i` the speed of wheelset `i` (rad/s); of a driven rig the outputs
+/// are I_α, I_β, ω_motor, U_α, U_β, ω_roller, I_dc.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("railgrip/Innovation/v1")]
+#[type_name("railgrip/Innovation/v2")]
 pub struct Innovation {
     /// That of the sample.
     pub sequence: u64,
@@ -119,4 +135,4 @@ pub struct Innovation {
     /// Outputs used, bit mask.
     pub fused: u32,
 }
-payload!(Innovation, "railgrip/Innovation/v1");
+payload!(Innovation, "railgrip/Innovation/v2");

@@ -8,6 +8,7 @@
 //! | payload | channel | meaning |
 //! | --- | --- | --- |
 //! | [`Sample`] | `samples/N` | one instant of the sensors of wagon N, in batches |
+//! | [`MotorSample`] | `motors/N` | one instant of the motor of rig N, 1 kHz or more, in batches |
 //! | [`Estimate`] | `estimates/N` | what the filter makes of each sample, in batches |
 //! | [`Innovation`] | `innovations/N` | what the filter expected and what came, in batches |
 //! | [`Health`] | `health/N` | the indicators of wagon N, a few times a second |
@@ -26,15 +27,17 @@ mod estimate;
 mod event;
 mod health;
 mod heartbeat;
+mod motor;
 mod sample;
 mod stamp;
 mod text;
 
-pub use codes::{Condition, EventKind, Grade, ProcessKind};
+pub use codes::{Condition, EstimateState, EventKind, Grade, ProcessKind};
 pub use estimate::{Estimate, Innovation, MAX_OUTPUTS, flags};
 pub use event::{Event, NO_WHEELSET};
 pub use health::{Health, Indicator, WheelsetHealth};
 pub use heartbeat::Heartbeat;
+pub use motor::{MotorSample, motor_valid};
 pub use sample::{Sample, sample_flags, valid};
 pub use stamp::Stamp;
 pub use text::Text;

@@ -4,15 +4,17 @@
 use std::mem::{offset_of, size_of};
 
 use railgrip_messages::{
-    Estimate, Event, Health, Heartbeat, Indicator, Innovation, Payload, Sample, Stamp, Text, WheelsetHealth,
+    Estimate, Event, Health, Heartbeat, Indicator, Innovation, MotorSample, Payload, Sample, Stamp, Text,
+    WheelsetHealth,
 };
 
 #[test]
 fn layouts_belong_to_their_versions() {
     let sizes = [
         (Sample::TYPE_NAME, size_of::<Sample>(), "railgrip/Sample/v1", 176),
-        (Estimate::TYPE_NAME, size_of::<Estimate>(), "railgrip/Estimate/v1", 344),
-        (Innovation::TYPE_NAME, size_of::<Innovation>(), "railgrip/Innovation/v1", 144),
+        (Estimate::TYPE_NAME, size_of::<Estimate>(), "railgrip/Estimate/v2", 368),
+        (Innovation::TYPE_NAME, size_of::<Innovation>(), "railgrip/Innovation/v2", 216),
+        (MotorSample::TYPE_NAME, size_of::<MotorSample>(), "railgrip/MotorSample/v1", 96),
         (Event::TYPE_NAME, size_of::<Event>(), "railgrip/Event/v1", 208),
         (Heartbeat::TYPE_NAME, size_of::<Heartbeat>(), "railgrip/Heartbeat/v1", 112),
         ("railgrip/Indicator/v1", size_of::<Indicator>(), "railgrip/Indicator/v1", 160),
@@ -61,8 +63,9 @@ fn fields_stay_where_they_are() {
             offset_of!(Estimate, observable),
             offset_of!(Estimate, rejected),
             offset_of!(Estimate, flags),
+            offset_of!(Estimate, state),
         ],
-        [24, 48, 64, 128, 192, 208, 240, 272, 304, 316, 328, 336]
+        [24, 48, 64, 128, 192, 208, 240, 272, 320, 332, 344, 352, 360]
     );
     assert_eq!(
         [
@@ -71,7 +74,7 @@ fn fields_stay_where_they_are() {
             offset_of!(Innovation, test_ratio),
             offset_of!(Innovation, rejected),
         ],
-        [16, 56, 96, 136]
+        [16, 80, 144, 208]
     );
 }
 

@@ -73,7 +73,7 @@ fn check_cells(table: &Table, quantity: Quantity, name: &str) -> Result<()> {
     }
 }
 
-fn check_time(table: &Table, name: &str) -> Result<()> {
+pub(crate) fn check_time(table: &Table, name: &str) -> Result<()> {
     let time_s = table.column(name).unwrap_or_default();
     let steps: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     if let Some(back) = steps.iter().position(|step| *step <= 0.0) {

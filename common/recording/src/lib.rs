@@ -1,6 +1,7 @@
 //! Recordings of wagons as files, read and written with checks. Columns only: no physics, no clock.
 //!
 //! * [`Recording`]: one run of one wagon, column by column; [`Row`] is one sample of it; [`RunWriter`] writes rows as they come.
+//! * [`MotorRecording`]: one run of a driven rig, with motor currents and voltages; [`MotorRow`] is one sample of it.
 //! * [`Truth`]: what no sensor sees, beside a simulated run.
 //! * [`Table`]: named columns of numbers in CSV or Parquet, for every other file.
 //! * [`runs_in`], [`RunFile`]: the runs of a folder, named `NAME.RAIL.csv` or `NAME.RAIL.parquet`.
@@ -13,6 +14,7 @@ mod checks;
 mod columns;
 mod csv_form;
 mod error;
+mod motor;
 mod parquet_form;
 mod recording;
 mod run_name;
@@ -23,6 +25,7 @@ mod writer;
 pub use checks::Strictness;
 pub use columns::{MAX_WHEELSETS, Quantity, suffix};
 pub use error::{Place, Problem, RecordingError, Result};
+pub use motor::{MotorRecording, MotorRow};
 pub use recording::{Optional, Recording, Row};
 pub use run_name::{RailClass, RunFile, runs_in};
 pub use table::{Form, HeaderCheck, Table, expect_columns};

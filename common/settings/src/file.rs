@@ -53,6 +53,7 @@ pub(crate) struct TrainTable {
 pub(crate) struct WagonTable {
     pub name: Option<String>,
     pub vehicle: Option<String>,
+    pub filter: Option<String>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -68,6 +69,7 @@ pub(crate) struct InstanceTable {
 pub(crate) struct SourceTable {
     pub kind: SourceKind,
     pub scenario: Option<String>,
+    pub programme: Option<String>,
     pub seed: Option<u64>,
     pub sample_rate_hz: Option<f64>,
     pub runs: Option<Vec<String>>,
@@ -80,6 +82,7 @@ pub(crate) struct SourceTable {
 #[serde(rename_all = "lowercase")]
 pub(crate) enum SourceKind {
     Simulate,
+    Rig,
     Replay,
     Stdin,
 }

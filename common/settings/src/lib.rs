@@ -11,6 +11,7 @@ mod file;
 mod history;
 mod instance;
 mod place;
+pub mod plant;
 mod runs;
 mod train;
 pub mod vehicle;
@@ -21,6 +22,7 @@ pub use error::SettingsError;
 pub use file::LogFormat;
 pub use history::{HistorySettings, TierLimits};
 pub use instance::Instance;
+pub use plant::RigProgramme;
 pub use runs::ReplayRun;
 pub use train::{
     HttpSettings, LoggingSettings, MAX_WAGONS, Overrides, ReportingSettings, Source, TrainSettings,

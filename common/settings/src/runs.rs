@@ -13,8 +13,8 @@ pub struct ReplayRun {
     pub name: String,
 }
 
-/// Name of the vehicle file that belongs to the recordings beside and below it.
-const VEHICLE_FILE: &str = "vehicle.toml";
+/// Names of the vehicle or rig file that belongs to the recordings beside and below it.
+const VEHICLE_FILES: [&str; 2] = ["vehicle.toml", "rig.toml"];
 
 /// Finds the runs of `patterns`: recordings, folders of recordings, or globs of either, in the order of their paths.
 ///
@@ -68,7 +68,8 @@ fn is_recording(path: &Path) -> bool {
 }
 
 fn vehicle_file(run: &Path) -> Option<PathBuf> {
-    run.ancestors().skip(1).take(2).map(|folder| folder.join(VEHICLE_FILE)).find(|file| file.is_file())
+    let folders = run.ancestors().skip(1).take(2);
+    folders.flat_map(|folder| VEHICLE_FILES.map(|name| folder.join(name))).find(|file| file.is_file())
 }
 
 /// The parts of each path that differ between the paths, joined; the file's stem alone where that suffices.

@@ -5,9 +5,10 @@ use crate::doors::DoorSettings;
 use crate::file::{LogFormat, SourceKind, SourceTable, TrainFile};
 use crate::history::HistorySettings;
 use crate::place::ConfigText;
+use crate::plant::{self, RigProgramme};
 use crate::runs::{self, ReplayRun};
-use crate::{SettingsError, instance::Instance, vehicle};
-use railgrip_filter::{ConfigError, EstimatorConfig};
+use crate::{SettingsError, instance::Instance};
+use railgrip_filter::{ConfigError, EstimatorConfig, Plant};
 use railgrip_indicators::IndicatorSettings;
 use railgrip_simulation::Scenario;
 use railgrip_vehicle::VehicleParameters;
@@ -76,8 +77,12 @@ pub struct WagonSettings {
     pub number: u32,
     /// Name for people.
     pub name: String,
-    /// What it is.
+    /// What it is; of a rig, what it would be as a wagon with one wheelset.
     pub vehicle: VehicleParameters,
+    /// What it is, rigs too.
+    pub plant: Plant,
+    /// Its own filter, where it is not that of the train.
+    pub filter: Option<String>,
 }
 
 /// Where samples come from.
@@ -93,6 +98,17 @@ pub enum Source {
         sample_rate_hz: Option<f64>,
         /// Simulated seconds in a second.
         speed: f64,
+    },
+    /// Simulated rigs under a published test, each with a seed of its own.
+    Rig {
+        /// Which test.
+        programme: RigProgramme,
+        /// Seed of everything random; that of wagon `n` is larger by `n − 1`.
+        seed: u64,
+        /// Simulated seconds in a second.
+        speed: f64,
+        /// Begin again at the end.
+        repeat: bool,
     },
     /// Recordings, one a wagon.
     Replay {
@@ -177,10 +193,6 @@ impl TrainSettings {
         at.within("schema", f64::from(form.schema), 1.0..=1.0)?;
         let name = name(&at, "train.name", &form.train.name)?;
         let source = source(&at, &form.source, overrides)?;
-        let wagons = wagons(&at, &form, &source)?;
-        form.indicators
-            .check()
-            .map_err(|wrong| at.refuse(&format!("indicators.{}", wrong.key), wrong.value, wrong.allowed))?;
         form.estimator.check().map_err(|wrong| match wrong {
             ConfigError::OutOfRange { key, value, allowed } => {
                 at.refuse(&format!("estimator.{key}"), value, allowed)
@@ -189,6 +201,10 @@ impl TrainSettings {
                 at.refuse("estimator.filter", format!("{name:?}"), known)
             }
         })?;
+        let wagons = wagons(&at, &form, &source)?;
+        form.indicators
+            .check()
+            .map_err(|wrong| at.refuse(&format!("indicators.{}", wrong.key), wrong.value, wrong.allowed))?;
         let listen = match overrides.listen {
             Some(listen) => listen,
             None => form.http.listen.parse().map_err(|_| {
@@ -227,12 +243,7 @@ impl TrainSettings {
             alert_journal: form.alerts.journal(&at, &instance.dir),
             delivery: form.delivery.check(&at, &name)?,
             capability: form.capability.check(&at)?,
-            history: HistorySettings::of(
-                &at,
-                &form.history,
-                &name,
-                overrides.instance_dir.as_deref(),
-            )?,
+            history: HistorySettings::of(&at, &form.history, &name, overrides.instance_dir.as_deref())?,
             instance,
             name,
             logging: LoggingSettings { level: form.logging.level, format: form.logging.format },
@@ -302,6 +313,13 @@ fn source(at: &ConfigText<'_>, table: &SourceTable, overrides: &Overrides) -> Re
                 speed,
             })
         }
+        SourceKind::Rig => {
+            let given = table.programme.as_deref().unwrap_or_default();
+            let programme = RigProgramme::from_name(given)
+                .ok_or_else(|| at.refuse("source.programme", format!("{given:?}"), RigProgramme::NAMES))?;
+            let (seed, repeat) = (table.seed.unwrap_or(1), table.repeat.unwrap_or(true));
+            Ok(Source::Rig { programme, seed, speed, repeat })
+        }
         SourceKind::Replay => {
             let patterns = table.runs.clone().unwrap_or_default();
             if patterns.is_empty() {
@@ -334,10 +352,11 @@ fn check_keys_of_kind(at: &ConfigText<'_>, table: &SourceTable) -> Result<(), Se
     let kind = table.kind;
     let keys = [
         ("source.scenario", table.scenario.is_some(), kind == SourceKind::Simulate),
-        ("source.seed", table.seed.is_some(), kind == SourceKind::Simulate),
+        ("source.programme", table.programme.is_some(), kind == SourceKind::Rig),
+        ("source.seed", table.seed.is_some(), matches!(kind, SourceKind::Simulate | SourceKind::Rig)),
         ("source.sample_rate_hz", table.sample_rate_hz.is_some(), kind == SourceKind::Simulate),
         ("source.runs", table.runs.is_some(), kind == SourceKind::Replay),
-        ("source.loop", table.repeat.is_some(), kind == SourceKind::Replay),
+        ("source.loop", table.repeat.is_some(), matches!(kind, SourceKind::Replay | SourceKind::Rig)),
         ("source.speed", table.speed.is_some(), kind != SourceKind::Stdin),
     ];
     match keys.into_iter().find(|(_, given, fits)| *given && !fits) {
@@ -372,7 +391,7 @@ fn wagons(
         }
         let own = table.and_then(|wagon| wagon.vehicle.as_deref());
         let beside = runs.get(index).and_then(|run| run.vehicle_file.clone());
-        let vehicle = match (own, beside, form.train.vehicle.as_deref()) {
+        let plant = match (own, beside, form.train.vehicle.as_deref()) {
             (Some(own), _, _) => cache.load(at, &format!("wagon.{number}.vehicle"), own)?,
             (None, Some(file), _) => cache.load_path(&file)?,
             (None, None, Some(common)) => cache.load(at, "train.vehicle", common)?,
@@ -380,7 +399,18 @@ fn wagons(
                 return Err(at.refuse("train.vehicle", "absent", "a vehicle file, relative to this file"));
             }
         };
-        wagons.push(WagonSettings { number, name: wagon_name, vehicle });
+        let filter = table.and_then(|wagon| wagon.filter.clone());
+        let named = EstimatorConfig { filter: filter.clone().unwrap_or_default(), ..form.estimator.clone() };
+        let named = if filter.is_some() { &named } else { &form.estimator };
+        if let Err(error) = railgrip_filter::estimator(named, &plant) {
+            let key = if filter.is_some() {
+                format!("wagon.{number}.filter")
+            } else {
+                "estimator.filter".to_owned()
+            };
+            return Err(at.refuse(&key, format!("{:?}", named.filter), error));
+        }
+        wagons.push(WagonSettings { number, name: wagon_name, vehicle: plant.as_vehicle(), plant, filter });
     }
     Ok(wagons)
 }
@@ -413,31 +443,26 @@ fn count(at: &ConfigText<'_>, form: &TrainFile, runs: &[ReplayRun]) -> Result<u3
 /// Vehicle files read so far; the wagons of a train mostly share one.
 struct VehicleFiles {
     base: PathBuf,
-    read: Vec<(PathBuf, VehicleParameters)>,
+    read: Vec<(PathBuf, Plant)>,
 }
 
 impl VehicleFiles {
-    fn load(
-        &mut self,
-        at: &ConfigText<'_>,
-        key: &str,
-        file: &str,
-    ) -> Result<VehicleParameters, SettingsError> {
+    fn load(&mut self, at: &ConfigText<'_>, key: &str, file: &str) -> Result<Plant, SettingsError> {
         let path = self.base.join(file);
         if path.is_file() {
             return self.load_path(&path);
         }
         if at.text == DEFAULT_CONFIG && !path.exists() {
-            return Ok(vehicle::parse(&path, DEFAULT_VEHICLE)?);
+            return Ok(plant::parse(&path, DEFAULT_VEHICLE)?);
         }
         Err(at.refuse(key, format!("{file:?}"), format!("a vehicle file; {} is none", path.display())))
     }
 
-    fn load_path(&mut self, path: &Path) -> Result<VehicleParameters, SettingsError> {
+    fn load_path(&mut self, path: &Path) -> Result<Plant, SettingsError> {
         if let Some((_, vehicle)) = self.read.iter().find(|(read, _)| read == path) {
             return Ok(vehicle.clone());
         }
-        let vehicle = vehicle::load(path)?;
+        let vehicle = plant::load(path)?;
         self.read.push((path.to_owned(), vehicle.clone()));
         Ok(vehicle)
     }

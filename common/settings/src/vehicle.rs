@@ -32,6 +32,16 @@ pub enum VehicleFileError {
         /// Key, value and range.
         source: ParameterError,
     },
+    /// A value of a rig's file is out of its range.
+    #[error("{}:{line}: {source}", path.display())]
+    Rig {
+        /// The file.
+        path: PathBuf,
+        /// Line of the key, counted from 1.
+        line: usize,
+        /// Key, value and range.
+        source: railgrip_filter::PlantError,
+    },
     /// An effect is unknown or its parameters are wrong.
     #[error("{}: {source}", path.display())]
     Effect {
@@ -74,12 +84,12 @@ pub fn parse(path: &Path, text: &str) -> Result<VehicleParameters, VehicleFileEr
     Ok(parameters)
 }
 
-fn line_of(text: &str, offset: usize) -> usize {
+pub(crate) fn line_of(text: &str, offset: usize) -> usize {
     text[..offset.min(text.len())].matches('\n').count() + 1
 }
 
 /// Line of a dotted `table.key`, or 1 where the key stands in another form.
-fn line_of_key(text: &str, dotted: &str) -> usize {
+pub(crate) fn line_of_key(text: &str, dotted: &str) -> usize {
     let (table, key) = dotted.rsplit_once('.').unwrap_or(("", dotted));
     let mut current = String::new();
     for (index, line) in text.lines().enumerate() {

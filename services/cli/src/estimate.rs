@@ -84,6 +84,7 @@ fn input(row: &Row) -> EstimatorInput {
         sanding: row.sanding,
         position_m: row.position_m,
         wsp_active,
+        ..EstimatorInput::missing(row.t_s)
     }
 }
 

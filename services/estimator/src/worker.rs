@@ -253,8 +253,6 @@ impl Worker {
             health.wheelset[0].adhesion_available_is_bound = 0;
         }
         if last.state.is_fault() {
-            health.model.grade = Grade::Watch.code();
-            health.model.reason = Text::new(&text);
             let grade = health.filter.grade().max(Grade::Watch);
             health.filter.grade = grade.code();
             health.filter.reason = Text::new(&format!("the input is bad: {state}"));

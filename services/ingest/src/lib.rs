@@ -67,10 +67,10 @@ pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), Ingest
     let mut outboxes = settings
         .wagons
         .iter()
-        .map(|wagon| Ok(Outbox::new(wagon.number, bus.sample_publisher(wagon.number)?)))
+        .map(|wagon| Outbox::open(&bus, wagon.number, wagon.plant.kind()))
         .collect::<Result<Vec<_>, BusError>>()?;
     let mut reporter = Reporter::new(&bus)?;
-    if matches!(settings.source, Source::Replay { .. }) {
+    if matches!(settings.source, Source::Replay { .. } | Source::Rig { .. }) {
         wait_for_estimators(&bus, settings.wagons.len(), lifecycle)?;
     }
     lifecycle.ready();
@@ -109,6 +109,11 @@ fn take(arrival: Arrival<'_>, pace: &Pace, outboxes: &mut [Outbox], counters: &m
         Arrival::Row { wagon, row, wheelsets, due_s, begins } => {
             if let Some(outbox) = outboxes.get_mut(wagon) {
                 outbox.take(row, wheelsets, begins, pace.stamp(due_s), counters);
+            }
+        }
+        Arrival::Motor { wagon, row, due_s, begins } => {
+            if let Some(outbox) = outboxes.get_mut(wagon) {
+                outbox.take_motor(row, begins, pace.stamp(due_s), counters);
             }
         }
         Arrival::Refused(problem) => {

@@ -1,7 +1,7 @@
 //! From a row of numbers to a sample: what is not a finite value in its physical range is missing.
 
-use railgrip_messages::{MAX_WHEELSETS, Sample, valid};
-use railgrip_recording::{Quantity, Row};
+use railgrip_messages::{MAX_WHEELSETS, MotorSample, Sample, valid};
+use railgrip_recording::{MotorRow, Quantity, Row};
 
 /// The sample of a row, without sequence and stamp, and how many values were refused because they are out of range.
 /// `None` if the row has no time.
@@ -47,6 +47,32 @@ pub fn sample(row: &Row, wheelsets: usize) -> (Option<Sample>, u32) {
     (Some(sample), refused)
 }
 
+/// The sample of a row of a driven rig, likewise.
+#[must_use]
+pub fn motor_sample(row: &MotorRow) -> (Option<MotorSample>, u32) {
+    if !row.t_s.is_finite() {
+        return (None, 1);
+    }
+    let mut sample = MotorSample { time_s: row.t_s, ..MotorSample::default() };
+    let mut refused = 0;
+    let values = row.values();
+    // The bits stand in the order of the values.
+    let clean: [f64; 7] = std::array::from_fn(|index| {
+        if row.is_plausible(index) {
+            sample.valid |= 1 << index;
+            return values[index];
+        }
+        refused += u32::from(!values[index].is_nan());
+        0.0
+    });
+    sample.current_a = [clean[0], clean[1]];
+    sample.voltage_v = [clean[2], clean[3]];
+    sample.motor_speed_rad_s = clean[4];
+    sample.roller_speed_rad_s = clean[5];
+    sample.generator_current_a = clean[6];
+    (Some(sample), refused)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -84,6 +110,28 @@ mod tests {
         assert!(!sample.has(valid::SPEED) && !sample.has(valid::wheel_speed(0)));
         assert!(!sample.has(valid::pressing_force(1)) && sample.has(valid::pressing_force(0)));
         assert_eq!((sample.v_m_s, sample.wheel_speed_rad_s[0]), (0.0, 0.0));
+    }
+
+    #[test]
+    fn a_motors_missing_and_impossible_values_have_no_bit() {
+        let row = MotorRow {
+            t_s: 1.0,
+            current_a: [1.0, f64::NAN],
+            voltage_v: [1e9, 4.0],
+            motor_speed_rad_s: 20.0,
+            roller_speed_rad_s: 3.3,
+            generator_current_a: 0.0,
+        };
+        let (found, refused) = motor_sample(&row);
+        let sample = found.unwrap();
+        assert_eq!((refused, sample.current_a, sample.voltage_v), (1, [1.0, 0.0], [0.0, 4.0]));
+        use railgrip_messages::motor_valid as bits;
+        let expected = bits::current(0)
+            | bits::voltage(1)
+            | bits::MOTOR_SPEED
+            | bits::ROLLER_SPEED
+            | bits::GENERATOR_CURRENT;
+        assert_eq!(sample.valid, expected);
     }
 
     #[test]

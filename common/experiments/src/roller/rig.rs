@@ -82,6 +82,8 @@ pub struct RigSample {
     pub second_wheel_speed_rad_s: f64,
     /// Measured v_x, m/s.
     pub v_m_s: f64,
+    /// v_x in truth, m/s.
+    pub v_true_m_s: f64,
     /// Measured F_⊥, N.
     pub pressing_force_n: f64,
     /// Force of the roller's drive on the represented mass, N; known.
@@ -214,6 +216,7 @@ impl Rig {
             wheel_speed_rad_s: omega + sensors.wheel_speed_rad_s * noise.normal(),
             second_wheel_speed_rad_s: omega + sensors.wheel_speed_rad_s * noise.normal(),
             v_m_s: v + sensors.speed_m_s * noise.normal(),
+            v_true_m_s: v,
             pressing_force_n: (force_n + sensors.pressing_force_n * noise.normal()).max(0.0),
             roller_force_n: 0.0,
             adhesion,

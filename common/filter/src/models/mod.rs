@@ -1,22 +1,28 @@
 //! The filters by name, and what each must be able to do.
 //!
 //! A filter couples a physical model to the [`crate::core`]. **Adding one**: write its module and add its line to
-//! [`FILTERS`].
+//! [`FILTERS`]. A filter of speeds implements [`WagonFilter`] and is given hygiene, gates, innovation records and
+//! snapshots by [`crate::WagonEstimator`]; one of other sensors implements [`crate::Estimator`] itself.
 
 pub mod bogie_rig;
+mod imm;
+mod motor;
 mod paper;
 mod rig;
 mod sample;
 pub mod traction_rig;
 mod wagon;
 
+pub use imm::{ImmFilter, ImmSettings};
+pub use motor::MotorEstimator;
 pub use paper::{PaperFilter, PaperInput, PaperModel};
 pub use rig::{RigFilter, RigModel};
 pub use sample::DrivenSample;
 pub use wagon::{StepInput, WagonEkf, WagonPhysics};
 
 use crate::core::ScalarUpdate;
-use crate::{EstimatorConfig, EstimatorOutput, FilterError};
+use crate::{Estimator, EstimatorConfig, EstimatorOutput, FilterError, Plant, PlantKind};
+use nalgebra::{DMatrix, DVector};
 use railgrip_vehicle::{VehicleParameters, WagonModel};
 use serde::{Deserialize, Serialize};
 
@@ -56,6 +62,18 @@ pub trait WagonFilter: Send {
     /// # Errors
     /// If the state has another shape or is not sound.
     fn load(&mut self, state: &FilterState) -> Result<(), FilterError>;
+
+    /// A copy that goes on by itself.
+    fn boxed_clone(&self) -> Box<dyn WagonFilter>;
+
+    /// Mean and covariance now; `None` if the belief is not one Gaussian. For smoothing only: it allocates.
+    fn belief(&self) -> Option<(DVector<f64>, DMatrix<f64>)>;
+
+    /// Derivative of the last prediction with respect to the state before it. For smoothing only: it allocates.
+    fn transition(&self) -> DMatrix<f64>;
+
+    /// True if the belief contradicts physics: the filter must start anew.
+    fn has_diverged(&self) -> bool;
 }
 
 /// Belief and memory of a filter, for a snapshot.
@@ -70,22 +88,55 @@ pub struct FilterState {
     pub memory: Vec<f64>,
 }
 
-/// Builds a filter; the vehicle's effects are in the model already.
-type Constructor =
-    fn(&EstimatorConfig, &VehicleParameters, &WagonModel) -> Result<Box<dyn WagonFilter>, FilterError>;
+/// How a filter is built.
+#[derive(Clone, Copy)]
+pub enum Build {
+    /// A filter of speeds; [`crate::WagonEstimator`] surrounds it. The vehicle's effects are in the model already.
+    Wagon(fn(&EstimatorConfig, &VehicleParameters, &WagonModel) -> Result<Box<dyn WagonFilter>, FilterError>),
+    /// A filter with sensors of its own.
+    Own(fn(&EstimatorConfig, &Plant) -> Result<Box<dyn Estimator>, FilterError>),
+}
 
-/// Every filter railgrip knows.
-pub static FILTERS: &[(&str, Constructor)] =
-    &[("default", wagon::boxed), ("paper", paper::boxed), ("rig", rig::boxed)];
+/// One filter.
+pub struct FilterEntry {
+    /// Name in config files and on the command line.
+    pub name: &'static str,
+    /// One line for people.
+    pub about: &'static str,
+    /// What it can watch.
+    pub plants: &'static [PlantKind],
+    /// How it is built.
+    pub build: Build,
+}
 
-/// The constructor of a filter by name.
-pub(crate) fn find(name: &str) -> Option<Constructor> {
-    FILTERS.iter().find(|(known, _)| *known == name).map(|(_, constructor)| *constructor)
+const WAGON: &[PlantKind] = &[PlantKind::Wagon, PlantKind::Roller];
+const DRIVEN: &[PlantKind] = &[PlantKind::Traction];
+
+/// Every filter railgrip knows. The first that handles a plant is the plant's default.
+#[rustfmt::skip]
+pub static FILTERS: &[FilterEntry] = &[
+    FilterEntry { name: "default", about: "one adhesion a wheelset, tied by the creep law; adaptive", plants: WAGON, build: Build::Wagon(wagon::boxed) },
+    FilterEntry { name: "paper", about: "Schwarz & Keck (12)-(15), one adhesion for all wheelsets", plants: WAGON, build: Build::Wagon(paper::boxed) },
+    FilterEntry { name: "rig", about: "Schwarz & Keck (19), of a wagon its leading wheelset", plants: WAGON, build: Build::Wagon(rig::boxed) },
+    FilterEntry { name: "imm", about: "interacting multiple models: steady or moving adhesion, prompt or late pads", plants: WAGON, build: Build::Wagon(imm::boxed) },
+    FilterEntry { name: "zhao", about: "Zhao et al., 13-state square-root unscented filter", plants: DRIVEN, build: Build::Own(motor::boxed_ukf) },
+    FilterEntry { name: "zhao_ekf", about: "the same model by an extended filter", plants: DRIVEN, build: Build::Own(motor::boxed_ekf) },
+];
+
+/// A filter by name.
+pub(crate) fn find(name: &str) -> Option<&'static FilterEntry> {
+    FILTERS.iter().find(|entry| entry.name == name)
 }
 
 /// The names of all filters, for people.
 pub(crate) fn names() -> String {
-    FILTERS.iter().map(|(name, _)| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
+    FILTERS.iter().map(|entry| format!("\"{}\"", entry.name)).collect::<Vec<_>>().join(", ")
+}
+
+/// A belief as matrices of dynamic size, for smoothing.
+pub(crate) fn dynamic<const N: usize>(belief: &crate::core::Gaussian<N>) -> (DVector<f64>, DMatrix<f64>) {
+    let mean = DVector::from_column_slice(belief.mean.as_slice());
+    (mean, DMatrix::from_column_slice(N, N, belief.covariance.as_slice()))
 }
 
 /// Packs a belief for a snapshot.

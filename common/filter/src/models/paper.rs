@@ -12,15 +12,20 @@
 //! 2 (h/a) μ_W that (12) drops (`drop_adhesion_load` brings the paper's form back, to measure what that costs).
 //! Its weakness stays: one μ_W splits the brake forces by axle load, with a certainty that nothing measured supports.
 
-use super::{DrivenSample, FilterState, WagonFilter, pack, unpack};
+use super::{DrivenSample, FilterState, WagonFilter, dynamic, pack, unpack};
 use crate::core::{Gaussian, ScalarUpdate};
 use crate::observability::scaled_rank;
 use crate::{EstimatorConfig, EstimatorOutput, FilterError, NoisePreset, SensorSigmas};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use railgrip_vehicle::resistance::running_resistance;
 use railgrip_vehicle::{CREEPAGE_SPEED_FLOOR_M_S, GRAVITY_M_S2, VehicleParameters, WagonModel};
 
 use super::wagon::WagonPhysics;
+
+/// Pad friction over its nominal value that a belief may reach.
+pub(super) const POSSIBLE_PAD_RATIO: std::ops::RangeInclusive<f64> = 0.25..=3.0;
+/// Adhesion that no contact transmits.
+pub(super) const IMPOSSIBLE_ADHESION: f64 = 0.9;
 
 /// Equations (12) for `W` wheelsets and `N = 2 + 2 W` states.
 #[derive(Clone, Debug)]
@@ -112,7 +117,7 @@ pub struct PaperFilter<const W: usize, const N: usize> {
     config: EstimatorConfig,
     sensors: SensorSigmas,
     /// Q per second, diagonal.
-    q_per_s: SVector<f64, N>,
+    pub(super) q_per_s: SVector<f64, N>,
     /// R of speed and of wheelset speed.
     r: (f64, f64),
     sensitivity: SMatrix<f64, N, N>,
@@ -126,6 +131,7 @@ pub(super) fn boxed(
     model: &WagonModel,
 ) -> Result<Box<dyn WagonFilter>, FilterError> {
     match model.constants().wheelsets {
+        1 => Ok(Box::new(PaperFilter::<1, 4>::new(config, vehicle, WagonPhysics::new(model)))),
         2 => Ok(Box::new(PaperFilter::<2, 6>::new(config, vehicle, WagonPhysics::new(model)))),
         3 => Ok(Box::new(PaperFilter::<3, 8>::new(config, vehicle, WagonPhysics::new(model)))),
         4 => Ok(Box::new(PaperFilter::<4, 10>::new(config, vehicle, WagonPhysics::new(model)))),
@@ -187,13 +193,33 @@ impl<const W: usize, const N: usize> PaperFilter<W, N> {
     /// Prediction of mean and covariance; the bare step that a benchmark times.
     #[inline]
     pub fn predict_step(&mut self, input: &PaperInput<W>) {
+        let q_per_s = self.q_per_s;
+        self.predict_with(input, &q_per_s);
+    }
+
+    /// The same with another Q per second.
+    #[inline]
+    pub(super) fn predict_with(&mut self, input: &PaperInput<W>, q_per_s: &SVector<f64, N>) {
         let (next, f) = self.model.propagate(&self.belief.mean, input);
         self.sensitivity = f;
         self.step_s = input.dt_s;
-        self.belief.predict_leading(next, &f, W + 1, &(self.q_per_s * input.dt_s));
+        self.belief.predict_leading(next, &f, W + 1, &(q_per_s * input.dt_s));
     }
 
-    fn index(output: usize) -> usize {
+    /// (17) cannot be solved for a pad that hardly presses: its friction is held and grows uncertain up to the prior.
+    pub(super) fn age_pads(&mut self, sample: &DrivenSample, dt_s: f64) {
+        let prior = self.pad_prior_variance();
+        for i in 0..W {
+            let at = PaperModel::<W, N>::PAD + i;
+            let excess = self.belief.covariance[(at, at)] - prior;
+            if sample.pressing_force_n[i] < self.force_floor_n(i) {
+                let share = (2.0 * dt_s / self.config.rates.pad_forget_s).min(1.0);
+                self.belief.covariance[(at, at)] += (-excess).max(0.0) * share;
+            }
+        }
+    }
+
+    pub(super) fn index(output: usize) -> usize {
         if output == 0 { PaperModel::<W, N>::V } else { output - 1 }
     }
 
@@ -259,16 +285,7 @@ impl<const W: usize, const N: usize> WagonFilter for PaperFilter<W, N> {
     fn predict(&mut self, sample: &DrivenSample, dt_s: f64) {
         let input = self.step_input(sample, dt_s);
         self.predict_step(&input);
-        // (17) cannot be solved for a pad that hardly presses: its friction is held and grows uncertain up to the prior.
-        let prior = self.pad_prior_variance();
-        for i in 0..W {
-            let at = PaperModel::<W, N>::PAD + i;
-            let excess = self.belief.covariance[(at, at)] - prior;
-            if sample.pressing_force_n[i] < self.force_floor_n(i) {
-                let share = (2.0 * dt_s / self.config.rates.pad_forget_s).min(1.0);
-                self.belief.covariance[(at, at)] += (-excess).max(0.0) * share;
-            }
-        }
+        self.age_pads(sample, dt_s);
     }
 
     #[inline]
@@ -343,5 +360,29 @@ impl<const W: usize, const N: usize> WagonFilter for PaperFilter<W, N> {
     fn load(&mut self, state: &FilterState) -> Result<(), FilterError> {
         self.belief = unpack(state, 0)?;
         Ok(())
+    }
+
+    fn boxed_clone(&self) -> Box<dyn WagonFilter> {
+        Box::new(self.clone())
+    }
+
+    fn belief(&self) -> Option<(DVector<f64>, DMatrix<f64>)> {
+        Some(dynamic(&self.belief))
+    }
+
+    fn transition(&self) -> DMatrix<f64> {
+        DMatrix::from_column_slice(N, N, self.sensitivity.as_slice())
+    }
+
+    /// No contact transmits nine tenths of its load, and no pad rubs at a quarter or at three times its nominal
+    /// friction.
+    fn has_diverged(&self) -> bool {
+        let x = &self.belief.mean;
+        let pads = (0..W).any(|i| {
+            let ratio = x[PaperModel::<W, N>::PAD + i] / self.model.physics.brake_friction[i];
+            !POSSIBLE_PAD_RATIO.contains(&ratio)
+        });
+        pads || x[PaperModel::<W, N>::ADHESION].abs() > IMPOSSIBLE_ADHESION
+            || !x.iter().all(|v| v.is_finite())
     }
 }

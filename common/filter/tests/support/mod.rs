@@ -73,6 +73,7 @@ fn run(case: &Path, file: &str) -> Run {
             sanding: at(row, "sanding"),
             position_m: at(row, "position_m"),
             wsp_active: 0,
+            motor: railgrip_filter::MotorInput::MISSING,
         })
         .collect();
     let (_, rows) = table(&case.join("truth").join(file));

@@ -1,7 +1,10 @@
 //! Permanent-magnet DC generator with a load resistance: Zhao et al. (3-13) to (3-15).
 
+use serde::{Deserialize, Serialize};
+
 /// A generator on its belt, with what is connected to it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Generator {
     /// Magnetic constant k_φ, V s/rad (= N m/A).
     pub constant_v_s_per_rad: f64,

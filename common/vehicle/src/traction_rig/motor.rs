@@ -1,8 +1,11 @@
 //! Induction motor in the stator's αβ frame: Zhao et al. (3-4) to (3-8), after Bose, Modern Power Electronics and AC
 //! Drives. Linear magnetics, squirrel cage.
 
+use serde::{Deserialize, Serialize};
+
 /// Constants of an induction motor, referred to the stator.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct MotorParameters {
     /// Stator resistance R_s, Ω.
     pub stator_resistance_ohm: f64,

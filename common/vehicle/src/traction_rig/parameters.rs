@@ -2,6 +2,7 @@
 
 use super::{Generator, MotorParameters};
 use crate::Contact;
+use serde::{Deserialize, Serialize};
 
 /// What lies between wheel and roller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -47,7 +48,8 @@ impl Surface {
 }
 
 /// Gear, wheels and rollers.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Drivetrain {
     /// Transmission ratio i, motor speed over wheel speed.
     pub gear_ratio: f64,

@@ -85,6 +85,7 @@ fn supervise(
 fn welcome(settings: &TrainSettings, address: &str) -> String {
     let source = match &settings.source {
         Source::Simulate { scenario, .. } => format!("simulated ({})", scenario.name),
+        Source::Rig { programme, .. } => format!("simulated rigs ({})", programme.name()),
         Source::Replay { runs, .. } => format!("{} recordings", runs.len()),
         Source::Stdin => "the standard input".to_owned(),
     };

@@ -2,13 +2,16 @@
 
 mod lines;
 mod replay;
+mod rig;
 mod simulate;
 
 pub use lines::{Lines, parse_line};
 pub use replay::Replay;
+pub use rig::Rigs;
 pub use simulate::Simulated;
 
-use railgrip_recording::Row;
+use railgrip_filter::PlantKind;
+use railgrip_recording::{MotorRow, Row};
 use railgrip_settings::{Source, TrainSettings};
 
 /// One thing that came from a source.
@@ -22,6 +25,17 @@ pub enum Arrival<'a> {
         row: &'a Row,
         /// Wheelsets of the wagon.
         wheelsets: usize,
+        /// Seconds after the start of the source at which it is due.
+        due_s: f64,
+        /// The time base begins anew with it.
+        begins: bool,
+    },
+    /// A sample of a driven rig (counted from 0 like wagons).
+    Motor {
+        /// Index of the wagon.
+        wagon: usize,
+        /// Its values; NaN = missing.
+        row: &'a MotorRow,
         /// Seconds after the start of the source at which it is due.
         due_s: f64,
         /// The time base begins anew with it.
@@ -68,6 +82,18 @@ pub enum InputError {
         /// By the vehicle file.
         expected: usize,
     },
+    /// This source has no such samples.
+    #[error("wagon {wagon} is a {plant}: {source_kind} cannot feed it; {allowed}")]
+    Plant {
+        /// Number of the wagon.
+        wagon: u32,
+        /// What it is.
+        plant: &'static str,
+        /// The source.
+        source_kind: &'static str,
+        /// What can be done.
+        allowed: &'static str,
+    },
     /// The simulated train cannot be built.
     #[error(transparent)]
     Scenario(#[from] railgrip_simulation::ScenarioError),
@@ -78,15 +104,39 @@ pub enum InputError {
 /// # Errors
 /// A recording that cannot be read or does not fit its vehicle, a scenario that cannot be run.
 pub fn open(settings: &TrainSettings) -> Result<Box<dyn Feed>, InputError> {
+    check_plants(settings)?;
     let vehicles: Vec<_> = settings.wagons.iter().map(|wagon| wagon.vehicle.clone()).collect();
+    let plants: Vec<_> = settings.wagons.iter().map(|wagon| wagon.plant.kind()).collect();
     Ok(match &settings.source {
         Source::Simulate { scenario, seed, sample_rate_hz, speed } => {
             Box::new(Simulated::new(scenario, &vehicles, *seed, *sample_rate_hz, *speed)?)
         }
-        Source::Replay { runs, speed, repeat } => Box::new(Replay::open(runs, &vehicles, *speed, *repeat)?),
+        Source::Replay { runs, speed, repeat } => Box::new(Replay::open(runs, &vehicles, &plants, *speed, *repeat)?),
+        Source::Rig { programme, seed, speed, repeat } => {
+            Box::new(Rigs::new(*programme, *seed, settings.wagons.len(), *speed, *repeat))
+        }
         Source::Stdin => {
             let wheelsets = vehicles.iter().map(railgrip_vehicle::VehicleParameters::wheelsets).collect();
             Box::new(Lines::start(std::io::BufReader::new(std::io::stdin()), wheelsets))
         }
     })
+}
+
+/// Refuses a source that has no samples of what a wagon is.
+fn check_plants(settings: &TrainSettings) -> Result<(), InputError> {
+    for wagon in &settings.wagons {
+        let kind = wagon.plant.kind();
+        let (fits, source_kind) = match &settings.source {
+            Source::Replay { .. } => (true, "a replay"),
+            Source::Simulate { .. } => (kind == PlantKind::Wagon, "a simulated train"),
+            Source::Stdin => (kind != PlantKind::Traction, "the standard input"),
+            Source::Rig { programme, .. } => (kind == rig::plant_of(*programme), "this programme"),
+        };
+        if !fits {
+            let (wagon, plant) = (wagon.number, kind.name());
+            let allowed = "allowed are a recording of it, or kind = \"rig\" with a programme of its rig";
+            return Err(InputError::Plant { wagon, plant, source_kind, allowed });
+        }
+    }
+    Ok(())
 }

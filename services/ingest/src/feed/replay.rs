@@ -1,7 +1,8 @@
 //! Recordings as a source, one a wagon.
 
 use super::{Arrival, Feed, InputError, Next};
-use railgrip_recording::{Recording, Strictness};
+use railgrip_filter::PlantKind;
+use railgrip_recording::{MotorRecording, Recording, Strictness};
 use railgrip_settings::ReplayRun;
 use railgrip_vehicle::VehicleParameters;
 
@@ -14,9 +15,31 @@ pub struct Replay {
     speed: f64,
 }
 
+/// A recording of either kind.
+enum Tape {
+    Wagon(Recording),
+    Motor(MotorRecording),
+}
+
+impl Tape {
+    fn len(&self) -> usize {
+        match self {
+            Self::Wagon(recording) => recording.len(),
+            Self::Motor(recording) => recording.rows.len(),
+        }
+    }
+
+    fn time_s(&self, row: usize) -> f64 {
+        match self {
+            Self::Wagon(recording) => recording.t_s[row],
+            Self::Motor(recording) => recording.rows[row].t_s,
+        }
+    }
+}
+
 /// One recording while it plays.
 struct Player {
-    recording: Recording,
+    tape: Tape,
     row: usize,
     /// When its first row is due; moves on with each round.
     begin_s: f64,
@@ -33,39 +56,53 @@ impl Replay {
     pub fn open(
         runs: &[ReplayRun],
         vehicles: &[VehicleParameters],
+        plants: &[PlantKind],
         speed: f64,
         repeat: bool,
     ) -> Result<Self, InputError> {
         let mut players = Vec::with_capacity(runs.len());
-        for (run, vehicle) in runs.iter().zip(vehicles) {
+        for (run, (vehicle, plant)) in runs.iter().zip(vehicles.iter().zip(plants)) {
+            if *plant == PlantKind::Traction {
+                let recording = MotorRecording::read(&run.path, Strictness::Tolerant)?;
+                players.push(Player::new(Tape::Motor(recording), repeat));
+                continue;
+            }
             let recording = Recording::read(&run.path, Strictness::Tolerant)?;
             let (found, expected) = (recording.wheelsets, vehicle.wheelsets());
             if found != expected {
                 return Err(InputError::Wheelsets { file: run.path.clone(), found, expected });
             }
-            players.push(Player::new(recording, repeat));
+            players.push(Player::new(Tape::Wagon(recording), repeat));
         }
         Ok(Self { players, speed })
     }
 }
 
 impl Player {
-    fn new(recording: Recording, repeat: bool) -> Self {
-        Self { recording, row: 0, begin_s: 0.0, latest_s: 0.0, repeat }
+    fn new(tape: Tape, repeat: bool) -> Self {
+        Self { tape, row: 0, begin_s: 0.0, latest_s: 0.0, repeat }
     }
 
     fn take_due(&mut self, wagon: usize, until_s: f64, sink: &mut dyn FnMut(Arrival<'_>)) -> Next {
-        let first_s = self.recording.t_s.first().copied().unwrap_or(0.0);
-        while self.row < self.recording.len() {
-            let due_s = (self.begin_s + self.recording.t_s[self.row] - first_s).max(self.latest_s);
+        let first_s = if self.tape.len() == 0 { 0.0 } else { self.tape.time_s(0) };
+        while self.row < self.tape.len() {
+            let due_s = (self.begin_s + self.tape.time_s(self.row) - first_s).max(self.latest_s);
             if due_s > until_s {
                 return Next::More;
             }
-            let (row, begins) = (self.recording.row(self.row), self.row == 0);
-            sink(Arrival::Row { wagon, row: &row, wheelsets: self.recording.wheelsets, due_s, begins });
+            let begins = self.row == 0;
+            match &self.tape {
+                Tape::Wagon(recording) => {
+                    let (row, wheelsets) = (recording.row(self.row), recording.wheelsets);
+                    sink(Arrival::Row { wagon, row: &row, wheelsets, due_s, begins });
+                }
+                Tape::Motor(recording) => {
+                    sink(Arrival::Motor { wagon, row: &recording.rows[self.row], due_s, begins });
+                }
+            }
             self.latest_s = due_s;
             self.row += 1;
-            if self.row == self.recording.len() && self.repeat {
+            if self.row == self.tape.len() && self.repeat {
                 self.row = 0;
                 self.begin_s = due_s + PAUSE_S;
             }
@@ -108,7 +145,7 @@ mod tests {
     }
 
     fn replay(runs: &[&[f64]], repeat: bool) -> Replay {
-        let players = runs.iter().map(|times_s| Player::new(recording(times_s), repeat)).collect();
+        let players = runs.iter().map(|times_s| Player::new(Tape::Wagon(recording(times_s)), repeat)).collect();
         Replay { players, speed: 1.0 }
     }
 

@@ -38,6 +38,9 @@ pub struct BogieFilter {
     forces_change_until_s: f64,
     wheels_change_until_s: [f64; BOGIE_WHEELSETS],
     refused_in_row: [u32; OUTPUTS],
+    /// Readings of the rollers' counter since the filter began. The first ends a window of unknown length; forces
+    /// say something only once the second has told the speed, at which losses and creepage are known.
+    roller_readings: u32,
 }
 
 impl BogieFilter {
@@ -53,6 +56,7 @@ impl BogieFilter {
             forces_change_until_s: f64::NEG_INFINITY,
             wheels_change_until_s: [f64::NEG_INFINITY; BOGIE_WHEELSETS],
             refused_in_row: [0; OUTPUTS],
+            roller_readings: 0,
         }
     }
 
@@ -84,6 +88,7 @@ impl BogieFilter {
         self.belief = Some(prior);
         self.began_s = time_s;
         self.refused_in_row = [0; OUTPUTS];
+        self.roller_readings = 0;
         self.watch = InputWatch::NEW;
     }
 
@@ -96,7 +101,7 @@ impl BogieFilter {
             let leading = index::ADHESION;
             belief.predict_leading(f * belief.mean, &f, leading, &q);
         }
-        if InputWatch::loaded(&self.model.parameters, sample) {
+        if self.roller_readings > 1 && InputWatch::loaded(&self.model.parameters, sample) {
             if self.watch.load_cell_usable(&self.model.parameters, sample) {
                 self.measure_force(1, sample, dt_s, estimate);
             }
@@ -107,7 +112,15 @@ impl BogieFilter {
         for (counter, pulses) in
             [sample.roller_pulses, sample.wheel_pulses[0], sample.wheel_pulses[1]].into_iter().enumerate()
         {
-            if pulses.is_finite() {
+            if !pulses.is_finite() {
+                continue;
+            }
+            if counter == 0 {
+                self.roller_readings = self.roller_readings.saturating_add(1);
+            }
+            if counter == 0 && self.roller_readings == 1 {
+                self.model.forget_angle(&mut self.belief, counter);
+            } else {
                 self.measure_count(counter, pulses, sample.time_s, dt_s, estimate);
             }
         }

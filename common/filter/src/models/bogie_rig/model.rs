@@ -167,14 +167,12 @@ impl BogieModel {
         taken / p.gear_ratio + x[index::TORQUE_OFFSET]
     }
 
-    /// Derivative of [`Self::torque_nm`].
-    pub fn torque_row(&self, x: &BogieVector, load_n: f64) -> BogieVector {
+    /// Derivative of [`Self::torque_nm`] in motion.
+    pub fn torque_row(&self, load_n: f64) -> BogieVector {
         let p = &self.parameters;
         let mut h = BogieVector::zeros();
-        let reach = 1e-4;
-        let speed = x[index::ROLLER_SPEED];
-        h[index::ROLLER_SPEED] =
-            (p.loss_at_nm(speed + reach) - p.loss_at_nm(speed - reach)) / (2.0 * reach * p.gear_ratio);
+        // The part of the loss that fades out at standstill is no measurement of speed.
+        h[index::ROLLER_SPEED] = p.loss_nm_s / p.gear_ratio;
         h[index::ROLLER_ACCELERATION] = p.inertia_beyond_transducer_kg_m2() / p.gear_ratio;
         h[index::ADHESION] = -p.roller_radius_m * load_n / p.gear_ratio;
         h[index::TORQUE_OFFSET] = 1.0;
@@ -203,7 +201,7 @@ impl BogieModel {
     ) -> (ScalarUpdate, BogieVector, f64) {
         let expected = self.torque_nm(&belief.mean, load_n);
         let r = torque_sigma_nm(expected - belief.mean[index::TORQUE_OFFSET]).powi(2);
-        let h = self.torque_row(&belief.mean, load_n);
+        let h = self.torque_row(load_n);
         (belief.expect_row(&h, measured_nm - expected, r), h, r)
     }
 
@@ -229,6 +227,14 @@ impl BogieModel {
         let pulse = self.pulse_rad(counter);
         let r = pulse * pulse / 12.0;
         (belief.expect_component(Self::angle_of(counter), (pulses + 0.5) * pulse, r), r)
+    }
+
+    /// Forgets the angle of a counter that was read for the first time: its window began at an unknown time.
+    pub fn forget_angle(&self, belief: &mut Option<Gaussian<STATES>>, counter: usize) {
+        let pulse = self.pulse_rad(counter);
+        if let Some(belief) = belief {
+            belief.reset_component(Self::angle_of(counter), 0.5 * pulse, pulse / 12f64.sqrt());
+        }
     }
 
     /// Takes the counted angle out of a belief: the counter begins anew.

@@ -26,6 +26,9 @@ const UNOBSERVABLE_SIGMA: f64 = 0.45;
 /// surface is not known better than that.
 const UNOBSERVABLE_BEND: f64 = 0.02;
 
+/// Creep force over load below which there is no traction load to speak of.
+const NO_LOAD: f64 = 0.004;
+
 /// Time over which creepage is smoothed to judge the present load, s.
 const STEADY_S: f64 = 0.5;
 
@@ -33,7 +36,7 @@ const STEADY_S: f64 = 0.5;
 const OBSERVABLE_SIGMA: f64 = 0.15;
 
 /// A belief about the 13 states that can be moved and measured.
-pub trait TractionBelief: Clone {
+pub trait TractionBelief: Clone + Send {
     /// Independent components; `spread` is for filters with sigma points.
     fn independent(mean: State, sigma: &State, spread: &Spread) -> Self;
     /// Moves the belief through the model.
@@ -54,6 +57,12 @@ pub trait TractionBelief: Clone {
     fn is_sound(&self) -> bool;
     /// Normalised error squared of a known truth.
     fn nees(&self, truth: &State) -> f64;
+    /// Mean and covariance.
+    fn gaussian(&self) -> Gaussian<STATES>;
+    /// The same belief from mean and covariance; `None` if that is not positive definite.
+    fn of_gaussian(&self, gaussian: &Gaussian<STATES>) -> Option<Self>;
+    /// Covariance between the state now and after a step of the model, for smoothing.
+    fn cross(&self, model: &TractionModel, dt_s: f64) -> SMatrix<f64, STATES, STATES>;
 }
 
 /// Belief of the unscented filter.
@@ -98,6 +107,26 @@ impl TractionBelief for Unscented {
     fn nees(&self, truth: &State) -> f64 {
         self.belief.nees(truth)
     }
+    fn gaussian(&self) -> Gaussian<STATES> {
+        self.belief.gaussian()
+    }
+    fn of_gaussian(&self, gaussian: &Gaussian<STATES>) -> Option<Self> {
+        let root = gaussian.covariance.cholesky()?.l();
+        Some(Self { belief: SquareRootBelief { mean: gaussian.mean, root }, spread: self.spread })
+    }
+    fn cross(&self, model: &TractionModel, dt_s: f64) -> SMatrix<f64, STATES, STATES> {
+        // Σ W (X_i − x)(Z_i − z)ᵀ: opposite points leave the odd part only.
+        let reach = self.spread.reach_squared(STATES).sqrt();
+        let mut cross = SMatrix::zeros();
+        for i in 0..STATES {
+            let column: State = self.belief.root.column(i).into_owned();
+            let offset = column * reach;
+            let ahead = model.step(&(self.belief.mean + offset), dt_s);
+            let behind = model.step(&(self.belief.mean - offset), dt_s);
+            cross += column * ((ahead - behind) / (2.0 * reach)).transpose();
+        }
+        cross
+    }
 }
 
 /// Belief of the extended filter; its Jacobian is worked out numerically, as the paper's is.
@@ -111,17 +140,7 @@ impl TractionBelief for Extended {
         Self { belief: Gaussian::independent(mean, sigma) }
     }
     fn predict(&mut self, model: &TractionModel, noise_sigma: &State, dt_s: f64) {
-        // Differences over a thousandth of a typical size of each state: far above rounding, far below curvature.
-        const REACH: [f64; STATES] =
-            [1e-3, 1e-3, 1e-4, 1e-4, 1e-4, 1e-2, 1e-2, 1e-6, 1e-1, 1e-5, 1e-5, 1e-5, 1e-3];
-        let mut f = SMatrix::<f64, STATES, STATES>::zeros();
-        for column in 0..STATES {
-            let (mut ahead, mut behind) = (self.belief.mean, self.belief.mean);
-            ahead[column] += REACH[column];
-            behind[column] -= REACH[column];
-            let slope = (model.step(&ahead, dt_s) - model.step(&behind, dt_s)) / (2.0 * REACH[column]);
-            f.set_column(column, &slope);
-        }
+        let f = jacobian(model, &self.belief.mean, dt_s);
         let q = SMatrix::from_diagonal(&noise_sigma.component_mul(noise_sigma));
         self.belief.predict(model.step(&self.belief.mean, dt_s), &f, &q);
     }
@@ -154,6 +173,31 @@ impl TractionBelief for Extended {
         let error = truth - self.belief.mean;
         self.belief.covariance.cholesky().map_or(f64::INFINITY, |factor| error.dot(&factor.solve(&error)))
     }
+    fn gaussian(&self) -> Gaussian<STATES> {
+        self.belief
+    }
+    fn of_gaussian(&self, gaussian: &Gaussian<STATES>) -> Option<Self> {
+        gaussian.is_sound().then_some(Self { belief: *gaussian })
+    }
+    fn cross(&self, model: &TractionModel, dt_s: f64) -> SMatrix<f64, STATES, STATES> {
+        self.belief.covariance * jacobian(model, &self.belief.mean, dt_s).transpose()
+    }
+}
+
+/// Derivative of a step by central differences, as the paper works it out.
+fn jacobian(model: &TractionModel, x: &State, dt_s: f64) -> SMatrix<f64, STATES, STATES> {
+    // A thousandth of a typical size of each state: far above rounding, far below curvature.
+    const REACH: [f64; STATES] =
+        [1e-3, 1e-3, 1e-4, 1e-4, 1e-4, 1e-2, 1e-2, 1e-6, 1e-1, 1e-5, 1e-5, 1e-5, 1e-3];
+    let mut f = SMatrix::<f64, STATES, STATES>::zeros();
+    for column in 0..STATES {
+        let (mut ahead, mut behind) = (*x, *x);
+        ahead[column] += REACH[column];
+        behind[column] -= REACH[column];
+        let slope: State = (model.step(&ahead, dt_s) - model.step(&behind, dt_s)) / (2.0 * REACH[column]);
+        f.set_column(column, &slope);
+    }
+    f
 }
 
 /// A filter of the rig: a pure step from sample to estimate.
@@ -174,8 +218,11 @@ pub struct TractionFilter<B> {
     broken_in_row: u32,
     /// Smoothed creepage: that of the load, without sensor noise.
     steady_creepage: f64,
-    /// Smoothed sine between one current vector and the next, times the direction of the motor.
-    turning: f64,
+    /// Smoothed creep force over load.
+    steady_utilised: f64,
+    /// Smoothed sine between one current vector and the next, times the direction of the motor; the same of the
+    /// voltage.
+    turning: [f64; 2],
 }
 
 /// The paper's filter.
@@ -205,7 +252,8 @@ impl<B: TractionBelief> TractionFilter<B> {
             refused_in_row: [0; OUTPUTS],
             broken_in_row: 0,
             steady_creepage: 0.0,
-            turning: 0.0,
+            steady_utilised: 0.0,
+            turning: [0.0; 2],
         }
     }
 
@@ -237,6 +285,48 @@ impl<B: TractionBelief> TractionFilter<B> {
         self.last = *sample;
         self.read(sample.time_s, &mut estimate);
         estimate
+    }
+
+    /// Everything beside the belief that the next step depends on, for a snapshot.
+    pub(crate) fn memory(&self) -> Vec<f64> {
+        let mut memory = vec![self.began_s, self.steady_creepage, self.steady_utilised];
+        memory.extend(self.turning);
+        memory.push(f64::from(self.broken_in_row));
+        memory.extend(self.refused_in_row.map(f64::from));
+        memory.push(self.last.time_s);
+        memory.extend(self.last.outputs());
+        memory
+    }
+
+    /// Takes up a memory; `false`, and nothing changes, if it has another shape.
+    pub(crate) fn remember(&mut self, memory: &[f64]) -> bool {
+        if memory.len() != 7 + 2 * OUTPUTS {
+            return false;
+        }
+        let (head, outputs) = (memory, &memory[7 + OUTPUTS..]);
+        (self.began_s, self.steady_creepage, self.steady_utilised) = (head[0], head[1], head[2]);
+        self.turning = [head[3], head[4]];
+        self.broken_in_row = head[5] as u32;
+        self.refused_in_row = std::array::from_fn(|slot| head[6 + slot] as u32);
+        self.last = TractionSample {
+            time_s: head[6 + OUTPUTS],
+            current_a: [outputs[0], outputs[1]],
+            motor_speed_rad_s: outputs[2],
+            voltage_v: [outputs[3], outputs[4]],
+            roller_speed_rad_s: outputs[5],
+            generator_current_a: outputs[6],
+        };
+        true
+    }
+
+    /// True if this sample begins the belief anew or forgets part of it.
+    pub(crate) fn is_settling(&self, time_s: f64) -> bool {
+        self.belief.is_none() || time_s - self.began_s < SETTLE_S
+    }
+
+    /// The time of the sample before.
+    pub(crate) fn last_time_s(&self) -> f64 {
+        self.last.time_s
     }
 
     fn start(&mut self, sample: &TractionSample) {
@@ -276,22 +366,29 @@ impl<B: TractionBelief> TractionFilter<B> {
             let update = belief.expect(MEASURED[slot], value, variances[slot]);
             estimate.nis += update.nis();
             estimate.nis_dof += 1;
+            estimate.innovations.innovation[slot] = update.innovation;
+            estimate.innovations.innovation_variance[slot] = update.innovation_variance;
+            estimate.innovations.test_ratio[slot] = update.nis() / (GATE.0 * GATE.0);
             if settled && update.nis() > GATE.0 * GATE.0 && self.refused_in_row[slot] < GATE.1 {
                 self.refused_in_row[slot] += 1;
                 estimate.rejected |= 1 << slot;
+                estimate.innovations.rejected |= 1 << slot;
                 continue;
             }
             self.refused_in_row[slot] = 0;
+            estimate.innovations.fused |= 1 << slot;
             belief.accept(MEASURED[slot], &update, variances[slot]);
         }
         belief.keep_possible();
     }
 
     fn watch_phases(&mut self, sample: &TractionSample) {
-        let ([a, b], [c, d]) = (self.last.current_a, sample.current_a);
-        let sine = (a * d - b * c) / ((a * a + b * b).sqrt() * (c * c + d * d).sqrt());
-        if sine.is_finite() && sample.motor_speed_rad_s.abs() > 2.0 {
-            self.turning += 0.01 * (sine * sample.motor_speed_rad_s.signum() - self.turning);
+        let vectors = [(self.last.current_a, sample.current_a), (self.last.voltage_v, sample.voltage_v)];
+        for (turning, ([a, b], [c, d])) in self.turning.iter_mut().zip(vectors) {
+            let sine = (a * d - b * c) / ((a * a + b * b).sqrt() * (c * c + d * d).sqrt());
+            if sine.is_finite() && sample.motor_speed_rad_s.abs() > 2.0 {
+                *turning += 0.01 * (sine * sample.motor_speed_rad_s.signum() - *turning);
+            }
         }
     }
 
@@ -309,10 +406,17 @@ impl<B: TractionBelief> TractionFilter<B> {
         let Some(belief) = &self.belief else { return };
         let share = (dt_s / STEADY_S).min(1.0);
         self.steady_creepage += share * (belief.mean()[index::CREEPAGE] - self.steady_creepage);
+        let load = self.model.rig.parameters.drivetrain.normal_load_n;
+        self.steady_utilised += share * (belief.mean()[index::CREEP_FORCE] / load - self.steady_utilised);
     }
 
     fn read(&self, sample_time_s: f64, estimate: &mut TractionEstimate) {
         let Some(belief) = &self.belief else { return };
+        self.read_belief(belief, sample_time_s, estimate);
+    }
+
+    /// Writes a belief into an estimate.
+    pub(crate) fn read_belief(&self, belief: &B, sample_time_s: f64, estimate: &mut TractionEstimate) {
         let x = belief.mean();
         estimate.creepage = x[index::CREEPAGE];
         estimate.creepage_sigma = belief.sigma(index::CREEPAGE);
@@ -327,10 +431,12 @@ impl<B: TractionBelief> TractionFilter<B> {
 
     /// What the value of μ0 is worth.
     fn judge(&self, time_s: f64, adhesion_peak: f64, relative_sigma: f64) -> TractionState {
-        if self.turning < -0.01 {
+        if self.turning.iter().any(|turning| *turning < -0.01) {
             TractionState::PhasesSwapped
         } else if time_s - self.began_s < SETTLE_S {
             TractionState::Starting
+        } else if self.steady_utilised.abs() < NO_LOAD {
+            TractionState::NoLoad
         } else if relative_sigma > UNOBSERVABLE_SIGMA
             || self.model.bend(self.steady_creepage, adhesion_peak) < UNOBSERVABLE_BEND
         {

@@ -1,5 +1,7 @@
 //! What the rig's filter takes in and gives out.
 
+use crate::{InnovationRecord, MotorInput};
+
 /// Number of measured values.
 pub const OUTPUTS: usize = 7;
 
@@ -21,6 +23,18 @@ pub struct TractionSample {
 }
 
 impl TractionSample {
+    /// The sample of a driven rig's sensors.
+    pub fn of(time_s: f64, motor: &MotorInput) -> Self {
+        Self {
+            time_s,
+            current_a: motor.current_a,
+            motor_speed_rad_s: motor.motor_speed_rad_s,
+            voltage_v: motor.voltage_v,
+            roller_speed_rad_s: motor.roller_speed_rad_s,
+            generator_current_a: motor.generator_current_a,
+        }
+    }
+
     /// The measured values in the order of (5-4).
     pub fn outputs(&self) -> [f64; OUTPUTS] {
         [
@@ -36,33 +50,7 @@ impl TractionSample {
 }
 
 /// What an estimate of μ0 is worth.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum TractionState {
-    /// The filter has just begun.
-    #[default]
-    Starting,
-    /// The data determine μ0.
-    Observable,
-    /// The data say something about μ0, but its sigma is a large part of it.
-    Weak,
-    /// Nothing in the data speaks about μ0 (no traction load): the value is the prior's.
-    Unobservable,
-    /// The current vector turns against the motor: two phases are exchanged.
-    PhasesSwapped,
-}
-
-impl TractionState {
-    /// Name for people and files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Starting => "starting",
-            Self::Observable => "observable",
-            Self::Weak => "weak",
-            Self::Unobservable => "unobservable",
-            Self::PhasesSwapped => "phases swapped",
-        }
-    }
-}
+pub type TractionState = crate::EstimateState;
 
 /// Contact of the rig at one instant. All `sigma` are one standard deviation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -91,4 +79,6 @@ pub struct TractionEstimate {
     pub nis_dof: u32,
     /// Values refused by the gate, bit mask in the order of (5-4).
     pub rejected: u32,
+    /// What came beside what was expected, in the order of (5-4).
+    pub innovations: InnovationRecord,
 }

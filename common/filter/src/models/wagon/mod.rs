@@ -19,11 +19,12 @@ mod tie;
 
 pub use physics::{StepInput, WagonPhysics};
 
-use super::{DrivenSample, FilterState, WagonFilter, pack, unpack};
+use super::paper::{IMPOSSIBLE_ADHESION, POSSIBLE_PAD_RATIO};
+use super::{DrivenSample, FilterState, WagonFilter, dynamic, pack, unpack};
 use crate::core::{Gaussian, ScalarUpdate};
 use crate::{EstimatorConfig, EstimatorOutput, FilterError, SensorSigmas};
 use layout::Layout;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use railgrip_vehicle::{VehicleParameters, WagonModel};
 use schedule::{ChangeWatch, Contact};
 
@@ -54,6 +55,8 @@ pub struct WagonEkf<const W: usize, const N: usize> {
     /// Known torque drives the wagon: only then does its acceleration say something about its mass. In sliding the
     /// equations would claim to weigh the wagon by the inertia of its wheels, which is known less well than the mass.
     learns_mass: bool,
+    /// Derivative of the last prediction.
+    sensitivity: SMatrix<f64, N, N>,
 }
 
 /// Builds the default filter for the wheelsets of `model`.
@@ -92,6 +95,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
             tied: 0,
             untied_s: 0.0,
             learns_mass: false,
+            sensitivity: SMatrix::identity(),
         }
     }
 
@@ -236,6 +240,7 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
         let q = self.process_noise(sample, &input, &next);
         self.brake_torque_nm = input.torque_per_friction_nm;
         self.step_s = dt_s;
+        self.sensitivity = f;
         self.belief.predict_leading(next, &f, at.moving, &q);
         let held: [bool; W] =
             std::array::from_fn(|i| self.is_standing() || sample.pressing_force_n[i] < self.force_floor_n(i));
@@ -316,5 +321,27 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
         self.tied = state.memory[8 * W + 1] as u32;
         self.untied_s = state.memory[8 * W + 2];
         Ok(())
+    }
+
+    fn boxed_clone(&self) -> Box<dyn WagonFilter> {
+        Box::new(self.clone())
+    }
+
+    fn belief(&self) -> Option<(DVector<f64>, DMatrix<f64>)> {
+        Some(dynamic(&self.belief))
+    }
+
+    fn transition(&self) -> DMatrix<f64> {
+        DMatrix::from_column_slice(N, N, self.sensitivity.as_slice())
+    }
+
+    /// Its bounds are wide: pads and adhesion of this filter are tied to what they can be.
+    fn has_diverged(&self) -> bool {
+        let at = Layout::<W, N>::INDICES;
+        let x = &self.belief.mean;
+        let pads =
+            (0..W).any(|i| !POSSIBLE_PAD_RATIO.contains(&(x[at.pad + i] / self.physics.brake_friction[i])));
+        pads || (0..W).any(|i| x[at.adhesion + i].abs() > IMPOSSIBLE_ADHESION)
+            || !x.iter().all(|value| value.is_finite())
     }
 }
