@@ -17,6 +17,7 @@ const ALLOWED: &[Row] = &[
     ("railgrip-recording", &[]),
     ("railgrip-indicators", &["railgrip-messages"]),
     ("railgrip-acoustics", &[]),
+    ("railgrip-classifier", &["railgrip-acoustics"]),
     ("railgrip-history", &[]),
     ("railgrip-truth-plant", &["railgrip-recording"]),
     ("railgrip-simulation", &["railgrip-vehicle", "railgrip-recording"]),
@@ -59,6 +60,7 @@ const PURE: &[&str] = &[
     "railgrip-truth-plant",
     "railgrip-recording",
     "railgrip-acoustics",
+    "railgrip-classifier",
     "railgrip-experiments",
 ];
 /// What a pure member must not use.

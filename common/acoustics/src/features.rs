@@ -125,9 +125,12 @@ impl FeatureExtractor {
 }
 
 fn state(audio: &[f32]) -> AudioState {
-    let peak = audio.iter().fold(0.0_f32, |peak, sample| peak.max(sample.abs()));
+    // A dead microphone may leave a constant offset: what counts is how far samples move.
+    let (low, high) = audio.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), sample| {
+        (low.min(*sample), high.max(*sample))
+    });
     let at_limit = audio.iter().filter(|sample| sample.abs() >= 0.999).count();
-    if peak < 2.0 / 32_768.0 {
+    if high - low < 4.0 / 32_768.0 {
         AudioState::Silent
     } else if at_limit * 1000 > audio.len() {
         AudioState::Clipped

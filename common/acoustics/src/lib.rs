@@ -14,6 +14,8 @@ mod chroma;
 mod features;
 mod mel;
 mod spectrum;
+pub mod synthesis;
+pub mod wav;
 
 pub use features::{AudioError, AudioState, FEATURE_NAMES, FEATURES, FeatureExtractor, Features};
 

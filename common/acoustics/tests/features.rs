@@ -60,6 +60,7 @@ fn bad_audio_has_a_name() {
     let (features, state) = extractor.extract(&vec![0.0; COUNT]).expect("silence has features");
     assert_eq!(state, AudioState::Silent);
     assert!(features.iter().all(|value| value.is_finite()), "{features:?}");
+    assert_eq!(extractor.extract(&vec![0.3; COUNT]).expect("features").1, AudioState::Silent, "stuck");
     let overdriven = over_time(|t, _| (3.0 * (TAU * 300.0 * t).sin()).clamp(-1.0, 1.0));
     assert_eq!(extractor.extract(&overdriven).expect("features").1, AudioState::Clipped);
     assert_eq!(extractor.extract(&[0.1; 100]), Err(AudioError::TooShort { samples: 100 }));
