@@ -32,6 +32,12 @@ impl Instance {
         self.dir.join("http.address")
     }
 
+    /// Socket of the HTTP service for the user that runs the train; there while the network door is shut to strangers.
+    #[must_use]
+    pub fn http_socket(&self) -> PathBuf {
+        self.dir.join("http.sock")
+    }
+
     /// Snapshot of a wagon's estimator.
     #[must_use]
     pub fn snapshot_file(&self, wagon: u32) -> PathBuf {

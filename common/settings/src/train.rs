@@ -213,6 +213,7 @@ impl TrainSettings {
         };
         let instance = Instance::of(&at, &form.instance, &name, overrides.instance_dir.as_deref())?;
         let doors = DoorSettings::of(&at, &form.http, listen, overrides.listen.is_some(), &instance.dir)?;
+        let history = HistorySettings::of(&at, &form.history, &name, overrides.instance_dir.as_deref())?;
         Ok(Self {
             file: file.to_owned(),
             doors,
@@ -240,10 +241,10 @@ impl TrainSettings {
                 cors_origins: cors_origins(&at, &form.http.cors_origins)?,
             },
             alerts: form.alerts.check(&at)?,
-            alert_journal: form.alerts.journal(&at, &instance.dir),
+            alert_journal: form.alerts.journal(&at, &history.dir),
             delivery: form.delivery.check(&at, &name)?,
             capability: form.capability.check(&at)?,
-            history: HistorySettings::of(&at, &form.history, &name, overrides.instance_dir.as_deref())?,
+            history,
             instance,
             name,
             logging: LoggingSettings { level: form.logging.level, format: form.logging.format },

@@ -1,5 +1,7 @@
 //! The thread that listens to the channels and renews what is served.
 
+use crate::alerts::journal::Journal;
+use crate::delivery;
 use crate::history::Recorder;
 use crate::model::WagonRow;
 use crate::shared::{Shared, StreamEvent};
@@ -10,6 +12,7 @@ use railgrip_bus::{
 use railgrip_messages::{Heartbeat, NO_WAGON, ProcessKind};
 use railgrip_settings::TrainSettings;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 /// The channels are looked at this often.
@@ -33,6 +36,7 @@ pub(crate) fn collect(
 ) -> Result<(), BusError> {
     let mut ends = Ends::open(settings)?;
     let mut store = Store::new(settings);
+    let post = Post::open(settings, shared, &store);
     let mut streamer = Streamer::default();
     let refresh = Duration::from_secs_f64(settings.http.refresh_s);
     let started = Instant::now();
@@ -62,7 +66,45 @@ pub(crate) fn collect(
         }
         std::thread::sleep(POLL);
     }
+    post.close();
     Ok(())
+}
+
+/// Alerts on the disk, and the threads that deliver them.
+struct Post {
+    stop: Arc<AtomicBool>,
+    threads: Vec<std::thread::JoinHandle<()>>,
+}
+
+impl Post {
+    /// Goes on from the journal. Without one alerts are live only, and nothing is delivered.
+    fn open(settings: &TrainSettings, shared: &Shared, store: &Store) -> Self {
+        let stop = Arc::new(AtomicBool::new(false));
+        let (path, delivery) = (&settings.alert_journal, &settings.delivery);
+        let (targets, most) = (delivery::targets(delivery), delivery.most_waiting);
+        let opened = Journal::open(path, &settings.name, targets, most)
+            .and_then(|journal| journal.alerts().map(|kept| (journal, kept)));
+        let book = store.book();
+        let threads = match opened {
+            Ok((journal, kept)) => {
+                book.lock().keep_in(journal, kept);
+                delivery::start(delivery, &settings.name, path, shared.mailbox(), &stop)
+            }
+            Err(error) => {
+                tracing::error!(%error, "alerts are neither kept nor delivered");
+                book.lock().set_trouble(error.to_string());
+                Vec::new()
+            }
+        };
+        Self { stop, threads }
+    }
+
+    fn close(self) {
+        self.stop.store(true, std::sync::atomic::Ordering::Relaxed);
+        for thread in self.threads {
+            let _ = thread.join();
+        }
+    }
 }
 
 struct Ends {

@@ -6,6 +6,8 @@
 
 pub mod alerts;
 mod collect;
+pub mod delivery;
+pub mod doors;
 pub mod history;
 pub mod metrics;
 pub mod model;
@@ -18,6 +20,7 @@ mod stream;
 pub mod time;
 mod view;
 
+use crate::doors::{Doors, LocalDoor};
 use crate::shared::Shared;
 use crate::store::Store;
 use railgrip_bus::{BusError, Lifecycle, now};
@@ -38,6 +41,9 @@ pub enum HealthError {
     /// The channels cannot be used.
     #[error(transparent)]
     Bus(#[from] BusError),
+    /// Certificate, tokens or the like cannot be used.
+    #[error(transparent)]
+    Doors(#[from] doors::DoorError),
     /// Nothing can be served there.
     #[error("{what}: {source}")]
     Serve {
@@ -106,38 +112,43 @@ async fn serve(
     ended: &Lifecycle,
 ) -> Result<(), HealthError> {
     let failed = |what: String| move |source| HealthError::Serve { what, source };
+    let doors = Doors::open(settings)?;
     let wanted = settings.http.listen;
     let listener = TcpListener::bind(wanted).await.map_err(failed(wanted.to_string()))?;
     let address = listener.local_addr().map_err(failed(wanted.to_string()))?;
     let file = settings.instance.http_address_file();
-    write_whole(&file, &format!("{address}\n")).map_err(failed(file.display().to_string()))?;
+    let written = if doors.scheme() == "https" { format!("https://{address}") } else { address.to_string() };
+    write_whole(&file, &format!("{written}\n")).map_err(failed(file.display().to_string()))?;
+    let local = doors.needs_local_door().then(|| LocalDoor::open(&settings.instance.http_socket())).flatten();
     lifecycle.ready();
-    tracing::info!("http://{address}/");
+    tracing::info!("{}://{address}/", doors.scheme());
     let stopping = async {
         while !lifecycle.should_stop() && !ended.should_stop() {
             tokio::time::sleep(STOP_POLL).await;
         }
         shared.close();
     };
-    let server = axum::serve(listener, routes::router(shared.clone())).with_graceful_shutdown({
+    let closing = {
         let mut closing = shared.closing();
         async move {
             let _ = closing.wait_for(|closing| *closing).await;
         }
-    });
+    };
+    let router = doors::guard(routes::router(shared.clone()), &doors);
+    let server = doors::serve(listener, local, router, doors, closing);
     let drained = async {
         stopping.await;
         tokio::time::sleep(DRAIN).await;
     };
-    let result = tokio::select! {
-        result = server.into_future() => result,
-        () = drained => Ok(()),
-    };
+    tokio::select! {
+        () = server => {}
+        () = drained => {}
+    }
     // A successor may have written its own address while this process drained; that one must stay.
-    if std::fs::read_to_string(&file).is_ok_and(|text| text.trim() == address.to_string()) {
+    if std::fs::read_to_string(&file).is_ok_and(|text| text.trim() == written) {
         let _ = std::fs::remove_file(&file);
     }
-    result.map_err(failed(address.to_string()))
+    Ok(())
 }
 
 /// Writes a small file so that no reader sees half of it.

@@ -3,6 +3,7 @@
 //! Every figure carries its interval, its grade and the reason in words. What is not known is `null`. What is stale says so
 //! with its age; its grades are `unknown` then, and nothing that describes the present is given.
 
+pub use crate::alerts::model::{Alert, AlertList};
 use railgrip_messages as messages;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -372,38 +373,6 @@ pub struct TrainView {
     pub alerts: AlertCounts,
     /// Its processes.
     pub processes: Vec<ProcessView>,
-}
-
-/// Something that asks for attention: one alert a cause.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
-pub struct Alert {
-    /// Counts the alerts since the service started.
-    pub id: u64,
-    /// What it is about, for example `brake_friction`.
-    pub cause: String,
-    /// The wagon.
-    pub wagon: u32,
-    /// The wheelset, 1 leading; `null` for the whole wagon.
-    pub wheelset: Option<u32>,
-    /// How bad it was at its worst.
-    pub grade: Grade,
-    /// What happens, in words.
-    pub reason: String,
-    /// What to do, in words.
-    pub advice: String,
-    /// False once the cause is gone.
-    pub active: bool,
-    /// When it was raised, RFC 3339.
-    pub raised_at: String,
-    /// When it was cleared, RFC 3339.
-    pub cleared_at: Option<String>,
-}
-
-/// Alerts, active ones first, then the latest.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
-pub struct AlertList {
-    /// The alerts.
-    pub alerts: Vec<Alert>,
 }
 
 /// Whether the service, or the train behind it, is as it should be.

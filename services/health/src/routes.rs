@@ -38,6 +38,7 @@ pub fn router(shared: Shared) -> axum::Router {
         .routes(routes!(crate::alerts::routes::acknowledge))
         .routes(routes!(crate::alerts::routes::shelve))
         .routes(routes!(crate::alerts::routes::unshelve))
+        .routes(routes!(crate::delivery::deliveries))
         .routes(routes!(stream::stream))
         .routes(routes!(metrics::metrics))
         .routes(routes!(openapi))

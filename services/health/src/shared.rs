@@ -37,6 +37,7 @@ struct Inner {
     openapi: std::sync::OnceLock<Bytes>,
     history: std::sync::OnceLock<Arc<History>>,
     limits: std::sync::OnceLock<Limits>,
+    mailbox: crate::delivery::Mailbox,
 }
 
 impl Shared {
@@ -52,6 +53,7 @@ impl Shared {
             openapi: std::sync::OnceLock::new(),
             history: std::sync::OnceLock::new(),
             limits: std::sync::OnceLock::new(),
+            mailbox: crate::delivery::Mailbox::default(),
         };
         Self { inner: Arc::new(inner) }
     }
@@ -128,6 +130,12 @@ impl Shared {
     /// The limits that the pages draw.
     pub(crate) fn limits(&self) -> &Limits {
         self.inner.limits.get_or_init(Limits::default)
+    }
+
+    /// How delivery of alerts is.
+    #[must_use]
+    pub fn mailbox(&self) -> &crate::delivery::Mailbox {
+        &self.inner.mailbox
     }
 
     pub(crate) fn openapi(&self) -> &std::sync::OnceLock<Bytes> {

@@ -3,7 +3,7 @@
 //! One thread feeds the store and takes a snapshot several times a second; requests only read the latest one. What most
 //! requests ask for is serialised once a snapshot, not once a request.
 
-use crate::alerts::{AlertBook, Cause};
+use crate::alerts::{AlertBook, Cause, SharedBook};
 use crate::model::{
     Alert, AlertList, DataState, Grade, ProcessView, TrainView, WagonList, WagonRow, WagonView,
 };
@@ -24,7 +24,7 @@ pub struct Store {
     train: String,
     wagons: Vec<Known>,
     heartbeats: BTreeMap<(u32, u32), Heartbeat>,
-    alerts: AlertBook,
+    alerts: SharedBook,
     stale_after_s: f64,
     started: Option<Stamp>,
 }
@@ -55,8 +55,12 @@ pub struct Snapshot {
     pub rows_json: Bytes,
     /// `train` as JSON.
     pub train_json: Bytes,
-    /// Alerts raised or cleared since the snapshot before.
+    /// What happened to alerts since the snapshot before.
     pub news: Vec<Alert>,
+    /// The alerts themselves, for those who change them.
+    pub book: SharedBook,
+    /// Version of the alerts in this snapshot.
+    pub alert_version: u64,
 }
 
 impl Store {
@@ -72,7 +76,11 @@ impl Store {
             train: settings.name.clone(),
             wagons: settings.wagons.iter().map(known).collect(),
             heartbeats: BTreeMap::new(),
-            alerts: AlertBook::new(settings.alerts),
+            alerts: SharedBook::new(AlertBook::new(
+                settings.alerts,
+                settings.wagons.len() as u32,
+                settings.instance.dir.join("gaps"),
+            )),
             stale_after_s: settings.http.stale_after_s,
             started: None,
         }
@@ -117,6 +125,9 @@ impl Store {
             generated_at: train.generated_at.clone(),
             wagons: rows.clone(),
         };
+        let book = self.alerts.lock();
+        let (alert_version, alerts) = (book.version(), AlertList { alerts: book.list() });
+        drop(book);
         Snapshot {
             taken: now,
             rows_json: json(&list),
@@ -124,15 +135,23 @@ impl Store {
             train,
             rows,
             wagons,
-            alerts: AlertList { alerts: self.alerts.list() },
+            alerts,
             not_ready,
             news,
+            book: self.alerts.clone(),
+            alert_version,
         }
     }
 
+    /// The alerts, for whoever keeps them.
+    #[must_use]
+    pub fn book(&self) -> SharedBook {
+        self.alerts.clone()
+    }
+
     fn judge(&mut self, now: Stamp) -> Vec<Alert> {
-        let mut news = Vec::new();
         let started = *self.started.get_or_insert(now);
+        let mut book = self.alerts.lock();
         for known in &self.wagons {
             let wagon = known.number;
             // A wagon of which nothing came is as old as this service.
@@ -140,24 +159,25 @@ impl Store {
             let age_s = last.age_s(now.monotonic_ns);
             let stale = age_s > self.stale_after_s;
             let (grade, reason) = if stale {
-                (Grade::Act, format!("no news for {age_s:.0} s"))
+                (Grade::Act, format!("no news since {}", rfc3339(last.unix_ns)))
             } else {
                 (Grade::Ok, String::new())
             };
             let silent = Cause { wagon, wheelset: None, name: "silent" };
-            news.extend(self.alerts.judge(silent, grade, &reason, now));
+            book.judge(silent, grade, &reason, now);
             let Some(health) = known.health.as_deref().filter(|_| !stale) else { continue };
             for (name, wheelset, indicator) in view::judged(health) {
                 let cause = Cause { wagon, wheelset, name };
-                news.extend(self.alerts.judge(
-                    cause,
-                    indicator.grade().into(),
-                    indicator.reason.as_str(),
-                    now,
-                ));
+                book.judge(cause, indicator.grade().into(), indicator.reason.as_str(), now);
             }
         }
-        news
+        let (grade, reason) = match book.trouble() {
+            Some(trouble) => (Grade::Act, format!("alerts are not kept: {trouble}")),
+            None => (Grade::Ok, String::new()),
+        };
+        book.judge(Cause { wagon: 0, wheelset: None, name: "storage" }, grade, &reason, now);
+        book.settle(now);
+        book.take_news()
     }
 
     fn train_view(&self, rows: &[WagonRow], ready: bool, now: Stamp) -> TrainView {
@@ -185,7 +205,7 @@ impl Store {
             stale: count(DataState::Stale),
             silent: count(DataState::Silent),
             worst,
-            alerts: self.alerts.counts(),
+            alerts: self.alerts.lock().counts(),
             processes: self.processes(now.monotonic_ns),
         }
     }

@@ -78,11 +78,16 @@ pub(crate) fn judged(health: &Health) -> Vec<(&'static str, Option<u32>, &Indica
         ("wsp_share", None, &health.wsp_share),
         ("sensors", None, &health.sensors),
         ("filter", None, &health.filter),
+        ("model", None, &health.model),
+        ("response", None, &health.response),
+        ("dragging", None, &health.dragging),
+        ("sanding", None, &health.sanding),
     ];
     for (index, wheelset) in health.wheelset[..health.wheelset_count()].iter().enumerate() {
         let number = Some(index as u32 + 1);
         all.push(("brake_friction", number, &wheelset.brake_friction));
         all.push(("slides", number, &wheelset.slides));
+        all.push(("isolated", number, &wheelset.isolated));
     }
     all
 }

@@ -5,7 +5,7 @@
 use crate::doors::limit::Client;
 use crate::doors::seats::{Seat, Seats};
 use crate::doors::stall::Patient;
-use crate::doors::Doors;
+use crate::doors::{Doors, LocalDoor};
 use axum::Router;
 use axum::extract::Request;
 use hyper::body::Incoming;
@@ -18,7 +18,7 @@ use std::net::SocketAddr;
 use std::pin::pin;
 use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite};
-use tokio::net::{TcpListener, TcpStream, UnixListener};
+use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{mpsc, watch};
 use tokio::time::timeout;
 use tower::Service;
@@ -64,7 +64,7 @@ struct House {
 /// Serves until `stopping` is done, then until every connection is. `local` is a door for the user that owns its folder.
 pub async fn serve(
     listener: TcpListener,
-    local: Option<UnixListener>,
+    local: Option<LocalDoor>,
     router: Router,
     doors: Doors,
     stopping: impl Future<Output = ()>,
@@ -100,9 +100,9 @@ pub async fn serve(
     let _ = all_gone.recv().await;
 }
 
-async fn accept_local(local: Option<&UnixListener>) -> std::io::Result<tokio::net::UnixStream> {
+async fn accept_local(local: Option<&LocalDoor>) -> std::io::Result<tokio::net::UnixStream> {
     match local {
-        Some(local) => local.accept().await.map(|(stream, _)| stream),
+        Some(local) => local.accept().await,
         None => std::future::pending().await,
     }
 }
@@ -161,9 +161,17 @@ impl House {
         builder.timer(TokioTimer::new()).header_read_timeout(self.doors.inner.settings.limits.head);
         builder.max_buf_size(MAX_HEAD_BYTES);
         let mut connection = pin!(builder.serve_connection(TokioIo::new(stream), service));
-        let ended = tokio::select! {
-            ended = connection.as_mut() => ended,
-            _ = self.closing.wait_for(|closing| *closing) => {
+        let closing = async {
+            // An error says that the service is gone already.
+            let _ = self.closing.wait_for(|closing| *closing).await;
+        };
+        let early = tokio::select! {
+            ended = connection.as_mut() => Some(ended),
+            () = closing => None,
+        };
+        let ended = match early {
+            Some(ended) => ended,
+            None => {
                 connection.as_mut().graceful_shutdown();
                 connection.await
             }

@@ -4,7 +4,7 @@ use crate::doors::access::{Identity, Proof};
 use crate::doors::audit::{self, Record};
 use crate::doors::{Doors, Peer, unix_s};
 use crate::problem::Problem;
-use axum::extract::{Extension, Form, Query, Request, State};
+use axum::extract::{Extension, Form, FromRequest, Query, Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
@@ -66,10 +66,9 @@ async fn form(State(doors): State<Doors>, Query(target): Query<Target>) -> Respo
 
 async fn enter(State(doors): State<Doors>, headers: HeaderMap, request: Request) -> Response {
     let peer = request.extensions().get::<Peer>().cloned().unwrap_or_default();
-    let Ok(Form(entry)) = axum::extract::FromRequest::from_request(request, &()).await else {
+    let Ok(Form(entry)) = Form::<Entry>::from_request(request, &()).await else {
         return page(StatusCode::BAD_REQUEST, "/", Some("Please type a token."));
     };
-    let entry: Entry = entry;
     let next = own_path(entry.next.as_deref());
     let Some(tokens) = &doors.inner.tokens else { return Redirect::to(&next).into_response() };
     let now_s = unix_s();

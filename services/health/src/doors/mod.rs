@@ -1,6 +1,6 @@
 //! The doors of the HTTP service: who comes in, what they may do, and how much of the service one client can take.
 //!
-//! [`guard`] stands around the router of the service, [`serve`](listen::serve) around its sockets; no handler knows of
+//! [`guard`] stands around the router of the service, [`serve`] around its sockets; no handler knows of
 //! either. A request passes, in this order: the limit of its client, the name it was sent to, its token or session, the
 //! role that its route asks for, the origin of the page that sent it, and the size and pace of its body. Everything that
 //! changes something and everything that is turned away is written to the audit log.
@@ -18,7 +18,8 @@ mod error;
 mod guard;
 mod headers;
 mod limit;
-pub mod listen;
+mod listen;
+mod local;
 mod login;
 mod origin;
 mod seats;
@@ -40,6 +41,7 @@ pub use access::{Identity, Role};
 pub use error::DoorError;
 pub use guard::guard;
 pub use listen::{Peer, serve};
+pub use local::LocalDoor;
 
 /// The doors of one service. Clones share.
 #[derive(Clone)]

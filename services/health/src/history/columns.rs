@@ -1,5 +1,6 @@
 //! Which figures of a wagon are remembered, and under which names.
 
+use railgrip_history::Keep;
 use railgrip_messages::{Health, Indicator};
 
 /// One remembered figure, up to three columns of the database: the value, and the ends of its interval as `.low` and
@@ -34,9 +35,10 @@ impl Column {
 
     /// The columns of the database, in the order of [`Self::read`].
     #[must_use]
-    pub fn stored(&self) -> Vec<String> {
-        let parts: &[&str] = if self.interval { &["", ".low", ".high"] } else { &[""] };
-        parts.iter().map(|part| format!("{}{part}", self.name)).collect()
+    pub fn stored(&self) -> Vec<(String, Keep)> {
+        let value = (self.name.clone(), Keep::Extremes);
+        let ends = [".low", ".high"].map(|end| (format!("{}{end}", self.name), Keep::Mean));
+        std::iter::once(value).chain(ends.into_iter().filter(|_| self.interval)).collect()
     }
 }
 
@@ -124,7 +126,7 @@ pub fn values(columns: &[Column], health: &Health) -> Vec<f32> {
 
 /// Names of the columns of the database, in the order of [`values`].
 #[must_use]
-pub fn stored(columns: &[Column]) -> Vec<String> {
+pub fn stored(columns: &[Column]) -> Vec<(String, Keep)> {
     columns.iter().flat_map(Column::stored).collect()
 }
 
@@ -135,7 +137,7 @@ mod tests {
     #[test]
     fn names_are_unique_and_every_name_has_a_value() {
         let columns = all(4);
-        let names = stored(&columns);
+        let names: Vec<String> = stored(&columns).into_iter().map(|(name, _)| name).collect();
         let unique: std::collections::BTreeSet<&String> = names.iter().collect();
         assert_eq!(unique.len(), names.len());
         let health = Health { wheelsets: 2, v_m_s: 20.0, ..Health::default() };

@@ -69,8 +69,8 @@ impl History {
     ) -> Result<HistoryView, HistoryError> {
         let wanted = |column: &&Column| fields.is_none_or(|fields| fields.contains(&column.name));
         let columns: Vec<&Column> = self.columns().iter().filter(wanted).collect();
-        let names: Vec<String> = columns.iter().flat_map(|column| column.stored()).collect();
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let names: Vec<_> = columns.iter().flat_map(|column| column.stored()).collect();
+        let names: Vec<&str> = names.iter().map(|(name, _)| name.as_str()).collect();
         let points = self.read(|reader| reader.query(wagon, &names, span.from_s, span.to_s, span.step_s))?;
         let written_until = self.status().written_until_unix_s.map(|unix_s| rfc3339(unix_s * 1_000_000_000));
         Ok(view(wagon, span, &columns, &points, written_until))

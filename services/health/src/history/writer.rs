@@ -3,7 +3,7 @@
 use super::History;
 use super::columns::{self, Column};
 use railgrip_bus::now;
-use railgrip_history::{HistoryError, Retention, Store};
+use railgrip_history::{HistoryError, Limits, Retention, Store};
 use railgrip_messages::Health;
 use railgrip_settings::HistorySettings;
 use std::sync::Arc;
@@ -17,6 +17,10 @@ const WAITING_RECORDS: usize = 16_384;
 const REOPEN: Duration = Duration::from_secs(2);
 /// Time between two looks at age and size.
 const PRUNE: Duration = Duration::from_secs(600);
+/// A clock that jumps ahead by more while this process runs is not trusted, s.
+const JUMP_S: i64 = 3600;
+/// Nor is one that, at the start, is further ahead of what is stored, s.
+const PAUSE_S: i64 = 60 * 86_400;
 
 struct Record {
     wagon: u32,
@@ -59,10 +63,43 @@ pub fn start(settings: &HistorySettings, history: Arc<History>) -> (Recorder, st
         receiver,
         refused: dropped,
         store: None,
+        clock: Clock::default(),
         opened: None,
         lost: 0,
     };
     (recorder, std::thread::spawn(move || writer.run()))
+}
+
+/// Whether the wall clock may be trusted to say how old something is. A clock that is set years ahead, if only for a
+/// minute, must not delete everything.
+#[derive(Default)]
+struct Clock {
+    /// Wall minus monotonic clock at the start, ns.
+    offset_ns: Option<i64>,
+    distrusted: bool,
+}
+
+impl Clock {
+    /// Unix s, unless the clock has jumped ahead since the start of this process, or was already far ahead of what is
+    /// stored then.
+    fn trusted(&mut self, newest_block_s: Option<i64>) -> Option<i64> {
+        let stamp = now();
+        let unix_s = stamp.unix_ns.div_euclid(1_000_000_000);
+        let offset_ns = stamp.unix_ns - stamp.monotonic_ns.cast_signed();
+        let ahead_s = match self.offset_ns {
+            Some(before_ns) => (offset_ns - before_ns) / 1_000_000_000,
+            None => newest_block_s.map_or(0, |newest_s| unix_s - newest_s),
+        };
+        let allowed_s = if self.offset_ns.is_some() { JUMP_S } else { PAUSE_S };
+        self.offset_ns = Some(self.offset_ns.unwrap_or(offset_ns));
+        if ahead_s > allowed_s && !self.distrusted {
+            self.distrusted = true;
+            tracing::warn!(
+                "the clock is far ahead of what is stored: nothing goes by age until the next start"
+            );
+        }
+        (!self.distrusted).then_some(unix_s)
+    }
 }
 
 struct Writer {
@@ -72,6 +109,7 @@ struct Writer {
     /// Records for which there was no room.
     refused: Arc<AtomicU64>,
     store: Option<Store>,
+    clock: Clock,
     opened: Option<Instant>,
     /// Records that came while there was no store.
     lost: u64,
@@ -90,6 +128,10 @@ impl Writer {
             }
             if flushed.elapsed() >= period {
                 flushed = Instant::now();
+                // What waits has arrived: only then is it true that everything until now is written.
+                while let Ok(record) = self.receiver.try_recv() {
+                    self.push(&record);
+                }
                 self.flush(false);
                 if pruned.is_none_or(|pruned| pruned.elapsed() >= PRUNE) {
                     pruned = Some(Instant::now());
@@ -107,7 +149,7 @@ impl Writer {
         self.opened = Some(Instant::now());
         let database = self.settings.database();
         let names = columns::stored(self.history.columns());
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let names: Vec<_> = names.iter().map(|(name, keep)| (name.as_str(), *keep)).collect();
         // If the folder cannot be made, opening says so.
         let _ = std::fs::create_dir_all(&self.settings.dir);
         match Store::open(&database, &names) {
@@ -116,6 +158,8 @@ impl Writer {
                     tracing::error!(file = %aside.display(), "the history was damaged and has been set aside");
                 }
                 tracing::info!(file = %database.display(), "history");
+                // Asked once before anything new is stored, so that it can be compared with what was.
+                self.clock.trusted(store.newest_block_s().ok().flatten());
                 self.store = Some(store);
                 self.report(None);
             }
@@ -155,15 +199,17 @@ impl Writer {
 
     fn prune(&mut self) {
         const DAY_S: f64 = 86_400.0;
-        let [second, minute, hour] = self.settings.tiers;
+        let limits = |tier: railgrip_settings::TierLimits| Limits {
+            age_s: (tier.days * DAY_S) as i64,
+            size_bytes: (tier.megabytes * 1e6) as u64,
+        };
         let retention = Retention {
-            second_s: (second.days * DAY_S) as i64,
-            minute_s: (minute.days * DAY_S) as i64,
-            hour_s: (hour.days * DAY_S) as i64,
-            size_bytes: ((second.megabytes + minute.megabytes + hour.megabytes) * 1e6) as u64,
+            tiers: self.settings.tiers.map(limits),
+            event_s: (self.settings.event_days * DAY_S) as i64,
         };
         let Some(store) = &mut self.store else { return };
-        if let Err(error) = store.prune(&retention, now().unix_ns.div_euclid(1_000_000_000)) {
+        let now_unix_s = self.clock.trusted(store.newest_block_s().ok().flatten());
+        if let Err(error) = store.prune(&retention, now_unix_s) {
             self.report(Some(&error));
         }
     }

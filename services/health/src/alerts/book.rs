@@ -1,0 +1,529 @@
+//! All alerts, with the state of what may become one.
+
+use super::journal::{Journal, Letter};
+use super::model::{
+    AcknowledgeRequest, Acknowledgement, Alert, AlertPlace, AlertState, Change, Scope, Shelf, ShelveRequest,
+};
+use super::rules;
+use crate::model::{AlertCounts, Grade};
+use crate::time::rfc3339;
+use railgrip_messages::Stamp;
+use railgrip_settings::AlertSettings;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::path::PathBuf;
+
+/// Alerts that are over and still listed.
+const REMEMBERED: usize = 200;
+/// A cause that comes back again and again must stay away at most so many times longer.
+const MOST_PATIENCE: u32 = 5;
+/// While the journal refuses, it is tried again after so long, ns.
+const JOURNAL_PAUSE_NS: u64 = 5_000_000_000;
+
+/// A symptom: an indicator at one place. Wagon 0 is the train itself, or this service.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Cause {
+    /// The wagon.
+    pub wagon: u32,
+    /// The wheelset, 1 leading.
+    pub wheelset: Option<u32>,
+    /// The indicator, or `silent`, `no_pressure`, `late`, `storage`.
+    pub name: &'static str,
+}
+
+/// Why a request of a person cannot be carried out.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Refusal {
+    /// There is no such alert.
+    #[error("there is no alert {0}")]
+    Unknown(u64),
+    /// It is over.
+    #[error("alert {0} is over: its cause is gone")]
+    Over(u64),
+    /// It is not shelved.
+    #[error("alert {0} is not shelved")]
+    NotShelved(u64),
+    /// The request makes no sense.
+    #[error("{0}")]
+    Invalid(String),
+}
+
+/// Whether a symptom counts.
+#[derive(Debug, Default)]
+struct Watched {
+    bad_since_ns: Option<u64>,
+    good_since_ns: Option<u64>,
+    /// Since when it is worse than what counts, or less bad.
+    other_since_ns: Option<u64>,
+    counts: Option<(Grade, String)>,
+}
+
+/// A cause, of the train or of one wagon.
+type Key = (String, Option<u32>);
+
+/// See the module.
+#[derive(Debug)]
+pub struct AlertBook {
+    settings: AlertSettings,
+    wagons: u32,
+    gaps: PathBuf,
+    watched: BTreeMap<Cause, Watched>,
+    open: BTreeMap<Key, Alert>,
+    over: VecDeque<Alert>,
+    last_id: u64,
+    news: Vec<Alert>,
+    version: u64,
+    journal: Option<Journal>,
+    unsaved: BTreeSet<u64>,
+    letters: Vec<Letter>,
+    refused_ns: Option<u64>,
+    trouble: Option<String>,
+}
+
+impl AlertBook {
+    /// No alert yet of a train of so many wagons; recordings of mismatches lie in `gaps`.
+    #[must_use]
+    pub fn new(settings: AlertSettings, wagons: u32, gaps: PathBuf) -> Self {
+        Self {
+            settings,
+            wagons,
+            gaps,
+            watched: BTreeMap::new(),
+            open: BTreeMap::new(),
+            over: VecDeque::new(),
+            last_id: 0,
+            news: Vec::new(),
+            version: 0,
+            journal: None,
+            unsaved: BTreeSet::new(),
+            letters: Vec::new(),
+            refused_ns: None,
+            trouble: None,
+        }
+    }
+
+    /// Goes on from what the journal kept, and keeps everything in it from now on.
+    pub fn keep_in(&mut self, journal: Journal, kept: Vec<Alert>) {
+        for alert in kept {
+            self.last_id = self.last_id.max(alert.id);
+            if !alert.active {
+                self.over.push_back(alert);
+                continue;
+            }
+            for place in alert.places.iter().filter(|place| place.wagon <= self.wagons) {
+                let Some(name) = NAMES.iter().find(|name| **name == place.indicator) else { continue };
+                let cause = Cause { wagon: place.wagon, wheelset: place.wheelset, name };
+                let counts = Some((place.grade, place.reason.clone()));
+                self.watched.insert(cause, Watched { counts, ..Watched::default() });
+            }
+            let wagon = (alert.scope == Scope::Wagon).then_some(alert.wagon);
+            self.open.insert((alert.cause.clone(), wagon), alert);
+        }
+        self.over.make_contiguous().sort_by_key(|alert| std::cmp::Reverse(alert.unix_ns));
+        self.journal = Some(journal);
+        self.version += 1;
+    }
+
+    /// Takes in how a symptom is judged now. `Unknown` neither raises nor clears.
+    pub fn judge(&mut self, cause: Cause, grade: Grade, reason: &str, now: Stamp) {
+        let now_ns = now.monotonic_ns;
+        let seconds = |since_ns: u64| now_ns.saturating_sub(since_ns) as f64 * 1e-9;
+        let (raise_s, clear_s) = (self.settings.raise_after_s, self.clear_after_s(&cause));
+        match grade {
+            Grade::Unknown => {}
+            Grade::Ok => {
+                let Some(watched) = self.watched.get_mut(&cause) else { return };
+                watched.bad_since_ns = None;
+                let since_ns = *watched.good_since_ns.get_or_insert(now_ns);
+                if watched.counts.is_none() || seconds(since_ns) >= clear_s {
+                    self.watched.remove(&cause);
+                }
+            }
+            Grade::Watch | Grade::Act => {
+                let watched = self.watched.entry(cause).or_default();
+                watched.good_since_ns = None;
+                let since_ns = *watched.bad_since_ns.get_or_insert(now_ns);
+                match &mut watched.counts {
+                    None if seconds(since_ns) >= raise_s => {
+                        watched.counts = Some((grade, reason.to_owned()));
+                    }
+                    None => {}
+                    Some((counts, words)) if *counts == grade => {
+                        watched.other_since_ns = None;
+                        if words != reason {
+                            reason.clone_into(words);
+                        }
+                    }
+                    Some(counts) => {
+                        let since_ns = *watched.other_since_ns.get_or_insert(now_ns);
+                        let needed_s = if grade > counts.0 { raise_s } else { clear_s };
+                        if seconds(since_ns) >= needed_s {
+                            *counts = (grade, reason.to_owned());
+                            watched.other_since_ns = None;
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// What comes back again and again must stay away longer: twice as long each time.
+    fn clear_after_s(&self, cause: &Cause) -> f64 {
+        let name = rules::cause_of(cause.name);
+        let alert = [Some(cause.wagon), None].into_iter().find_map(|wagon| self.open.get(&(name.to_owned(), wagon)));
+        let times = alert.map_or(1, |alert| alert.times);
+        self.settings.clear_after_s * f64::from(1u32 << (times - 1).min(MOST_PATIENCE))
+    }
+
+    /// Turns the symptoms that count into alerts; to be called after all were judged.
+    pub fn settle(&mut self, now: Stamp) {
+        let mut shown = self.grouped();
+        let gone: Vec<Key> = self.open.keys().filter(|key| !shown.contains_key(*key)).cloned().collect();
+        for key in gone {
+            let into = shown.contains_key(&(key.0.clone(), None)) && key.1.is_some();
+            self.end(&key, into, now);
+        }
+        let keys: Vec<Key> = shown.keys().cloned().collect();
+        for key in keys {
+            let places = shown.remove(&key).unwrap_or_default();
+            if self.open.contains_key(&key) {
+                self.renew(&key, places, now);
+            } else {
+                self.raise(key, places, now);
+            }
+        }
+        self.unshelve_in_time(now);
+        self.save(now);
+    }
+
+    /// The symptoms that count by cause, and by wagon unless the cause is the train's.
+    fn grouped(&self) -> BTreeMap<Key, Vec<AlertPlace>> {
+        let mut by_cause: BTreeMap<&str, BTreeMap<u32, Vec<AlertPlace>>> = BTreeMap::new();
+        for (cause, watched) in &self.watched {
+            let Some((grade, reason)) = &watched.counts else { continue };
+            by_cause.entry(rules::cause_of(cause.name)).or_default().entry(cause.wagon).or_default().push(
+                AlertPlace {
+                    wagon: cause.wagon,
+                    wheelset: cause.wheelset,
+                    indicator: cause.name.to_owned(),
+                    grade: *grade,
+                    reason: reason.clone(),
+                },
+            );
+        }
+        let acts = |name: &str, wagon: u32| {
+            by_cause.get(name).and_then(|wagons| wagons.get(&wagon)).is_some_and(|places| rules::grade(places) == Grade::Act)
+        };
+        let explained = |name: &str, wagon: u32| {
+            ["isolated", "sensors"].iter().any(|other| rules::is_explained_by(name, other) && acts(other, wagon))
+        };
+        let mut shown = BTreeMap::new();
+        for (name, wagons) in &by_cause {
+            let left: BTreeMap<u32, Vec<AlertPlace>> = wagons
+                .iter()
+                .filter(|(wagon, _)| !explained(name, **wagon))
+                .map(|(wagon, places)| (*wagon, places.clone()))
+                .collect();
+            let whole = (*name).to_owned();
+            if !left.is_empty() && (rules::is_of_the_train(name) || self.is_common(name, left.len())) {
+                shown.insert((whole, None), left.into_values().flatten().collect());
+            } else {
+                shown.extend(left.into_iter().map(|(wagon, places)| ((whole.clone(), Some(wagon)), places)));
+            }
+        }
+        shown
+    }
+
+    /// True if so many wagons with one cause mean that it is the train's; once it is, it stays so until it is gone.
+    fn is_common(&self, cause: &str, wagons: usize) -> bool {
+        let share = self.settings.group_share * f64::from(self.wagons);
+        let many = wagons as f64 >= share.max(f64::from(self.settings.group_least));
+        many || self.open.contains_key(&(cause.to_owned(), None))
+    }
+
+    fn raise(&mut self, key: Key, places: Vec<AlertPlace>, now: Stamp) {
+        let window_ns = (self.settings.reopen_within_s * 1e9) as i64;
+        let scope = if key.1.is_some() { Scope::Wagon } else { Scope::Train };
+        let same = |alert: &Alert| {
+            alert.cause == key.0
+                && alert.scope == scope
+                && (scope == Scope::Train || key.1 == Some(alert.wagon))
+                && (0..=window_ns).contains(&(now.unix_ns - alert.unix_ns))
+                && alert.history.last().is_none_or(|line| line.change != Change::Merged)
+        };
+        let known = self.over.iter().position(same).and_then(|index| self.over.remove(index));
+        let (mut alert, change) = match known {
+            Some(mut alert) => {
+                if alert.shelved.as_ref().is_some_and(|shelf| shelf.until_unix_ns <= now.unix_ns) {
+                    alert.shelved = None;
+                }
+                alert.come_back(places, now);
+                (alert, Change::Returned)
+            }
+            None => {
+                self.last_id += 1;
+                let mut alert = Alert::new(self.last_id, &key.0, scope, places, now);
+                let said = alert.reason.clone();
+                alert.note(Change::Raised, None, Some(said), now);
+                (alert, Change::Raised)
+            }
+        };
+        alert.find_recording(&self.gaps);
+        self.tell(&alert, change, now);
+        self.open.insert(key, alert);
+    }
+
+    fn renew(&mut self, key: &Key, places: Vec<AlertPlace>, now: Stamp) {
+        let Some(alert) = self.open.get_mut(key) else { return };
+        if alert.places == places {
+            return;
+        }
+        let (worst, before, wagons) = (alert.grade, alert.grade_now, alert.wagons.len());
+        let unwatched = alert.evidence.recording.is_none();
+        alert.show(places);
+        let change = if alert.grade_now > worst {
+            alert.become_worse(now);
+            Some(Change::Worse)
+        } else if alert.wagons.len() > wagons {
+            alert.note(Change::Spread, None, Some(alert.reason.clone()), now);
+            Some(Change::Spread)
+        } else if alert.grade_now < before {
+            alert.note(Change::Better, None, Some(alert.reason.clone()), now);
+            Some(Change::Better)
+        } else {
+            None
+        };
+        if unwatched && change.is_some() {
+            alert.find_recording(&self.gaps);
+        }
+        let alert = alert.clone();
+        match change {
+            Some(change) => self.tell(&alert, change, now),
+            // Words and figures move all the time; they are shown, but neither told nor kept.
+            None => self.version += 1,
+        }
+    }
+
+    fn end(&mut self, key: &Key, merged: bool, now: Stamp) {
+        let Some(mut alert) = self.open.remove(key) else { return };
+        let change = if merged { Change::Merged } else { Change::Cleared };
+        let note = merged.then(|| "part of an alert of the whole train now".to_owned());
+        alert.end(change, note, now);
+        self.tell(&alert, change, now);
+        self.over.push_front(alert);
+        if let Some(forgotten) = self.over.get(REMEMBERED) {
+            self.unsaved.insert(forgotten.id);
+        }
+        self.over.truncate(REMEMBERED);
+    }
+
+    fn unshelve_in_time(&mut self, now: Stamp) {
+        let due = |alert: &&mut Alert| {
+            alert.shelved.as_ref().is_some_and(|shelf| shelf.until_unix_ns <= now.unix_ns)
+        };
+        let mut back = Vec::new();
+        for alert in self.open.values_mut().filter(due) {
+            alert.shelved = None;
+            alert.note(Change::Unshelved, None, Some("its time is over".to_owned()), now);
+            back.push(alert.clone());
+        }
+        back.iter().for_each(|alert| self.tell(alert, Change::Unshelved, now));
+    }
+
+    /// Somebody takes notice.
+    ///
+    /// # Errors
+    /// An alert that is not there or over, or a request without a name.
+    pub fn acknowledge(&mut self, id: u64, request: AcknowledgeRequest, now: Stamp) -> Result<Alert, Refusal> {
+        let by = sane("by", &request.by, 100)?;
+        let note = request.note.map(|note| sane("note", &note, 500)).transpose()?;
+        self.change(id, Change::Acknowledged, now, |alert| {
+            alert.acknowledged =
+                Some(Acknowledgement { by: by.clone(), at: rfc3339(now.unix_ns), note: note.clone() });
+            alert.note(Change::Acknowledged, Some(&by), note, now);
+            Ok(())
+        })
+    }
+
+    /// Somebody puts it aside for a time.
+    ///
+    /// # Errors
+    /// As [`Self::acknowledge`], and a duration out of range.
+    pub fn shelve(&mut self, id: u64, request: ShelveRequest, now: Stamp) -> Result<Alert, Refusal> {
+        let (by, why) = (sane("by", &request.by, 100)?, sane("why", &request.why, 500)?);
+        if !(60.0..=2_592_000.0).contains(&request.duration_s) {
+            let said = format!("`duration_s` is {}; allowed is 60 to 2592000 (30 days)", request.duration_s);
+            return Err(Refusal::Invalid(said));
+        }
+        let until_unix_ns = now.unix_ns + (request.duration_s * 1e9) as i64;
+        self.change(id, Change::Shelved, now, |alert| {
+            alert.shelved = Some(Shelf {
+                by: by.clone(),
+                at: rfc3339(now.unix_ns),
+                why: why.clone(),
+                until: rfc3339(until_unix_ns),
+                until_unix_ns,
+            });
+            alert.note(Change::Shelved, Some(&by), Some(why), now);
+            Ok(())
+        })
+    }
+
+    /// Somebody takes it back before its time is over.
+    ///
+    /// # Errors
+    /// As [`Self::acknowledge`], and an alert that is not shelved.
+    pub fn unshelve(&mut self, id: u64, request: AcknowledgeRequest, now: Stamp) -> Result<Alert, Refusal> {
+        let by = sane("by", &request.by, 100)?;
+        self.change(id, Change::Unshelved, now, |alert| {
+            alert.shelved.take().ok_or(Refusal::NotShelved(id))?;
+            alert.note(Change::Unshelved, Some(&by), request.note, now);
+            Ok(())
+        })
+    }
+
+    fn change(
+        &mut self,
+        id: u64,
+        change: Change,
+        now: Stamp,
+        make: impl FnOnce(&mut Alert) -> Result<(), Refusal>,
+    ) -> Result<Alert, Refusal> {
+        let Some(alert) = self.open.values_mut().find(|alert| alert.id == id) else {
+            let over = self.over.iter().any(|alert| alert.id == id);
+            return Err(if over { Refusal::Over(id) } else { Refusal::Unknown(id) });
+        };
+        make(alert)?;
+        let alert = alert.clone();
+        self.tell(&alert, change, now);
+        self.save(now);
+        Ok(alert)
+    }
+
+    fn tell(&mut self, alert: &Alert, change: Change, now: Stamp) {
+        self.version += 1;
+        self.news.push(alert.clone());
+        self.unsaved.insert(alert.id);
+        if change.is_delivered() && alert.shelved.is_none() {
+            self.letters.push(Letter { alert: alert.clone(), change, at_unix_ns: now.unix_ns });
+        }
+    }
+
+    /// Writes what changed. While the disk refuses, everything live goes on and it is tried again.
+    fn save(&mut self, now: Stamp) {
+        let Some(journal) = &mut self.journal else {
+            self.unsaved.clear();
+            self.letters.clear();
+            return;
+        };
+        if self.unsaved.is_empty() && self.letters.is_empty() {
+            return;
+        }
+        let waits = |refused_ns| now.monotonic_ns.saturating_sub(refused_ns) < JOURNAL_PAUSE_NS;
+        if self.refused_ns.is_some_and(waits) {
+            return;
+        }
+        let known = || self.open.values().chain(&self.over).filter(|alert| self.unsaved.contains(&alert.id));
+        let (kept, gone): (Vec<&Alert>, Vec<u64>) = (
+            known().collect(),
+            self.unsaved.iter().copied().filter(|id| !known().any(|alert| alert.id == *id)).collect(),
+        );
+        match journal.save(&kept, &gone, &self.letters) {
+            Ok(()) => {
+                self.unsaved.clear();
+                self.letters.clear();
+                (self.refused_ns, self.trouble) = (None, None);
+            }
+            Err(error) => {
+                if self.trouble.is_none() {
+                    tracing::warn!(%error, "alerts are not kept: a restart would forget them");
+                }
+                (self.refused_ns, self.trouble) = (Some(now.monotonic_ns), Some(error.to_string()));
+            }
+        }
+    }
+
+    /// Why alerts are not kept at the moment, if so.
+    #[must_use]
+    pub fn trouble(&self) -> Option<&str> {
+        self.trouble.as_deref()
+    }
+
+    /// Says that alerts are not kept, and why.
+    pub fn set_trouble(&mut self, trouble: String) {
+        self.trouble = Some(trouble);
+    }
+
+    /// Rises with every change.
+    #[must_use]
+    pub const fn version(&self) -> u64 {
+        self.version
+    }
+
+    /// What happened since it was last asked.
+    pub fn take_news(&mut self) -> Vec<Alert> {
+        std::mem::take(&mut self.news)
+    }
+
+    /// Active alerts, those that nobody has taken notice of first, worst and latest first; then those that are over.
+    #[must_use]
+    pub fn list(&self) -> Vec<Alert> {
+        let mut active: Vec<Alert> = self.open.values().cloned().collect();
+        let rest = |alert: &Alert| match alert.state {
+            AlertState::Active => 0,
+            AlertState::Acknowledged => 1,
+            AlertState::Shelved | AlertState::Cleared => 2,
+        };
+        active.sort_by_key(|alert| {
+            (rest(alert), std::cmp::Reverse(alert.grade_now), std::cmp::Reverse(alert.id))
+        });
+        active.extend(self.over.iter().cloned());
+        active
+    }
+
+    /// The alert of that number.
+    #[must_use]
+    pub fn get(&self, id: u64) -> Option<Alert> {
+        self.open.values().chain(&self.over).find(|alert| alert.id == id).cloned()
+    }
+
+    /// How many are active and not shelved.
+    #[must_use]
+    pub fn counts(&self) -> AlertCounts {
+        let told = self.open.values().filter(|alert| alert.shelved.is_none());
+        let of = |grade| told.clone().filter(|alert| alert.grade_now == grade).count() as u32;
+        AlertCounts { watch: of(Grade::Watch), act: of(Grade::Act) }
+    }
+}
+
+/// Symptoms that a journal may hold.
+const NAMES: &[&str] = &[
+    "asymmetry",
+    "brake_friction",
+    "brake_friction_standard",
+    "capability",
+    "dragging",
+    "filter",
+    "isolated",
+    "late",
+    "model",
+    "no_pressure",
+    "rail",
+    "response",
+    "sanding",
+    "sensors",
+    "silent",
+    "slides",
+    "storage",
+    "wsp_share",
+];
+
+fn sane(key: &str, text: &str, most: usize) -> Result<String, Refusal> {
+    let text = text.trim();
+    if (1..=most).contains(&text.chars().count()) && !text.chars().any(|c| c.is_control() && c != '\n') {
+        return Ok(text.to_owned());
+    }
+    Err(Refusal::Invalid(format!("`{key}` must be a text of 1 to {most} characters")))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,129 @@
+//! What happens to one alert, and its line in the history.
+
+use super::model::{Alert, AlertEvent, AlertPlace, AlertState, Change, Evidence, Scope};
+use super::rules;
+use crate::model::Grade;
+use crate::time::rfc3339;
+use railgrip_messages::Stamp;
+use std::path::Path;
+
+/// Lines that an alert's history keeps.
+const LINES: usize = 50;
+/// Evidence begins so long before the alert, s, and ends so long after.
+const EVIDENCE_S: i64 = 600;
+
+impl Alert {
+    /// A new alert.
+    pub(super) fn new(id: u64, cause: &str, scope: Scope, places: Vec<AlertPlace>, now: Stamp) -> Self {
+        let grade = rules::grade(&places);
+        let mut alert = Self {
+            id,
+            cause: cause.to_owned(),
+            scope,
+            wagon: 0,
+            wheelset: None,
+            wagons: Vec::new(),
+            places: Vec::new(),
+            grade,
+            grade_now: grade,
+            reason: String::new(),
+            advice: rules::advice(cause, scope).to_owned(),
+            evidence: Evidence { history: String::new(), recording: None },
+            active: true,
+            state: AlertState::Active,
+            acknowledged: None,
+            shelved: None,
+            times: 1,
+            raised_at: rfc3339(now.unix_ns),
+            cleared_at: None,
+            history: Vec::new(),
+            changes: 0,
+            unix_ns: now.unix_ns,
+        };
+        alert.show(places);
+        alert
+    }
+
+    /// Takes over where the cause shows now.
+    pub(super) fn show(&mut self, places: Vec<AlertPlace>) {
+        let worst = rules::worst(&places);
+        self.wagons = rules::wagons(&places);
+        self.wagon = self.wagons.first().copied().unwrap_or(0);
+        self.wheelset = worst.filter(|_| self.scope == Scope::Wagon).and_then(|place| place.wheelset);
+        self.grade_now = rules::grade(&places);
+        self.reason = rules::reason(self.scope, &places);
+        let wagon = worst.map_or(1, |place| place.wagon.max(1));
+        self.places = places;
+        let around_s = self.unix_ns.div_euclid(1_000_000_000);
+        self.evidence.history = format!(
+            "/api/v1/wagons/{wagon}/history?from={}&to={}",
+            around_s - EVIDENCE_S,
+            around_s + EVIDENCE_S
+        );
+    }
+
+    /// Names the latest recording that was kept of its wagon, if its cause is one that a recording explains.
+    pub(super) fn find_recording(&mut self, gaps: &Path) {
+        if self.cause != "filter" {
+            return;
+        }
+        let prefix = format!("wagon-{}-", self.wagon);
+        let folders = std::fs::read_dir(gaps).into_iter().flatten().flatten().map(|entry| entry.path());
+        let name = |path: &Path| path.file_name().map(|name| name.to_string_lossy().into_owned());
+        let own = folders.filter(|path| name(path).is_some_and(|name| name.starts_with(&prefix)));
+        if let Some(path) = own.max_by_key(|path| name(path)) {
+            self.evidence.recording = Some(path.display().to_string());
+        }
+    }
+
+    /// Writes a line of history and renews the state.
+    pub(super) fn note(&mut self, change: Change, by: Option<&str>, note: Option<String>, now: Stamp) {
+        self.changes += 1;
+        if self.history.len() >= LINES {
+            self.history.remove(1);
+        }
+        let grade = if change == Change::Cleared { Grade::Ok } else { self.grade_now };
+        self.history.push(AlertEvent {
+            at: rfc3339(now.unix_ns),
+            change,
+            grade,
+            by: by.map(str::to_owned),
+            note,
+        });
+        self.state = match (self.active, &self.shelved, &self.acknowledged) {
+            (false, _, _) => AlertState::Cleared,
+            (true, Some(_), _) => AlertState::Shelved,
+            (true, None, Some(_)) => AlertState::Acknowledged,
+            (true, None, None) => AlertState::Active,
+        };
+    }
+
+    /// The cause is gone, or became part of another alert.
+    pub(super) fn end(&mut self, change: Change, note: Option<String>, now: Stamp) {
+        self.active = false;
+        self.grade_now = Grade::Ok;
+        self.cleared_at = Some(rfc3339(now.unix_ns));
+        self.unix_ns = now.unix_ns;
+        self.note(change, None, note, now);
+    }
+
+    /// The cause is back.
+    pub(super) fn come_back(&mut self, places: Vec<AlertPlace>, now: Stamp) {
+        self.active = true;
+        self.cleared_at = None;
+        self.acknowledged = None;
+        self.times += 1;
+        self.unix_ns = now.unix_ns;
+        self.show(places);
+        self.grade = self.grade.max(self.grade_now);
+        self.note(Change::Returned, None, None, now);
+    }
+
+    /// It became worse: whoever put it aside or took notice did so for something lesser.
+    pub(super) fn become_worse(&mut self, now: Stamp) {
+        self.grade = self.grade_now;
+        self.acknowledged = None;
+        self.shelved = None;
+        self.note(Change::Worse, None, Some(self.reason.clone()), now);
+    }
+}
