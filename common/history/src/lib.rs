@@ -17,12 +17,20 @@
 //! Times are Unix seconds. When the wall clock jumps back, values are merged into the buckets that are there.
 
 mod block;
+mod error;
+mod event;
 mod key;
 mod query;
+mod retention;
+mod schema;
 mod store;
 mod tier;
 
 pub use block::{BlockError, Bucket, Cell, Keep};
+pub use error::HistoryError;
+pub use event::{Event, EventFilter, NumberedEvent};
 pub use query::{Point, Reader};
-pub use store::{Flushed, HistoryError, Retention, Store};
+pub use retention::{Limits, Retention};
+pub use schema::SCHEMA_VERSION;
+pub use store::{Flushed, Store};
 pub use tier::Tier;

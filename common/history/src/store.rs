@@ -1,86 +1,13 @@
 //! The writing side of the history.
 
-use crate::Tier;
-use crate::block::{BlockError, Bucket, Buckets, Cell, decode, encode};
-use rusqlite::{Connection, ErrorCode, OptionalExtension, params};
-use std::collections::BTreeMap;
+use crate::block::{Bucket, Buckets, Cell, Keep, decode, encode};
+use crate::event::{self, Event, WAITING_EVENTS};
+use crate::schema;
+use crate::{HistoryError, Tier, key};
+use rusqlite::{Connection, OptionalExtension, params};
+use std::collections::{BTreeMap, VecDeque};
+use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
-
-/// Version of the database's tables; older ones are migrated when opened.
-const SCHEMA_VERSION: i64 = 1;
-
-/// What brings a database from each version to the next.
-const MIGRATIONS: [&str; SCHEMA_VERSION as usize] = ["
-    CREATE TABLE column (place INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE) STRICT;
-    CREATE TABLE block (
-        tier INTEGER NOT NULL, wagon INTEGER NOT NULL, start_s INTEGER NOT NULL, packed BLOB NOT NULL,
-        PRIMARY KEY (tier, wagon, start_s)
-    ) STRICT, WITHOUT ROWID;
-"];
-
-/// Why the history failed.
-#[derive(Debug, thiserror::Error)]
-pub enum HistoryError {
-    /// The database refused; the disk may be full or read-only.
-    #[error("history {}: {source}", path.display())]
-    Database {
-        /// The database file.
-        path: PathBuf,
-        /// What SQLite says.
-        source: rusqlite::Error,
-    },
-    /// The database was written by a newer program.
-    #[error("history {}: written by a newer version (tables of version {found}, this program knows {SCHEMA_VERSION})", path.display())]
-    Newer {
-        /// The database file.
-        path: PathBuf,
-        /// Its version.
-        found: i64,
-    },
-    /// A block in the database is damaged.
-    #[error("history {}: wagon {wagon}, block at {start_s}: {source}", path.display())]
-    Block {
-        /// The database file.
-        path: PathBuf,
-        /// Whose block.
-        wagon: u32,
-        /// Start of the block, Unix s.
-        start_s: i64,
-        /// What is wrong.
-        source: BlockError,
-    },
-}
-
-impl HistoryError {
-    /// Whether the disk is full or read-only: history pauses, and everything live goes on.
-    pub fn is_storage(&self) -> bool {
-        matches!(self, Self::Database { source, .. } if matches!(
-            source.sqlite_error_code(),
-            Some(ErrorCode::DiskFull | ErrorCode::ReadOnly | ErrorCode::SystemIoFailure | ErrorCode::CannotOpen)
-        ))
-    }
-}
-
-/// How long and how much is kept.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Retention {
-    /// Age at which buckets of a second go, s.
-    pub second_s: i64,
-    /// Age at which buckets of a minute go, s.
-    pub minute_s: i64,
-    /// Age at which buckets of an hour go, s.
-    pub hour_s: i64,
-    /// Size of the database above which the oldest seconds go early, bytes.
-    pub size_bytes: u64,
-}
-
-impl Default for Retention {
-    /// A week of seconds, a quarter of minutes, ten years of hours, 2 GiB.
-    fn default() -> Self {
-        const DAY: i64 = 86_400;
-        Self { second_s: 7 * DAY, minute_s: 92 * DAY, hour_s: 3653 * DAY, size_bytes: 2 << 30 }
-    }
-}
 
 /// What a flush did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -89,6 +16,8 @@ pub struct Flushed {
     pub blocks: u64,
     /// Bytes of blocks written.
     pub bytes: u64,
+    /// Events written.
+    pub events: u64,
 }
 
 /// A block in memory, complete or still growing.
@@ -99,7 +28,7 @@ struct Open {
 }
 
 /// Blocks that may wait in memory while the disk refuses them; beyond, the oldest are dropped and counted.
-const WAITING_BLOCKS: usize = 4096;
+const WAITING_BLOCKS: usize = 1024;
 
 /// The writing side: one per database.
 #[derive(Debug)]
@@ -109,10 +38,17 @@ pub struct Store {
     /// Place of each pushed value in a bucket: columns keep theirs for the life of the database, so that blocks of
     /// older versions of the program stay readable and can be continued.
     places: Vec<usize>,
+    /// What is kept of each place.
+    keep: Vec<Keep>,
     open: BTreeMap<(Tier, u32, i64), Open>,
-    newest: BTreeMap<u32, i64>,
+    events: VecDeque<Event>,
+    /// Time of the last push, Unix s.
+    newest_s: i64,
     dropped_blocks: u64,
+    dropped_events: u64,
     set_aside: Option<PathBuf>,
+    /// Keeps other writers away as long as this one lives.
+    _lock: File,
 }
 
 impl Store {
@@ -122,25 +58,20 @@ impl Store {
     /// train with a damaged history still runs.
     ///
     /// # Errors
-    /// The file cannot be opened or created, or a newer program wrote it.
-    pub fn open(path: &Path, columns: &[&str]) -> Result<Self, HistoryError> {
-        match Self::open_once(path, columns) {
-            Err(HistoryError::Database { source, .. })
-                if matches!(
-                    source.sqlite_error_code(),
-                    Some(ErrorCode::NotADatabase | ErrorCode::DatabaseCorrupt)
-                ) =>
-            {
+    /// The file cannot be opened or created, a newer program wrote it, or another process writes it.
+    pub fn open(path: &Path, columns: &[(&str, Keep)]) -> Result<Self, HistoryError> {
+        let lock = claim(path)?;
+        match Self::open_once(path, columns, &lock) {
+            Err(error) if error.is_damage() => {
                 let aside = free_name(path);
-                let moved = std::fs::rename(path, &aside);
+                if std::fs::rename(path, &aside).is_err() {
+                    return Err(error);
+                }
                 for suffix in ["-wal", "-shm"] {
-                    // They may not exist, and without their database they mean nothing.
-                    let _ = std::fs::remove_file(with_suffix(path, suffix));
+                    // They may not exist, and without their database they mean nothing to the new one.
+                    let _ = std::fs::rename(with_suffix(path, suffix), with_suffix(&aside, suffix));
                 }
-                if moved.is_err() {
-                    return Err(HistoryError::Database { path: path.to_owned(), source });
-                }
-                let mut store = Self::open_once(path, columns)?;
+                let mut store = Self::open_once(path, columns, &lock)?;
                 store.set_aside = Some(aside);
                 Ok(store)
             }
@@ -148,23 +79,36 @@ impl Store {
         }
     }
 
-    fn open_once(path: &Path, columns: &[&str]) -> Result<Self, HistoryError> {
+    fn open_once(path: &Path, columns: &[(&str, Keep)], lock: &File) -> Result<Self, HistoryError> {
         let fail = |source| HistoryError::Database { path: path.to_owned(), source };
+        let lock = lock.try_clone().map_err(|source| HistoryError::Lock { path: path.to_owned(), source })?;
         let connection = Connection::open(path).map_err(fail)?;
-        prepare(&connection).map_err(fail)?;
-        migrate(&connection, path)?;
-        let places = register_columns(&connection, columns).map_err(fail)?;
+        schema::prepare(&connection).map_err(fail)?;
+        schema::migrate(&connection, path)?;
+        let (places, keep) = schema::register_columns(&connection, columns).map_err(fail)?;
         let mut store = Self {
             connection,
             path: path.to_owned(),
             places,
+            keep,
             open: BTreeMap::new(),
-            newest: BTreeMap::new(),
+            events: VecDeque::new(),
+            newest_s: 0,
             dropped_blocks: 0,
+            dropped_events: 0,
             set_aside: None,
+            _lock: lock,
         };
         store.rebuild_coarse()?;
         Ok(store)
+    }
+
+    pub(crate) fn connection(&self) -> &Connection {
+        &self.connection
+    }
+
+    pub(crate) fn fail(&self, source: rusqlite::Error) -> HistoryError {
+        HistoryError::Database { path: self.path.clone(), source }
     }
 
     /// Where a damaged database was put when this one was opened in its place.
@@ -177,60 +121,81 @@ impl Store {
         self.dropped_blocks
     }
 
-    /// Takes in one wagon's values at `unix_s`, in the order of the columns; NaN where nothing is known.
+    /// Events dropped because the disk refused them for too long.
+    pub fn dropped_events(&self) -> u64 {
+        self.dropped_events
+    }
+
+    /// Start of the newest block in the database, Unix s.
+    ///
+    /// # Errors
+    /// The database refuses.
+    pub fn newest_block_s(&self) -> Result<Option<i64>, HistoryError> {
+        newest_start(&self.connection, Tier::Second).map_err(|source| self.fail(source))
+    }
+
+    pub(crate) fn push_waiting_event(&mut self, event: Event) {
+        self.events.push_back(event);
+        if self.events.len() > WAITING_EVENTS {
+            self.events.pop_front();
+            self.dropped_events += 1;
+        }
+    }
+
+    /// Takes in one wagon's values at `unix_s`, in the order of the columns; NaN where nothing is known. Instants
+    /// before 1970 and wagons beyond 4095 are not kept.
     ///
     /// # Errors
     /// The block that these values continue is in the database and cannot be read.
     pub fn push(&mut self, wagon: u32, unix_s: i64, values: &[f32]) -> Result<(), HistoryError> {
-        let width = self.places.iter().max().map_or(0, |last| last + 1);
-        let mut cells = vec![Cell::EMPTY; width];
+        if wagon >= key::MOST_WAGONS || !(0..key::LAST_START_S).contains(&unix_s) {
+            return Ok(());
+        }
+        let mut cells = vec![Cell::EMPTY; self.keep.len()];
         for (&place, &value) in self.places.iter().zip(values) {
             cells[place] = Cell::of(value);
         }
         let bucket = Bucket { samples: 1, cells };
         for tier in Tier::ALL {
             let start_s = tier.block_start(unix_s);
-            let key = (tier, wagon, start_s);
-            if !self.open.contains_key(&key) {
+            let place = (tier, wagon, start_s);
+            if !self.open.contains_key(&place) {
                 let buckets = self.stored(tier, wagon, start_s)?.unwrap_or_default();
-                self.open.insert(key, Open { buckets, dirty: false });
+                self.open.insert(place, Open { buckets, dirty: false });
             }
-            if let Some(open) = self.open.get_mut(&key) {
+            if let Some(open) = self.open.get_mut(&place) {
                 open.dirty = true;
                 merge_into(&mut open.buckets, tier.bucket_start(unix_s), &bucket);
             }
         }
-        self.newest.insert(wagon, unix_s);
+        self.newest_s = unix_s;
         Ok(())
     }
 
-    /// Writes what is new: every changed block of seconds, and coarser blocks that are complete. With `everything`
-    /// (at an orderly end) coarser ones too.
+    /// Writes what is new: events, every changed block of seconds, and coarser blocks that are complete. With
+    /// `everything` (at an orderly end) coarser ones too.
     ///
     /// # Errors
-    /// The disk refuses. Nothing is lost: the blocks stay in memory for the next flush, up to a limit.
+    /// The disk refuses. Nothing is lost: blocks and events stay in memory for the next flush, up to a limit.
     pub fn flush(&mut self, everything: bool) -> Result<Flushed, HistoryError> {
-        let newest = self.newest.clone();
-        let complete = |&(tier, wagon, start_s): &(Tier, u32, i64)| {
-            newest.get(&wagon).is_none_or(|&now| now >= start_s + tier.block_s() || now < start_s)
-        };
+        let now_s = self.newest_s;
+        let complete =
+            |&(tier, _, start_s): &(Tier, u32, i64)| now_s >= start_s + tier.block_s() || now_s < start_s;
         let due: Vec<_> = self
             .open
             .iter()
-            .filter(|(key, open)| open.dirty && (everything || key.0 == Tier::Second || complete(key)))
-            .map(|(key, _)| *key)
+            .filter(|(place, open)| open.dirty && (everything || place.0 == Tier::Second || complete(place)))
+            .map(|(place, _)| *place)
             .collect();
         let done = self.write(&due);
         if done.is_ok() {
-            for key in &due {
-                self.open.entry(*key).or_default().dirty = false;
-            }
-            let finished: Vec<_> = self.open.keys().filter(|key| complete(key)).copied().collect();
-            for key in finished {
-                if self.open.get(&key).is_some_and(|open| !open.dirty) {
-                    self.open.remove(&key);
+            for place in &due {
+                if let Some(open) = self.open.get_mut(place) {
+                    open.dirty = false;
                 }
             }
+            self.events.clear();
+            self.open.retain(|place, open| open.dirty || !complete(place));
         }
         while self.open.len() > WAITING_BLOCKS {
             self.open.pop_first();
@@ -239,27 +204,24 @@ impl Store {
         done
     }
 
-    fn write(&mut self, keys: &[(Tier, u32, i64)]) -> Result<Flushed, HistoryError> {
+    fn write(&mut self, places: &[(Tier, u32, i64)]) -> Result<Flushed, HistoryError> {
         let path = self.path.clone();
         let fail = |source| HistoryError::Database { path: path.clone(), source };
         let mut flushed = Flushed::default();
-        if keys.is_empty() {
+        let events: &[Event] = self.events.make_contiguous();
+        if places.is_empty() && events.is_empty() {
             return Ok(flushed);
         }
         let transaction = self.connection.transaction().map_err(fail)?;
-        for &(tier, wagon, start_s) in keys {
+        event::insert(&transaction, events).map_err(fail)?;
+        flushed.events = events.len() as u64;
+        for &(tier, wagon, start_s) in places {
             let Some(open) = self.open.get(&(tier, wagon, start_s)) else { continue };
-            let packed = encode(tier, start_s, &open.buckets, &[]).map_err(|source| HistoryError::Block {
-                path: path.clone(),
-                wagon,
-                start_s,
-                source,
-            })?;
+            let packed = encode(tier, start_s, &open.buckets, &self.keep)
+                .map_err(|source| HistoryError::Block { path: path.clone(), wagon, start_s, source })?;
             transaction
-                .prepare(
-                    "INSERT OR REPLACE INTO block (tier, wagon, start_s, packed) VALUES (?1, ?2, ?3, ?4)",
-                )
-                .and_then(|mut insert| insert.execute(params![tier.code(), wagon, start_s, packed]))
+                .prepare_cached("INSERT OR REPLACE INTO packed_block (key, packed) VALUES (?1, ?2)")
+                .and_then(|mut insert| insert.execute(params![key::of(tier, start_s, wagon), packed]))
                 .map_err(fail)?;
             flushed.blocks += 1;
             flushed.bytes += packed.len() as u64;
@@ -268,54 +230,13 @@ impl Store {
         Ok(flushed)
     }
 
-    /// Drops what is older than `retention` allows at `now_unix_s`, and the oldest seconds while the database is too
-    /// large.
-    ///
-    /// # Errors
-    /// The database refuses.
-    pub fn prune(&mut self, retention: &Retention, now_unix_s: i64) -> Result<u64, HistoryError> {
-        let fail = |source| HistoryError::Database { path: self.path.clone(), source };
-        let mut gone = 0;
-        for (tier, age_s) in [
-            (Tier::Second, retention.second_s),
-            (Tier::Minute, retention.minute_s),
-            (Tier::Hour, retention.hour_s),
-        ] {
-            gone += self
-                .connection
-                .execute(
-                    "DELETE FROM block WHERE tier = ?1 AND start_s < ?2",
-                    params![tier.code(), now_unix_s - age_s - tier.block_s()],
-                )
-                .map_err(fail)?;
-        }
-        for tier in [Tier::Second, Tier::Minute] {
-            while self.size_bytes()? > retention.size_bytes {
-                let batch = self
-                    .connection
-                    .execute(
-                        "DELETE FROM block WHERE tier = ?1 AND start_s <= (SELECT min(start_s) + ?2 FROM block WHERE tier = ?1)",
-                        params![tier.code(), 60 * tier.block_s()],
-                    )
-                    .map_err(fail)?;
-                gone += batch;
-                if batch == 0 {
-                    break;
-                }
-            }
-        }
-        self.connection.execute_batch("PRAGMA incremental_vacuum(1000)").map_err(fail)?;
-        Ok(gone as u64)
-    }
-
     /// Size of what the database holds, bytes, without pages that are free again.
     ///
     /// # Errors
     /// The database refuses.
     pub fn size_bytes(&self) -> Result<u64, HistoryError> {
         let pragma = |name: &str| self.connection.pragma_query_value(None, name, |row| row.get::<_, i64>(0));
-        let pages =
-            |name| pragma(name).map_err(|source| HistoryError::Database { path: self.path.clone(), source });
+        let pages = |name| pragma(name).map_err(|source| self.fail(source));
         Ok(((pages("page_count")? - pages("freelist_count")?) * pages("page_size")?).max(0) as u64)
     }
 
@@ -326,32 +247,37 @@ impl Store {
     pub fn limit_pages(&self, pages: u32) -> Result<(), HistoryError> {
         self.connection
             .query_row(&format!("PRAGMA max_page_count = {pages}"), [], |_| Ok(()))
-            .map_err(|source| HistoryError::Database { path: self.path.clone(), source })
+            .map_err(|source| self.fail(source))
     }
 
     fn stored(&self, tier: Tier, wagon: u32, start_s: i64) -> Result<Option<Buckets>, HistoryError> {
-        let fail = |source| HistoryError::Database { path: self.path.clone(), source };
-        let packed: Option<Vec<u8>> = self
-            .connection
-            .prepare("SELECT packed FROM block WHERE tier = ?1 AND wagon = ?2 AND start_s = ?3")
-            .and_then(|mut select| {
-                select
-                    .query_row(params![tier.code(), wagon, start_s], |row| row.get::<_, Vec<u8>>(0))
-                    .optional()
-            })
-            .map_err(fail)?;
-        packed
+        load(&self.connection, tier, wagon, start_s)
+            .map_err(|source| self.fail(source))?
             .map(|packed| decode(tier, start_s, &packed, None))
             .transpose()
             .map_err(|source| HistoryError::Block { path: self.path.clone(), wagon, start_s, source })
     }
 
-    /// Computes the coarser blocks of each wagon's last day anew from the finer ones.
+    /// Computes the newest coarse blocks anew from the finer ones: a crash takes the ones that were not complete.
     fn rebuild_coarse(&mut self) -> Result<(), HistoryError> {
         for (finer, coarser) in [(Tier::Second, Tier::Minute), (Tier::Minute, Tier::Hour)] {
-            for (wagon, newest) in self.newest_blocks(finer)? {
-                let since = coarser.block_start(newest);
-                for block_s in [since - coarser.block_s(), since] {
+            let fail = |source| HistoryError::Database { path: self.path.clone(), source };
+            let Some(newest_s) = newest_start(&self.connection, finer).map_err(fail)? else { continue };
+            let since_s = coarser.block_start(newest_s);
+            let span = since_s - coarser.block_s()..newest_s + finer.block_s();
+            let keys = key::range(finer, span);
+            let mut wagons: Vec<u32> = Vec::new();
+            let mut select = self
+                .connection
+                .prepare("SELECT DISTINCT key & 4095 FROM packed_block WHERE key >= ?1 AND key < ?2")
+                .map_err(fail)?;
+            let rows = select.query_map(params![keys.start, keys.end], |row| row.get(0)).map_err(fail)?;
+            for wagon in rows {
+                wagons.push(wagon.map_err(fail)?);
+            }
+            drop(select);
+            for wagon in wagons {
+                for block_s in [since_s - coarser.block_s(), since_s] {
                     self.rebuild_block(finer, coarser, wagon, block_s)?;
                 }
             }
@@ -378,32 +304,38 @@ impl Store {
                 merge_into(&mut fresh, coarser.bucket_start(*at), bucket);
             }
         }
-        let mut dirty = false;
-        for (at, bucket) in fresh {
-            if buckets.get(&at).is_none_or(|known| known.samples < bucket.samples) {
-                buckets.insert(at, bucket);
-                dirty = true;
-            }
-        }
-        if dirty {
-            self.open.insert((coarser, wagon, block_s), Open { buckets, dirty });
+        if take_larger(&mut buckets, fresh) {
+            self.open.insert((coarser, wagon, block_s), Open { buckets, dirty: true });
         }
         Ok(())
     }
-
-    fn newest_blocks(&self, tier: Tier) -> Result<Vec<(u32, i64)>, HistoryError> {
-        let query = || -> rusqlite::Result<Vec<(u32, i64)>> {
-            let mut select = self
-                .connection
-                .prepare("SELECT wagon, max(start_s) FROM block WHERE tier = ?1 GROUP BY wagon")?;
-            let rows = select.query_map([tier.code()], |row| Ok((row.get(0)?, row.get(1)?)))?;
-            rows.collect()
-        };
-        query().map_err(|source| HistoryError::Database { path: self.path.clone(), source })
-    }
 }
 
-fn merge_into(buckets: &mut Buckets, at: i64, bucket: &Bucket) {
+/// The packed block, if there is one.
+pub(crate) fn load(
+    connection: &Connection,
+    tier: Tier,
+    wagon: u32,
+    start_s: i64,
+) -> rusqlite::Result<Option<Vec<u8>>> {
+    connection
+        .prepare_cached("SELECT packed FROM packed_block WHERE key = ?1")?
+        .query_row([key::of(tier, start_s, wagon)], |row| row.get(0))
+        .optional()
+}
+
+/// Start of the newest block of a tier that is not from the future: a clock that was wrong for a while must not make
+/// the present look old.
+pub(crate) fn newest_start(connection: &Connection, tier: Tier) -> rusqlite::Result<Option<i64>> {
+    let now_s = std::time::SystemTime::UNIX_EPOCH.elapsed().map_or(0, |age| age.as_secs().cast_signed());
+    let keys = key::range(tier, 0..now_s + tier.block_s());
+    connection
+        .prepare_cached("SELECT max(key) FROM packed_block WHERE key >= ?1 AND key < ?2")?
+        .query_row(params![keys.start, keys.end], |row| row.get::<_, Option<i64>>(0))
+        .map(|newest| newest.map(key::start_s))
+}
+
+pub(crate) fn merge_into(buckets: &mut Buckets, at: i64, bucket: &Bucket) {
     match buckets.get_mut(&at) {
         Some(known) => known.merge(bucket),
         None => {
@@ -412,43 +344,28 @@ fn merge_into(buckets: &mut Buckets, at: i64, bucket: &Bucket) {
     }
 }
 
-fn prepare(connection: &Connection) -> rusqlite::Result<()> {
-    connection.busy_timeout(std::time::Duration::from_secs(5))?;
-    connection.execute_batch(
-        "PRAGMA auto_vacuum = INCREMENTAL; PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL;
-         PRAGMA wal_autocheckpoint = 1000; PRAGMA journal_size_limit = 8388608;",
-    )
+/// Puts fresh buckets where they hold more samples than the known ones; true if any did.
+pub(crate) fn take_larger(known: &mut Buckets, fresh: Buckets) -> bool {
+    let mut changed = false;
+    for (at, bucket) in fresh {
+        if known.get(&at).is_none_or(|known| known.samples < bucket.samples) {
+            known.insert(at, bucket);
+            changed = true;
+        }
+    }
+    changed
 }
 
-fn migrate(connection: &Connection, path: &Path) -> Result<(), HistoryError> {
-    let fail = |source| HistoryError::Database { path: path.to_owned(), source };
-    let version: i64 = connection.pragma_query_value(None, "user_version", |row| row.get(0)).map_err(fail)?;
-    let from = usize::try_from(version).unwrap_or(usize::MAX);
-    let Some(steps) = MIGRATIONS.get(from..) else {
-        return Err(HistoryError::Newer { path: path.to_owned(), found: version });
-    };
-    for (offset, step) in steps.iter().enumerate() {
-        let to = from + offset + 1;
-        connection
-            .execute_batch(&format!("BEGIN IMMEDIATE; {step}; PRAGMA user_version = {to}; COMMIT"))
-            .map_err(fail)?;
+/// The kernel releases this lock however its owner dies.
+fn claim(path: &Path) -> Result<File, HistoryError> {
+    let lock = with_suffix(path, ".lock");
+    let fail = |source| HistoryError::Lock { path: lock.clone(), source };
+    let file = File::options().create(true).truncate(false).write(true).open(&lock).map_err(fail)?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(HistoryError::Taken { path: path.to_owned() }),
+        Err(TryLockError::Error(source)) => Err(fail(source)),
     }
-    Ok(())
-}
-
-/// Gives each column its place, new ones behind those that are there.
-fn register_columns(connection: &Connection, columns: &[&str]) -> rusqlite::Result<Vec<usize>> {
-    for name in columns {
-        connection.execute(
-            "INSERT OR IGNORE INTO column (place, name) SELECT coalesce(max(place) + 1, 0), ?1 FROM column",
-            [name],
-        )?;
-    }
-    let mut select = connection.prepare("SELECT place FROM column WHERE name = ?1")?;
-    columns
-        .iter()
-        .map(|name| select.query_row([name], |row| row.get::<_, u32>(0)).map(|place| place as usize))
-        .collect()
 }
 
 fn with_suffix(path: &Path, suffix: &str) -> PathBuf {

@@ -33,6 +33,20 @@ impl Tier {
         }
     }
 
+    /// The tier that this one is made of.
+    pub fn finer(self) -> Option<Self> {
+        match self {
+            Self::Second => None,
+            Self::Minute => Some(Self::Second),
+            Self::Hour => Some(Self::Minute),
+        }
+    }
+
+    /// The tier with this word.
+    pub fn of_word(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|tier| tier.word() == word)
+    }
+
     /// Its word in APIs: `second`, `minute`, `hour`.
     pub fn word(self) -> &'static str {
         match self {
