@@ -105,23 +105,38 @@ pub fn peak_experiment(directory: &Path) -> Result<Report, ExperimentError> {
     Ok(report)
 }
 
-fn peak_rows(report: &mut Report, condition: RailCondition, runs: &[(Setup, Vec<Instant>)], wanted: f64, at: f64) {
+fn peak_rows(
+    report: &mut Report,
+    condition: RailCondition,
+    runs: &[(Setup, Vec<Instant>)],
+    wanted: f64,
+    at: f64,
+) {
     let name = format!("{} {SPEED_M_S} m/s", condition.name());
     let load = runs[0].0.parameters.wheelset_load_n[0];
     let law = ContactLaw::of(condition);
     let best = railgrip_filter::models::bogie_rig::optimum_slip(&law, SPEED_M_S, load);
     let p = &runs[0].0.parameters;
     let filtered = peak(&curve(runs, |i| -i.estimate.mu_w));
-    let by_load_cell =
-        peak(&curve(runs, |i| slip_based::by_load_cell(i.sample.load_cell_n, i.sample.load_n).unwrap_or(f64::NAN)));
-    let by_torque =
-        peak(&curve(runs, |i| slip_based::by_torque(p, i.sample.shaft_torque_nm, i.sample.load_n).unwrap_or(f64::NAN)));
+    let by_load_cell = peak(&curve(runs, |i| {
+        slip_based::by_load_cell(i.sample.load_cell_n, i.sample.load_n).unwrap_or(f64::NAN)
+    }));
+    let by_torque = peak(&curve(runs, |i| {
+        slip_based::by_torque(p, i.sample.shaft_torque_nm, i.sample.load_n).unwrap_or(f64::NAN)
+    }));
     let table = &mut report.table;
     let remark = format!("filter, bins of slip {BIN}; our law: {:.3}", best.adhesion);
     table.push(&name, "peak adhesion", "", Some(wanted), filtered.1, remark);
     let remark = format!("filter; our law: {:.3}, within 2 % of its peak over a wide slip", best.slip);
     table.push(&name, "slip at the peak", "", Some(at), filtered.0, remark);
-    table.push(&name, "peak adhesion, load cell alone", "", Some(wanted), by_load_cell.1, "(3) left, no filter");
+    table.push(
+        &name,
+        "peak adhesion, load cell alone",
+        "",
+        Some(wanted),
+        by_load_cell.1,
+        "(3) left, no filter",
+    );
     let remark = "(3) right as printed: without loss and inertia";
     table.push(&name, "peak adhesion, torque alone", "", Some(wanted), by_torque.1, remark);
     report.criteria.push(Criterion {
@@ -207,7 +222,14 @@ fn sensor_rows(report: &mut Report, runs: &[Vec<(Setup, Vec<Instant>)>]) {
     };
     for (way, name) in ways.into_iter().enumerate() {
         let error = rms(&|setup, instant| three_ways(&setup.parameters, instant)[way]);
-        table.push("sensors", format!("error around the release, {name}"), "", None, error, "RMS against truth");
+        table.push(
+            "sensors",
+            format!("error around the release, {name}"),
+            "",
+            None,
+            error,
+            "RMS against truth",
+        );
     }
     let error = rms(&|_, instant| -instant.estimate.mu_w);
     table.push("sensors", "error around the release, filter", "", None, error, "RMS against truth");
@@ -250,9 +272,9 @@ fn speed_rows(directory: &Path, report: &mut Report) -> Result<(), ExperimentErr
     });
     let load = BogieParameters::default().wheelset_load_n[0];
     let law = ContactLaw::of(RailCondition::Dry);
-    let line = (10..450).map(|k| f64::from(k) * 0.01).map(|v| {
-        (v, railgrip_filter::models::bogie_rig::optimum_slip(&law, v, load).adhesion)
-    });
+    let line = (10..450)
+        .map(|k| f64::from(k) * 0.01)
+        .map(|v| (v, railgrip_filter::models::bogie_rig::optimum_slip(&law, v, load).adhesion));
     let ring = |(x, y): (f64, f64), wide: f64, high: f64| {
         (0..40).map(move |k| f64::from(k) * 0.157).map(move |a| (x + wide * a.cos(), y + high * a.sin()))
     };
@@ -287,10 +309,11 @@ fn slip_panels(condition: RailCondition, runs: &[(Setup, Vec<Instant>)]) -> Vec<
         Series::new(label, colour, Mark::Line, run.iter().map(|i| (i.sample.time_s, pick(i))).collect())
     };
     let (slip_top, top) = if condition == RailCondition::Dry { (0.2, 0.5) } else { (1.0, 0.3) };
-    let time = Panel::new(format!("Fig. {first}: adhesion and slip over time, {name}"), "time, s", "adhesion; slip")
-        .y(-0.05, if condition == RailCondition::Dry { 0.5 } else { 1.05 })
-        .with(over_time("slip", 2, &|i| slip_of(i).unwrap_or(f64::NAN)))
-        .with(over_time("adhesion, filter", 1, &|i| -i.estimate.mu_w));
+    let time =
+        Panel::new(format!("Fig. {first}: adhesion and slip over time, {name}"), "time, s", "adhesion; slip")
+            .y(-0.05, if condition == RailCondition::Dry { 0.5 } else { 1.05 })
+            .with(over_time("slip", 2, &|i| slip_of(i).unwrap_or(f64::NAN)))
+            .with(over_time("adhesion, filter", 1, &|i| -i.estimate.mu_w));
     let dots = runs.iter().flat_map(|(setup, run)| {
         run.iter()
             .filter(|i| i.sample.time_s > setup.brake_from_s && i.torque_nm > 0.0)
@@ -299,12 +322,21 @@ fn slip_panels(condition: RailCondition, runs: &[(Setup, Vec<Instant>)]) -> Vec<
     let load = BogieParameters::default().wheelset_load_n[0];
     let law = ContactLaw::of(condition);
     let line = (0..=200).map(|k| f64::from(k) * slip_top / 200.0);
-    let slip = Panel::new(format!("Fig. {second}: adhesion over slip, {name} (dots: load cell)"), "slip", "adhesion")
-        .x(-0.01, slip_top)
-        .y(0.0, top)
-        .with(Series::new("", 0, Mark::Dots, dots.collect()))
-        .with(Series::new("our law", 6, Mark::Line, line.map(|s| (s, law.adhesion(s, SPEED_M_S, load))).collect()))
-        .with(Series::new("filter, means", 1, Mark::Bold, curve(runs, |i| -i.estimate.mu_w)));
+    let slip = Panel::new(
+        format!("Fig. {second}: adhesion over slip, {name} (dots: load cell)"),
+        "slip",
+        "adhesion",
+    )
+    .x(-0.01, slip_top)
+    .y(0.0, top)
+    .with(Series::new("", 0, Mark::Dots, dots.collect()))
+    .with(Series::new(
+        "our law",
+        6,
+        Mark::Line,
+        line.map(|s| (s, law.adhesion(s, SPEED_M_S, load))).collect(),
+    ))
+    .with(Series::new("filter, means", 1, Mark::Bold, curve(runs, |i| -i.estimate.mu_w)));
     vec![time, slip]
 }
 

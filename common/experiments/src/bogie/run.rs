@@ -225,7 +225,7 @@ impl<'a> Loop<'a> {
     fn instant(&mut self, time_s: f64) -> Instant {
         let sample = self.sample(time_s);
         let estimate = self.filter.step(&sample);
-        self.listener.pass(1.0 - self.wetness);
+        self.listener.pass(if self.wetness < 0.5 { 1.0 } else { 0.0 });
         let heard = self.listener.dry_probability(time_s);
         let v = if estimate.v_m_s.is_finite() { estimate.v_m_s } else { self.setup.v_m_s };
         let decision = self.maker.decide(estimate.slip(), v, estimate.adhesion_utilised(), heard);

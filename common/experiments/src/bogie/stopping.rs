@@ -225,12 +225,12 @@ fn compare_controllers(directory: &Path, report: &mut Report) -> Result<(), Expe
             && results[2].mean.locked_s < 0.1,
     });
     report.criteria.push(Criterion {
-        name: "shortest way with the proposed controller, longest without one".into(),
+        name: "shortest way with the proposed controller".into(),
         figure: format!(
             "{:.0}, {:.0}, {:.0} m",
             results[0].mean.way_m, results[1].mean.way_m, results[2].mean.way_m
         ),
-        met: results[2].mean.way_m < results[1].mean.way_m,
+        met: results[2].mean.way_m < results[1].mean.way_m && results[2].mean.way_m < results[0].mean.way_m,
     });
     let remark = "of one axle of the full-size vehicle; chosen, see the module";
     report.table.push("rig", "emulated mass", "kg", None, EMULATED_MASS_KG, remark);
@@ -263,7 +263,9 @@ fn controller_panels(runs: &[(&str, Vec<Instant>)]) -> Vec<Panel> {
     )
     .x(-2.0, longest)
     .y(0.0, 4.6);
-    let mut ways = Panel::new("Stopping distance", "time since braking, s", "distance, m").x(-2.0, longest);
+    let mut ways = Panel::new("Stopping distance", "time since braking, s", "distance, m")
+        .x(-2.0, longest)
+        .y(0.0, 330.0);
     for ((name, run), colour) in runs.iter().zip([0, 5, 1]) {
         speeds = speeds
             .with(Series::new("", colour, Mark::Line, points(run, |instant| rim_m_s(instant, 0))))
@@ -280,13 +282,13 @@ fn speed_panels(figure: u32, condition: RailCondition, own: &[&Published]) -> Ve
         .collect();
     let longest = runs.iter().filter_map(|run| run.last()).map(|last| last.sample.time_s).fold(0.0, f64::max);
     let title = format!(
-        "Fig. {figure}: rollers (thick) and leading wheelset (thin), {}, proposed controller; dots: the paper's stops",
+        "Fig. {figure}: rollers (thick) and leading wheelset (thin), {}, proposed controller; rings: the paper's stops",
         condition.name()
     );
     let mut speeds = Panel::new(title, "time since braking, s", "speed, m/s").x(-2.0, longest).y(0.0, 4.6);
-    let mut ways = Panel::new("Distance; dots: the paper's stops", "time since braking, s", "distance, m")
+    let mut ways = Panel::new("Distance; rings: the paper's stops", "time since braking, s", "distance, m")
         .x(-2.0, longest)
-        .y(0.0, 320.0);
+        .y(0.0, 420.0);
     for ((stop, run), colour) in own.iter().zip(&runs).zip([1, 2, 3]) {
         let name = format!("{} m/s", stop.v_m_s);
         let cross = |x: f64, y: f64, wide: f64, high: f64| {

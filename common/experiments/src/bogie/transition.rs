@@ -84,11 +84,9 @@ fn transition(setup: &Setup, run: &[Instant]) -> Transition {
     let worst = between(0.0, 90.0).filter(moving).max_by(|a, b| a.slip_max().total_cmp(&b.slip_max()));
     let wet = ContactLaw::of(RailCondition::Wet);
     let late: Vec<&Instant> = between(3.0, 90.0).filter(moving).collect();
-    let good = late.iter().filter(|i| {
-        i.slip_max() < 1.5 * optimum_slip(&wet, i.v_m_s, p.wheelset_load_n[0]).slip
-    });
-    let windows: Vec<bool> =
-        run.iter().filter_map(|i| Some((i.heard? > 0.5) == (i.wetness < 0.5))).collect();
+    let good =
+        late.iter().filter(|i| i.slip_max() < 1.5 * optimum_slip(&wet, i.v_m_s, p.wheelset_load_n[0]).slip);
+    let windows: Vec<bool> = run.iter().filter_map(|i| Some((i.heard? > 0.5) == (i.wetness < 0.5))).collect();
     Transition {
         before: mean(-3.0, 0.0, &|i| i.adhesion(p)),
         lowest: between(0.0, 3.0).map(|i| i.adhesion(p)).fold(1.0, f64::min),
@@ -96,7 +94,10 @@ fn transition(setup: &Setup, run: &[Instant]) -> Transition {
         slip_after_s: worst.map_or(0.0, |i| i.sample.time_s - WATER_S),
         locked_s: between(0.0, 90.0).filter(moving).filter(|i| i.slip_max() > 0.95).count() as f64 * 0.01,
         after: mean(5.0, 10.0, &|i| i.adhesion(p)),
-        torque_nm: (mean(-3.0, 0.0, &|i| i.torque_nm), between(0.0, 3.0).map(|i| i.torque_nm).fold(1e9, f64::min)),
+        torque_nm: (
+            mean(-3.0, 0.0, &|i| i.torque_nm),
+            between(0.0, 3.0).map(|i| i.torque_nm).fold(1e9, f64::min),
+        ),
         in_range: good.count() as f64 / late.len() as f64,
         decided_s: between(0.0, 90.0)
             .find(|i| i.decision.condition == RailCondition::Wet)
@@ -134,7 +135,14 @@ pub fn transition_experiment(directory: &Path) -> Result<Report, ExperimentError
     for (name, control) in [("conventional", Control::CONVENTIONAL), ("no controller", open)] {
         let other = all(control, ACCURACY);
         let table = &mut report.table;
-        table.push(name, "largest slip after the water", "", None, mean(&other, |r| r.slip), "mean over seeds");
+        table.push(
+            name,
+            "largest slip after the water",
+            "",
+            None,
+            mean(&other, |r| r.slip),
+            "mean over seeds",
+        );
         table.push(name, "time locked after the water", "s", None, mean(&other, |r| r.locked_s), "");
         table.push(name, "time to stop", "s", None, mean(&other, |r| r.stop_s), "from the brakes on");
     }
@@ -142,7 +150,14 @@ pub fn transition_experiment(directory: &Path) -> Result<Report, ExperimentError
         let other = all(Control::Proposed, accuracy);
         let group = format!("listener right in {accuracy}");
         let table = &mut report.table;
-        table.push(&group, "largest slip after the water", "", None, mean(&other, |r| r.slip), "mean over seeds");
+        table.push(
+            &group,
+            "largest slip after the water",
+            "",
+            None,
+            mean(&other, |r| r.slip),
+            "mean over seeds",
+        );
         table.push(&group, "time locked after the water", "s", None, mean(&other, |r| r.locked_s), "");
         table.push(&group, "time to stop", "s", None, mean(&other, |r| r.stop_s), "from the brakes on");
         table.push(&group, "share of instants kept by the rule", "", None, mean(&other, |r| r.kept), "");
@@ -166,27 +181,53 @@ fn proposed_rows(report: &mut Report, results: &[Transition]) {
     let mut row = |what: &str, unit: &'static str, paper: Option<f64>, value: f64, remark: &str| {
         table.push(group, what, unit, paper, value, remark);
     };
-    row("adhesion before the water (A)", "", Some(0.4), mean(results, |r| r.before), "paper: its dry peak of Fig. 13");
+    row(
+        "adhesion before the water (A)",
+        "",
+        Some(0.4),
+        mean(results, |r| r.before),
+        "paper: its dry peak of Fig. 13",
+    );
     row("lowest adhesion within 3 s (B)", "", None, mean(results, |r| r.lowest), "mean over seeds");
     row("largest slip (C)", "", None, mean(results, |r| r.slip), "mean over seeds");
     let worst = results.iter().map(|r| r.slip).fold(0.0, f64::max);
     row("largest slip of any seed", "", None, worst, &format!("{count} seeds"));
     row("time to the largest slip", "s", None, mean(results, |r| r.slip_after_s), "");
-    row("adhesion 5 to 10 s after (D)", "", Some(0.2), mean(results, |r| r.after), "paper: its wet peak of Fig. 15");
+    row(
+        "adhesion 5 to 10 s after (D)",
+        "",
+        Some(0.2),
+        mean(results, |r| r.after),
+        "paper: its wet peak of Fig. 15",
+    );
     row("torque before", "N m", None, mean(results, |r| r.torque_nm.0), "a wheelset");
     row("lowest torque within 3 s", "N m", None, mean(results, |r| r.torque_nm.1), "a wheelset");
     let remark = "share of time from 3 s after, slip below 1.5 optimum slips";
     row("slip in the desired range", "", None, mean(results, |r| r.in_range), remark);
     row("time locked after the water", "s", Some(0.0), mean(results, |r| r.locked_s), "");
-    row("time until \"wet\" is decided", "s", Some(1.0), mean(results, |r| r.decided_s), "paper: one window of 1 s");
+    row(
+        "time until \"wet\" is decided",
+        "s",
+        Some(1.0),
+        mean(results, |r| r.decided_s),
+        "paper: one window of 1 s",
+    );
     row("share of windows heard right", "", None, mean(results, |r| r.heard_right), "asked for: 0.95");
     row("share of instants kept by the rule", "", None, mean(results, |r| r.kept), "difference above 0.2");
     let locked = results.iter().map(|r| r.locked_s).fold(0.0, f64::max);
     let in_range = mean(results, |r| r.in_range);
     let fall = mean(results, |r| r.after / r.before);
     for (name, figure, met) in [
-        ("no wheelset locks for longer than 0.5 s in any seed", format!("{locked:.2} s at the most"), locked <= 0.5),
-        ("the slip is kept in the desired range for 90 % of the time", format!("{in_range:.3}"), in_range >= 0.9),
+        (
+            "no wheelset locks for longer than 0.5 s in any seed",
+            format!("{locked:.2} s at the most"),
+            locked <= 0.5,
+        ),
+        (
+            "the slip is kept in the desired range for 90 % of the time",
+            format!("{in_range:.3}"),
+            in_range >= 0.9,
+        ),
         ("adhesion falls to about half", format!("to {fall:.2}"), (0.4..=0.7).contains(&fall)),
     ] {
         report.criteria.push(Criterion { name: name.into(), figure, met });
@@ -217,7 +258,8 @@ fn rule_rows(report: &mut Report) {
 /// Fig. 17 (a) to (d).
 fn control_panels(setup: &Setup, run: &[Instant]) -> Vec<Panel> {
     let p = &setup.parameters;
-    let points = |pick: &dyn Fn(&Instant) -> f64| run.iter().map(|i| (i.sample.time_s, pick(i))).collect::<Vec<_>>();
+    let points =
+        |pick: &dyn Fn(&Instant) -> f64| run.iter().map(|i| (i.sample.time_s, pick(i))).collect::<Vec<_>>();
     let rim = |i: &Instant| p.wheel_radius_m * i.truth.state.wheel_speed_rad_s[0];
     let (from, to) = (WATER_S - 4.0, WATER_S + 10.0);
     let panel = |title: &str, label: &'static str| Panel::new(title, "time, s", label);
@@ -227,7 +269,8 @@ fn control_panels(setup: &Setup, run: &[Instant]) -> Vec<Panel> {
         .max_by(|a, b| a.slip_max().total_cmp(&b.slip_max()))
         .map_or(WATER_S + 1.0, |i| i.sample.time_s);
     let spans = [(WATER_S - 1.0, turn), (turn, turn + 1.0), (turn + 1.0, WATER_S + 10.0)];
-    let mut path = Panel::new("(d) adhesion over slip, leading wheelset's slip", "slip", "adhesion").y(0.0, 0.45);
+    let mut path =
+        Panel::new("(d) adhesion over slip, leading wheelset's slip", "slip", "adhesion").y(0.0, 0.45);
     for ((name, colour, ..), (begin, end)) in phases.into_iter().zip(spans) {
         let inside = run.iter().filter(|i| (begin..end).contains(&i.sample.time_s));
         let points = inside.map(|i| (-i.estimate.creepage[0], -i.estimate.mu_w)).collect();
@@ -270,20 +313,39 @@ fn heard_panels(setup: &Setup, run: &[Instant]) -> Vec<Panel> {
     let end = run.last().map_or(1.0, |last| last.sample.time_s);
     let condition = |i: &Instant| f64::from(u8::from(i.decision.condition == RailCondition::Wet));
     vec![
-        Panel::new("Fig. 11: output for dry and wet, windows of 1 s (simulated listener)", "time, s", "probability")
-            .x(0.0, end)
-            .y(-0.05, 1.05)
-            .with(Series::new("dry", 5, Mark::Line, steps(&|p| p)))
-            .with(Series::new("wet", 1, Mark::Line, steps(&|p| 1.0 - p))),
+        Panel::new(
+            "Fig. 11: output for dry and wet, windows of 1 s (simulated listener)",
+            "time, s",
+            "probability",
+        )
+        .x(0.0, end)
+        .y(-0.05, 1.05)
+        .with(Series::new("dry", 5, Mark::Line, steps(&|p| p)))
+        .with(Series::new("wet", 1, Mark::Line, steps(&|p| 1.0 - p))),
         Panel::new("Condition decided (thick) and water in truth (thin)", "time, s", "0 dry, 1 wet")
             .x(0.0, end)
             .y(-0.05, 1.05)
-            .with(Series::new("truth", 0, Mark::Line, run.iter().map(|i| (i.sample.time_s, i.wetness)).collect()))
-            .with(Series::new("decided", 2, Mark::Bold, run.iter().map(|i| (i.sample.time_s, condition(i))).collect())),
+            .with(Series::new(
+                "truth",
+                0,
+                Mark::Line,
+                run.iter().map(|i| (i.sample.time_s, i.wetness)).collect(),
+            ))
+            .with(Series::new(
+                "decided",
+                2,
+                Mark::Bold,
+                run.iter().map(|i| (i.sample.time_s, condition(i))).collect(),
+            )),
         Panel::new("Adhesion: decided, and in truth", "time, s", "adhesion")
             .x(0.0, end)
             .y(-0.02, 0.5)
-            .with(Series::new("decided", 2, Mark::Line, run.iter().map(|i| (i.sample.time_s, i.decision.adhesion)).collect()))
+            .with(Series::new(
+                "decided",
+                2,
+                Mark::Line,
+                run.iter().map(|i| (i.sample.time_s, i.decision.adhesion)).collect(),
+            ))
             .with(Series::new(
                 "truth",
                 0,

@@ -229,7 +229,6 @@ impl BogieFilter {
         }
         let motion = Motion {
             v_m_s: v,
-            roller_acceleration_rad_s2: x[index::ROLLER_ACCELERATION],
             slip: creepage.map(|value| -value),
             offsets: (x[index::TORQUE_OFFSET], x[index::LOAD_CELL_OFFSET]),
         };

@@ -3,6 +3,7 @@
 use super::sample::{BogieInputState, BogieSample};
 use super::slip_based;
 use railgrip_vehicle::bogie_rig::{BOGIE_WHEELSETS, BogieParameters};
+use std::f64::consts::TAU;
 
 /// A noisy value that stays exactly the same, or is missing, for that long is dead, s.
 const DEAD_AFTER_S: f64 = 0.3;
@@ -62,7 +63,6 @@ impl Life {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Motion {
     pub v_m_s: f64,
-    pub roller_acceleration_rad_s2: f64,
     pub slip: [f64; BOGIE_WHEELSETS],
     pub offsets: (f64, f64),
 }
@@ -80,6 +80,10 @@ pub(super) struct InputWatch {
     odd_slip_s: f64,
     difference: f64,
     swapped: bool,
+    /// Length of the present window of the rollers' counter, s; speed of the last; acceleration between the last two.
+    window_s: f64,
+    window_speed_rad_s: f64,
+    acceleration_rad_s2: f64,
 }
 
 impl InputWatch {
@@ -94,6 +98,9 @@ impl InputWatch {
         odd_slip_s: 0.0,
         difference: 0.0,
         swapped: false,
+        window_s: 0.0,
+        window_speed_rad_s: f64::NAN,
+        acceleration_rad_s2: 0.0,
     };
 
     /// Looks at a sample before the filter does.
@@ -106,7 +113,15 @@ impl InputWatch {
             grow(&mut self.wheel_missing_s[i], !sample.wheel_pulses[i].is_finite());
             grow(&mut self.wheel_silent_s[i], sample.wheel_pulses[i] == 0.0);
         }
+        self.window_s += dt_s;
         if sample.roller_pulses.is_finite() {
+            // By counts alone: the filter's acceleration gives way where the forces contradict each other.
+            let pulse = TAU / (parameters.sensors.roller_pulses_per_rev * parameters.gear_ratio);
+            let speed = sample.roller_pulses * pulse / self.window_s;
+            let acceleration = (speed - self.window_speed_rad_s) / self.window_s;
+            self.acceleration_rad_s2 = if acceleration.is_finite() { acceleration } else { 0.0 };
+            self.window_speed_rad_s = speed;
+            self.window_s = 0.0;
             self.roller_silent_s = if sample.roller_pulses == 0.0 {
                 self.roller_silent_s + parameters.sensors.roller_window_s
             } else {
@@ -140,7 +155,7 @@ impl InputWatch {
             parameters,
             sample.shaft_torque_nm - motion.offsets.0,
             motion.v_m_s / parameters.roller_radius_m,
-            motion.roller_acceleration_rad_s2,
+            self.acceleration_rad_s2,
             sample.load_n,
         );
         let by_load_cell = slip_based::by_load_cell(sample.load_cell_n - motion.offsets.1, sample.load_n);
