@@ -78,9 +78,12 @@ struct Spread {
     slip_at_start: f64,
 }
 
+/// A stop with its mean slip, share of sliding, and largest slip at the start.
+type OneStop = (Stop, f64, f64, f64);
+
 fn spread(stop_of: impl Fn(u64) -> Setup + Sync) -> Spread {
     let seeds: Vec<u64> = SEEDS.collect();
-    let each: Vec<(Stop, f64, f64, f64)> = seeds
+    let each: Vec<OneStop> = seeds
         .into_par_iter()
         .map(|seed| {
             let setup = stop_of(seed);
@@ -90,8 +93,8 @@ fn spread(stop_of: impl Fn(u64) -> Setup + Sync) -> Spread {
         })
         .collect();
     let count = each.len() as f64;
-    let mean = |pick: &dyn Fn(&(Stop, f64, f64, f64)) -> f64| each.iter().map(pick).sum::<f64>() / count;
-    let sigma = |pick: &dyn Fn(&(Stop, f64, f64, f64)) -> f64| {
+    let mean = |pick: &dyn Fn(&OneStop) -> f64| each.iter().map(pick).sum::<f64>() / count;
+    let sigma = |pick: &dyn Fn(&OneStop) -> f64| {
         let middle = mean(pick);
         (each.iter().map(|one| (pick(one) - middle).powi(2)).sum::<f64>() / (count - 1.0)).sqrt()
     };
