@@ -33,6 +33,9 @@ mod sanding;
 mod settings;
 mod slides;
 mod standard;
+pub mod stopping;
+pub mod track;
+pub mod trend;
 mod wagon;
 mod window;
 
