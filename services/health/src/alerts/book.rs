@@ -169,7 +169,8 @@ impl AlertBook {
     /// What comes back again and again must stay away longer: twice as long each time.
     fn clear_after_s(&self, cause: &Cause) -> f64 {
         let name = rules::cause_of(cause.name);
-        let alert = [Some(cause.wagon), None].into_iter().find_map(|wagon| self.open.get(&(name.to_owned(), wagon)));
+        let alert =
+            [Some(cause.wagon), None].into_iter().find_map(|wagon| self.open.get(&(name.to_owned(), wagon)));
         let times = alert.map_or(1, |alert| alert.times);
         self.settings.clear_after_s * f64::from(1u32 << (times - 1).min(MOST_PATIENCE))
     }
@@ -211,10 +212,15 @@ impl AlertBook {
             );
         }
         let acts = |name: &str, wagon: u32| {
-            by_cause.get(name).and_then(|wagons| wagons.get(&wagon)).is_some_and(|places| rules::grade(places) == Grade::Act)
+            by_cause
+                .get(name)
+                .and_then(|wagons| wagons.get(&wagon))
+                .is_some_and(|places| rules::grade(places) == Grade::Act)
         };
         let explained = |name: &str, wagon: u32| {
-            ["isolated", "sensors"].iter().any(|other| rules::is_explained_by(name, other) && acts(other, wagon))
+            ["isolated", "sensors"]
+                .iter()
+                .any(|other| rules::is_explained_by(name, other) && acts(other, wagon))
         };
         let mut shown = BTreeMap::new();
         for (name, wagons) in &by_cause {
@@ -333,7 +339,12 @@ impl AlertBook {
     ///
     /// # Errors
     /// An alert that is not there or over, or a request without a name.
-    pub fn acknowledge(&mut self, id: u64, request: AcknowledgeRequest, now: Stamp) -> Result<Alert, Refusal> {
+    pub fn acknowledge(
+        &mut self,
+        id: u64,
+        request: AcknowledgeRequest,
+        now: Stamp,
+    ) -> Result<Alert, Refusal> {
         let by = sane("by", &request.by, 100)?;
         let note = request.note.map(|note| sane("note", &note, 500)).transpose()?;
         self.change(id, Change::Acknowledged, now, |alert| {

@@ -118,7 +118,9 @@ impl Journal {
         let connection = Connection::open(path).map_err(fail)?;
         connection.busy_timeout(Duration::from_secs(5)).map_err(fail)?;
         connection
-            .execute_batch("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA journal_size_limit = 1048576;")
+            .execute_batch(
+                "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA journal_size_limit = 1048576;",
+            )
             .map_err(fail)?;
         let found: i64 =
             connection.pragma_query_value(None, "user_version", |row| row.get(0)).map_err(fail)?;
@@ -167,8 +169,10 @@ impl Journal {
             let transaction = self.connection.transaction()?;
             for alert in kept {
                 let body = serde_json::to_string(alert).unwrap_or_default();
-                transaction
-                    .execute("INSERT OR REPLACE INTO alert (id, body) VALUES (?1, ?2)", params![alert.id as i64, body])?;
+                transaction.execute(
+                    "INSERT OR REPLACE INTO alert (id, body) VALUES (?1, ?2)",
+                    params![alert.id as i64, body],
+                )?;
             }
             for id in gone {
                 transaction.execute("DELETE FROM alert WHERE id = ?1", [*id as i64])?;
@@ -208,7 +212,8 @@ impl Journal {
         });
         let unix_s = letter.at_unix_ns.div_euclid(1_000_000_000);
         let wants = |target: &&Target| !target.act_only || alert.grade == Grade::Act;
-        let of = |target: &Target| (target.name.clone(), alert.id as i64, key.clone(), body.to_string(), unix_s);
+        let of =
+            |target: &Target| (target.name.clone(), alert.id as i64, key.clone(), body.to_string(), unix_s);
         self.targets.iter().filter(wants).map(of).collect()
     }
 

@@ -40,20 +40,28 @@ pub(super) fn advice(cause: &str, scope: Scope) -> &'static str {
         ("isolated", _) => {
             "Check the isolating cock, the brake cylinder and the rigging here; count this brake as missing until then."
         }
-        ("response", Scope::Train) => "The whole train brakes late: check brake pipe, driver's valve and settings (G/P).",
-        ("response", _) => "Check distributor, chokes and brake cylinder of this wagon, and its G/P changeover.",
+        ("response", Scope::Train) => {
+            "The whole train brakes late: check brake pipe, driver's valve and settings (G/P)."
+        }
+        ("response", _) => {
+            "Check distributor, chokes and brake cylinder of this wagon, and its G/P changeover."
+        }
         ("dragging", Scope::Train) => {
             "Most wagons run hard: suspect an applied brake, a wrong gradient or a headwind before any single wagon."
         }
         ("dragging", _) => "Look for a brake that does not release: hot discs, handbrake, release valve.",
         ("rail", _) => "Expect long braking distances here; sand or reduce speed, and tell those who follow.",
         ("sanding", _) => "Check sand level, nozzles and heating: sand does not raise adhesion.",
-        ("slides", Scope::Train) => "The train slid hard: inspect the treads of all listed wheelsets for flats.",
+        ("slides", Scope::Train) => {
+            "The train slid hard: inspect the treads of all listed wheelsets for flats."
+        }
         ("slides", _) => "Listen for wheel flats and inspect the treads of this wagon.",
         ("wsp_share", _) => {
             "If other wagons do not slide here, check slide protection and pad friction of this wagon."
         }
-        ("sensors", Scope::Train) => "Many sensors at once: check what they share, supply and data bus, first.",
+        ("sensors", Scope::Train) => {
+            "Many sensors at once: check what they share, supply and data bus, first."
+        }
         ("sensors", _) => "Check the named sensors and their wiring on this wagon.",
         ("filter", Scope::Train) => {
             "The model explains no wagon: check vehicle file, loads and gradient of the train, then diagnose the gap."

@@ -9,8 +9,8 @@ mod mqtt;
 mod status;
 mod webhook;
 
-pub use status::{DeliveryView, Mailbox, TargetView};
 pub(crate) use status::{__path_deliveries, deliveries};
+pub use status::{DeliveryView, Mailbox, TargetView};
 
 use crate::alerts::journal::{Journal, Target, Waiting};
 use railgrip_settings::DeliverySettings;
@@ -163,6 +163,7 @@ impl Round<'_> {
 
 /// A pause, longer by up to a quarter, so that the trains of a fleet do not knock at the same instant.
 fn jittered(pause: Duration, key: &str) -> Duration {
-    let hash = key.bytes().fold(0x811c_9dc5_u32, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193));
+    let hash =
+        key.bytes().fold(0x811c_9dc5_u32, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193));
     pause.mul_f64(1.0 + 0.25 * f64::from(hash % 1000) / 1000.0)
 }

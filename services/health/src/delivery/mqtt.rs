@@ -77,7 +77,9 @@ impl Courier for Mqtt {
     fn carry(&mut self, letter: &Waiting) -> Outcome {
         match self.publish(letter) {
             Ok(()) => Outcome::Confirmed,
-            Err(said) => Outcome::Later(format!("mqtt {}:{}: {said}", self.settings.host, self.settings.port)),
+            Err(said) => {
+                Outcome::Later(format!("mqtt {}:{}: {said}", self.settings.host, self.settings.port))
+            }
         }
     }
 }

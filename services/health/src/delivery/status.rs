@@ -38,7 +38,12 @@ pub struct Mailbox(Arc<Mutex<BTreeMap<String, TargetView>>>);
 
 impl Mailbox {
     /// Renews what is known of a receiver; true if it is newly in trouble.
-    pub fn set(&self, name: &str, [waiting, delivered, refused, dropped]: [u64; 4], trouble: Option<String>) -> bool {
+    pub fn set(
+        &self,
+        name: &str,
+        [waiting, delivered, refused, dropped]: [u64; 4],
+        trouble: Option<String>,
+    ) -> bool {
         let mut receivers = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let newly = trouble.is_some() && receivers.get(name).is_none_or(|before| before.trouble.is_none());
         let view = TargetView { name: name.to_owned(), waiting, delivered, refused, dropped, trouble };

@@ -72,7 +72,9 @@ fn worse_is_told_when_it_lasts_and_unknown_changes_nothing() {
     assert_eq!(book.counts(), AlertCounts { watch: 0, act: 1 });
     let list = book.list();
     assert_eq!((list[0].wheelset, list[0].scope), (Some(2), Scope::Wagon));
-    assert!(list[0].advice.contains("pads") && list[0].evidence.history.starts_with("/api/v1/wagons/3/history?"));
+    assert!(
+        list[0].advice.contains("pads") && list[0].evidence.history.starts_with("/api/v1/wagons/3/history?")
+    );
     assert_eq!(play(&mut book, 60.0, 72.0, &one(Grade::Watch)), [(70.0, 1, Change::Better)]);
 }
 
@@ -164,7 +166,8 @@ fn people_acknowledge_and_shelve_and_worse_comes_back() {
     assert_eq!(book.acknowledge(7, who("Ada"), at(4.0)), Err(Refusal::Unknown(7)));
     assert!(matches!(book.acknowledge(1, who(" "), at(4.0)), Err(Refusal::Invalid(_))));
     assert_eq!(book.acknowledge(1, who("Ada"), at(4.0)).unwrap().state, AlertState::Acknowledged);
-    let shelf = |duration_s| ShelveRequest { by: "Ada".to_owned(), why: "pads ordered".to_owned(), duration_s };
+    let shelf =
+        |duration_s| ShelveRequest { by: "Ada".to_owned(), why: "pads ordered".to_owned(), duration_s };
     assert!(matches!(book.shelve(1, shelf(1.0), at(5.0)), Err(Refusal::Invalid(_))));
     let shelved = book.shelve(1, shelf(60.0), at(5.0)).unwrap();
     assert_eq!((shelved.state, book.counts().watch), (AlertState::Shelved, 0));
