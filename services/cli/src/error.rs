@@ -72,6 +72,7 @@ impl From<railgrip_health::HealthError> for CliError {
     fn from(error: railgrip_health::HealthError) -> Self {
         match error {
             railgrip_health::HealthError::Bus(error) => error.into(),
+            railgrip_health::HealthError::Doors(error) => Self::failed(error),
             railgrip_health::HealthError::Serve { ref source, .. }
                 if source.kind() == ErrorKind::AddrInUse =>
             {
@@ -80,6 +81,15 @@ impl From<railgrip_health::HealthError> for CliError {
                 ))
             }
             railgrip_health::HealthError::Serve { .. } => Self::failed(error),
+        }
+    }
+}
+
+impl From<railgrip_health::doors::DoorError> for CliError {
+    fn from(error: railgrip_health::doors::DoorError) -> Self {
+        match error {
+            railgrip_health::doors::DoorError::File { .. } => Self::failed(error),
+            _ => Self::bad_input(error),
         }
     }
 }

@@ -12,6 +12,7 @@ mod estimate;
 mod experiment;
 mod gap;
 mod hold;
+mod local_http;
 mod logging;
 mod output;
 mod process_figures;
@@ -20,6 +21,7 @@ mod runner;
 mod services;
 mod simulate;
 mod status;
+mod token;
 mod train;
 mod up;
 
@@ -51,6 +53,8 @@ enum Command {
     Health(services::HealthArgs),
     /// Show what the HTTP service of a running train says
     Status(status::Args),
+    /// Make, list and end tokens of the HTTP service
+    Token(token::Args),
     /// Write what a running train measures to recordings
     Record(record::Args),
     /// Estimate adhesion and pad friction of a recording
@@ -77,6 +81,7 @@ impl Command {
             Self::Estimator(args) => services::estimator(&args),
             Self::Health(args) => services::health(&args),
             Self::Status(args) => status::run(&args),
+            Self::Token(args) => token::run(&args),
             Self::Record(args) => record::run(&args),
             Self::Estimate(args) => estimate::run(&args),
             Self::Experiment(args) => experiment::run(&args),

@@ -7,6 +7,11 @@ pub(crate) fn say(line: &str) {
     let _ = writeln!(std::io::stdout().lock(), "{line}");
 }
 
+/// Writes a line for people to the standard error, where the standard output is for a program.
+pub(crate) fn note(line: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
+}
+
 /// Writes why the program failed.
 pub(crate) fn complain(error: &dyn std::error::Error) {
     let mut stderr = std::io::stderr().lock();

@@ -15,6 +15,11 @@ pub(crate) const SUPERVISOR_VARIABLE: &str = "RAILGRIP_SUPERVISOR_PID";
 /// How often systemd hears about readiness and beats, at least.
 const NOTIFY_PERIOD: Duration = Duration::from_millis(100);
 
+/// True if `railgrip up` or systemd started this process and starts it again when it ends.
+pub(crate) fn is_supervised() -> bool {
+    std::env::var_os(SUPERVISOR_VARIABLE).is_some() || std::env::var_os("NOTIFY_SOCKET").is_some()
+}
+
 /// Runs `work` until it ends by itself or a signal asks it to. A second signal ends the process at once.
 pub(crate) fn run<E: Into<CliError>>(work: impl FnOnce(&Lifecycle) -> Result<(), E>) -> Result<(), CliError> {
     let lifecycle = prepare()?;

@@ -1,13 +1,18 @@
 //! `railgrip status`: what the HTTP service of a running train says, as a table.
 
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 use serde_json::Value;
+use ureq::tls::{Certificate, PemItem, RootCerts, TlsConfig, parse_pem};
 
-use crate::CliError;
 use crate::output::say;
 use crate::train::TrainArgs;
+use crate::{CliError, local_http};
 
+/// Holds the token to show, unless an option names a file.
+const TOKEN_VARIABLE: &str = "RAILGRIP_TOKEN";
 /// How long the service may take to answer.
 const TIMEOUT: Duration = Duration::from_secs(5);
 
@@ -19,18 +24,25 @@ pub(crate) struct Args {
     /// Ask this service instead of the one that runs here, for example http://192.0.2.7:8080
     #[arg(long, value_name = "URL")]
     url: Option<String>,
+    /// Show the token in this file to a service elsewhere [default: the environment variable RAILGRIP_TOKEN]
+    #[arg(long, value_name = "FILE")]
+    token_file: Option<PathBuf>,
+    /// Trust certificates that these lead to (PEM) [default: the usual authorities of the web]
+    #[arg(long, value_name = "FILE")]
+    ca_file: Option<PathBuf>,
     /// Print the service's answer as it is
     #[arg(long)]
     json: bool,
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
-    let base = match &args.url {
-        Some(url) => url.trim_end_matches('/').to_owned(),
-        None => local_service(&args.train)?,
+    let service = match &args.url {
+        Some(url) => Service::Remote(Remote::new(url, args)?),
+        None => local_service(args)?,
     };
-    let train = get(&base, "/api/v1/train")?;
-    let wagons = get(&base, "/api/v1/wagons")?;
+    let base = service.base();
+    let train = service.get("/api/v1/train")?;
+    let wagons = service.get("/api/v1/wagons")?;
     if args.json {
         let both = serde_json::json!({ "train": train, "wagons": wagons["wagons"] });
         say(&serde_json::to_string_pretty(&both).map_err(CliError::failed)?);
@@ -98,9 +110,27 @@ fn figure(value: &Value, scale: f64, decimals: usize) -> String {
     value.as_f64().map_or_else(|| UNKNOWN.to_owned(), |value| format!("{:.decimals$}", value * scale))
 }
 
-/// The address that the health service of the train on this machine wrote.
-fn local_service(train: &TrainArgs) -> Result<String, CliError> {
-    let train = train.load()?;
+/// Who is asked.
+enum Service {
+    /// The one that runs here, through its local door.
+    Here(PathBuf),
+    /// One at an address.
+    Remote(Remote),
+}
+
+struct Remote {
+    base: String,
+    agent: ureq::Agent,
+    token: Option<String>,
+}
+
+/// The health service of the train on this machine.
+fn local_service(args: &Args) -> Result<Service, CliError> {
+    let train = args.train.load()?;
+    let socket = train.settings.instance.http_socket();
+    if socket.exists() {
+        return Ok(Service::Here(socket));
+    }
     let file = train.settings.instance.http_address_file();
     let text = std::fs::read_to_string(&file).map_err(|error| {
         let name = &train.settings.name;
@@ -109,14 +139,91 @@ fn local_service(train: &TrainArgs) -> Result<String, CliError> {
             file.display()
         ))
     })?;
-    Ok(format!("http://{}", text.trim().trim_start_matches("http://")))
+    let address = text.trim();
+    let url = if address.contains("://") { address.to_owned() } else { format!("http://{address}") };
+    Ok(Service::Remote(Remote::new(&url, args)?))
 }
 
-fn get(base: &str, path: &str) -> Result<Value, CliError> {
-    let url = format!("{base}{path}");
-    let failed = |error: ureq::Error| CliError::failed(format!("{url}: {error}"));
-    let agent: ureq::Agent = ureq::Agent::config_builder().timeout_global(Some(TIMEOUT)).build().into();
-    agent.get(&url).call().map_err(failed)?.body_mut().read_json().map_err(failed)
+impl Service {
+    fn base(&self) -> String {
+        match self {
+            Self::Here(socket) => socket.display().to_string(),
+            Self::Remote(remote) => remote.base.clone(),
+        }
+    }
+
+    fn get(&self, path: &str) -> Result<Value, CliError> {
+        match self {
+            Self::Here(socket) => local_http::get(socket, path, TIMEOUT)
+                .map_err(|error| CliError::failed(format!("{}: {path}: {error}", socket.display()))),
+            Self::Remote(remote) => remote.get(path),
+        }
+    }
+}
+
+impl Remote {
+    fn new(url: &str, args: &Args) -> Result<Self, CliError> {
+        let mut config =
+            ureq::Agent::config_builder().timeout_global(Some(TIMEOUT)).http_status_as_error(false);
+        if let Some(file) = &args.ca_file {
+            let roots = RootCerts::Specific(Arc::new(authorities(file)?));
+            config = config.tls_config(TlsConfig::builder().root_certs(roots).build());
+        }
+        let base = url.trim_end_matches('/').to_owned();
+        Ok(Self { base, agent: config.build().into(), token: token(args.token_file.as_deref())? })
+    }
+
+    fn get(&self, path: &str) -> Result<Value, CliError> {
+        let url = format!("{}{path}", self.base);
+        let failed = |error: ureq::Error| CliError::failed(format!("{url}: {error}"));
+        let mut request = self.agent.get(&url);
+        if let Some(token) = &self.token {
+            request = request.header("Authorization", format!("Bearer {token}"));
+        }
+        let mut answer = request.call().map_err(failed)?;
+        let status = answer.status();
+        if status.is_success() {
+            return answer.body_mut().read_json().map_err(failed);
+        }
+        let problem: Value = answer.body_mut().read_json().unwrap_or_default();
+        let detail = problem["detail"].as_str().unwrap_or_default();
+        let hint = if status == 401 { "; give one with --token-file or RAILGRIP_TOKEN" } else { "" };
+        Err(CliError::failed(format!("{url}: {status}: {detail}{hint}")))
+    }
+}
+
+/// The token to show: from a file, else from the environment.
+fn token(file: Option<&Path>) -> Result<Option<String>, CliError> {
+    let text = match file {
+        None => std::env::var(TOKEN_VARIABLE).ok(),
+        Some(file) => {
+            let wrong = |error| CliError::bad_input(format!("--token-file {}: {error}", file.display()));
+            Some(std::fs::read_to_string(file).map_err(wrong)?)
+        }
+    };
+    let Some(token) = text.map(|text| text.trim().to_owned()) else { return Ok(None) };
+    if token.is_empty() || !token.bytes().all(|byte| byte.is_ascii_graphic()) {
+        let whence = file.map_or_else(|| TOKEN_VARIABLE.to_owned(), |file| file.display().to_string());
+        return Err(CliError::bad_input(format!("{whence}: holds no token; allowed is one line railgrip_…")));
+    }
+    Ok(Some(token))
+}
+
+/// The certificates of a PEM file.
+fn authorities(file: &Path) -> Result<Vec<Certificate<'static>>, CliError> {
+    let wrong = |problem: String| CliError::bad_input(format!("--ca-file {}: {problem}", file.display()));
+    let text = std::fs::read(file).map_err(|error| wrong(error.to_string()))?;
+    let mut found = Vec::new();
+    for item in parse_pem(&text) {
+        match item.map_err(|error| wrong(error.to_string()))? {
+            PemItem::Certificate(certificate) => found.push(certificate),
+            _ => {}
+        }
+    }
+    if found.is_empty() {
+        return Err(wrong("holds no `BEGIN CERTIFICATE`".to_owned()));
+    }
+    Ok(found)
 }
 
 #[cfg(test)]

@@ -18,6 +18,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use railgrip_bus::{Holder, Lifecycle};
+use railgrip_health::doors::Doors;
 use railgrip_settings::{Source, TrainSettings};
 
 use crate::output::say;
@@ -50,6 +51,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     let train = args.train.load()?;
     train.bus.validate()?;
     let settings = &train.settings;
+    Doors::check(settings).map_err(CliError::bad_input)?;
     let _lock = claim(settings)?;
     let lifecycle = runner::prepare()?;
     let mut fleet = Fleet::new(&train.bus, settings, &args.train.to_options())?;
@@ -89,10 +91,15 @@ fn welcome(settings: &TrainSettings, address: &str) -> String {
         Source::Replay { runs, .. } => format!("{} recordings", runs.len()),
         Source::Stdin => "the standard input".to_owned(),
     };
+    let address = if address.contains("://") { address.to_owned() } else { format!("http://{address}") };
+    let curl = match settings.doors.token_file {
+        Some(_) => "curl -H \"Authorization: Bearer $RAILGRIP_TOKEN\"",
+        None => "curl",
+    };
     format!(
         "train \"{}\": {} wagons, samples from {source}\n  \
-         look   http://{address}/\n  \
-         wagons curl http://{address}/api/v1/wagons\n  \
+         look   {address}/\n  \
+         wagons {curl} {address}/api/v1/wagons\n  \
          table  railgrip status\n  \
          stop   Ctrl-C",
         settings.name,
@@ -104,7 +111,7 @@ fn welcome(settings: &TrainSettings, address: &str) -> String {
 fn http_address(file: &Path) -> Option<String> {
     let text = std::fs::read_to_string(file).ok()?;
     let address = text.trim();
-    (!address.is_empty()).then(|| address.trim_start_matches("http://").to_owned())
+    (!address.is_empty()).then(|| address.to_owned())
 }
 
 /// One `up` a train: a lock that the kernel releases however we die.

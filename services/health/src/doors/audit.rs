@@ -162,7 +162,8 @@ impl Audit {
 
     fn send(&self, line: &Line<'_>) {
         let lost = self.lost.swap(0, Ordering::Relaxed);
-        let text = serde_json::to_string(&Line { lost, at: line.at.clone(), from: line.from.clone(), ..*line });
+        let text =
+            serde_json::to_string(&Line { lost, at: line.at.clone(), from: line.from.clone(), ..*line });
         let sent = text.ok().and_then(|text| self.lines.as_ref()?.try_send(text).ok());
         if sent.is_none() {
             self.lost.fetch_add(lost + 1, Ordering::Relaxed);

@@ -112,7 +112,13 @@ impl Doors {
     }
 
     /// Has a request answered, and writes down what changed something.
-    async fn answer(&self, peer: &Peer, identity: Option<Identity>, request: Request, next: Next) -> Response {
+    async fn answer(
+        &self,
+        peer: &Peer,
+        identity: Option<Identity>,
+        request: Request,
+        next: Next,
+    ) -> Response {
         let (method, path) = (request.method().clone(), request.uri().path().to_owned());
         let credentials = credentials(request.headers());
         let patience = self.inner.settings.limits.answer;
@@ -179,7 +185,8 @@ impl Doors {
         if let Some(value) = headers.get(header::AUTHORIZATION) {
             let text = value.to_str().map_err(|_| Stranger::Wrong)?;
             let (kind, secret) = text.split_once(' ').ok_or(Stranger::Wrong)?;
-            let found = tokens.of_secret(secret.trim(), now_s).filter(|_| kind.eq_ignore_ascii_case("bearer"));
+            let found =
+                tokens.of_secret(secret.trim(), now_s).filter(|_| kind.eq_ignore_ascii_case("bearer"));
             let token = found.ok_or(Stranger::Wrong)?;
             return Ok(Identity { name: token.name.into(), role: token.role, by: Proof::Token });
         }
@@ -227,16 +234,18 @@ fn credentials(headers: &HeaderMap) -> HeaderMap {
 /// The page that a browser wants to see, if it is one that asks.
 fn page(parts: &axum::http::request::Parts) -> Option<String> {
     let wants_page = parts.method == Method::GET
-        && parts.headers.get(header::ACCEPT).is_some_and(|accept| {
-            accept.to_str().is_ok_and(|accept| accept.contains("text/html"))
-        });
+        && parts
+            .headers
+            .get(header::ACCEPT)
+            .is_some_and(|accept| accept.to_str().is_ok_and(|accept| accept.contains("text/html")));
     wants_page.then(|| parts.uri.path_and_query().map_or("/", |target| target.as_str()).to_owned())
 }
 
 /// The bare status of a health check: its reasons name wagons, which is for those who may read.
 fn without_reasons(response: Response) -> Response {
     let ok = response.status().is_success();
-    let text = if ok { "{\"status\":\"ok\",\"reasons\":[]}" } else { "{\"status\":\"not ok\",\"reasons\":[]}" };
+    let text =
+        if ok { "{\"status\":\"ok\",\"reasons\":[]}" } else { "{\"status\":\"not ok\",\"reasons\":[]}" };
     let kind = [(header::CONTENT_TYPE, HeaderValue::from_static("application/json"))];
     (response.status(), kind, text).into_response()
 }
@@ -279,7 +288,8 @@ impl Refusal {
             }
             Self::StrangeHost => (
                 StatusCode::MISDIRECTED_REQUEST,
-                "this service is not known by that name; [http] hosts lists the names that it answers to".to_owned(),
+                "this service is not known by that name; [http] hosts lists the names that it answers to"
+                    .to_owned(),
             ),
             Self::RoleTooLow { has, needs } => (
                 StatusCode::FORBIDDEN,

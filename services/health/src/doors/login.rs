@@ -46,9 +46,8 @@ async fn log(State(doors): State<Doors>) -> Response {
     let file = doors.inner.audit.file().to_owned();
     match audit::latest(&file, AUDIT_LINES) {
         Ok(lines) => Json(serde_json::json!({ "records": lines })).into_response(),
-        Err(error) => {
-            Problem::new(StatusCode::SERVICE_UNAVAILABLE, format!("{}: {error}", file.display())).into_response()
-        }
+        Err(error) => Problem::new(StatusCode::SERVICE_UNAVAILABLE, format!("{}: {error}", file.display()))
+            .into_response(),
     }
 }
 
@@ -90,7 +89,9 @@ async fn enter(State(doors): State<Doors>, headers: HeaderMap, request: Request)
     }) else {
         doors.inner.audit.refusal(&record(None, None, StatusCode::UNAUTHORIZED, "wrong token"));
         return match doors.charge(&peer, WRONG_TOKEN_COST) {
-            Ok(()) => page(StatusCode::UNAUTHORIZED, &next, Some("This token is unknown, revoked or expired.")),
+            Ok(()) => {
+                page(StatusCode::UNAUTHORIZED, &next, Some("This token is unknown, revoked or expired."))
+            }
             Err(refusal) => refusal.response(),
         };
     };
@@ -109,7 +110,8 @@ async fn leave(
     request: Request,
 ) -> Response {
     let peer = request.extensions().get::<Peer>().cloned().unwrap_or_default();
-    let identity = identity.map(|Extension(identity)| identity).filter(|identity| identity.by == Proof::Session);
+    let identity =
+        identity.map(|Extension(identity)| identity).filter(|identity| identity.by == Proof::Session);
     if let Some(identity) = &identity {
         doors.end_session(&headers, unix_s());
         doors.inner.audit.request(&Record {
@@ -131,7 +133,8 @@ async fn leave(
 impl Doors {
     /// Ends the session that somebody shows, if it is one.
     fn end_session(&self, headers: &HeaderMap, now_s: i64) {
-        let (Some(tokens), Some(session)) = (&self.inner.tokens, session(headers, self.scheme() == "https")) else {
+        let (Some(tokens), Some(session)) = (&self.inner.tokens, session(headers, self.scheme() == "https"))
+        else {
             return;
         };
         if self.inner.sessions.owner(&session, &tokens.all(), now_s).is_some() {
@@ -246,7 +249,8 @@ mod tests {
     #[test]
     fn the_cookie_is_found_among_others() {
         let mut headers = HeaderMap::new();
-        headers.insert(header::COOKIE, HeaderValue::from_static("a=b; railgrip_session=x~1; __Host-railgrip=y"));
+        headers
+            .insert(header::COOKIE, HeaderValue::from_static("a=b; railgrip_session=x~1; __Host-railgrip=y"));
         assert_eq!(session(&headers, false).as_deref(), Some("x~1"));
         assert_eq!(session(&headers, true).as_deref(), Some("y"));
         assert_eq!(session(&HeaderMap::new(), true), None);

@@ -52,7 +52,6 @@ pub struct Doors {
 struct Inner {
     settings: DoorSettings,
     cors_origins: Vec<String>,
-    loopback: bool,
     tls: Option<Tls>,
     tokens: Option<TokenBook>,
     sessions: Sessions,
@@ -84,7 +83,7 @@ impl Doors {
         let limiter = Limiter::new(doors.limits.requests_per_s, doors.limits.burst);
         let audit = Audit::start(&doors.audit, &settings.name);
         let cors_origins = settings.http.cors_origins.clone();
-        let inner = Inner { settings: doors, cors_origins, loopback, tls, tokens, sessions, limiter, audit };
+        let inner = Inner { settings: doors, cors_origins, tls, tokens, sessions, limiter, audit };
         Ok(Self { inner: Arc::new(inner) })
     }
 
@@ -121,7 +120,9 @@ impl Doors {
         if let Some(tls) = &self.inner.tls
             && let Some(result) = tls.look()
         {
-            self.inner.audit.event("tls_reload", result.as_ref().map_or_else(String::clone, |()| "ok".into()));
+            self.inner
+                .audit
+                .event("tls_reload", result.as_ref().map_or_else(String::clone, |()| "ok".into()));
         }
         if let Some(tokens) = &self.inner.tokens
             && let Some(result) = tokens.look()

@@ -50,9 +50,9 @@ pub(super) fn is_meant(
     match origin {
         Some(origin) => {
             let ours = authority(uri, headers).unwrap_or_default();
-            origin
-                .split_once("://")
-                .is_some_and(|(theirs, rest)| rest.eq_ignore_ascii_case(&ours) && (theirs == scheme || scheme == "http"))
+            origin.split_once("://").is_some_and(|(theirs, rest)| {
+                rest.eq_ignore_ascii_case(&ours) && (theirs == scheme || scheme == "http")
+            })
         }
         // Browsers name the origin of whatever is not a GET; a program without a session may leave it out.
         None => proof == Proof::None,
@@ -126,7 +126,8 @@ mod tests {
         assert!(!meant(&[host], Proof::Session));
         assert!(meant(&[host, ("origin", "http://evil.example")], Proof::Token));
         let cors = vec!["https://depot.example".to_owned()];
-        let from_depot = headers(&[host, ("origin", "https://depot.example"), ("sec-fetch-site", "cross-site")]);
+        let from_depot =
+            headers(&[host, ("origin", "https://depot.example"), ("sec-fetch-site", "cross-site")]);
         assert!(is_meant(&uri, &from_depot, Proof::None, "http", &cors));
         assert!(!is_meant(&uri, &from_depot, Proof::Session, "http", &cors));
     }

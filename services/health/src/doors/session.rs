@@ -70,7 +70,9 @@ impl Sessions {
     /// Ends a session before its time.
     pub(super) fn end(&self, session: &str, now_s: i64) {
         let mut parts = session.split('~').skip(1);
-        let (Some(Ok(end)), Some(nonce)) = (parts.next().map(str::parse::<i64>), parts.next()) else { return };
+        let (Some(Ok(end)), Some(nonce)) = (parts.next().map(str::parse::<i64>), parts.next()) else {
+            return;
+        };
         let mut ended = self.ended.lock().unwrap_or_else(PoisonError::into_inner);
         ended.retain(|_, end| *end > now_s);
         if ended.len() >= MAX_ENDED
@@ -132,7 +134,8 @@ mod tests {
         assert_eq!(owner(&cookie.replace("depot", "other"), now), None, "another name");
         let end = (now + 100).to_string();
         assert_eq!(owner(&cookie.replace(&end, &(now + 10_000).to_string()), now), None, "a later end");
-        for wrong in ["", "~", "~~~", "depot~9999999999~00~", "depot~9999999999~00~zz", &format!("{cookie}~")] {
+        for wrong in ["", "~", "~~~", "depot~9999999999~00~", "depot~9999999999~00~zz", &format!("{cookie}~")]
+        {
             assert_eq!(owner(wrong, now), None, "{wrong}");
         }
         let restarted = Sessions::open(&key, Duration::from_secs(100)).expect("key");

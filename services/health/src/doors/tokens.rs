@@ -142,7 +142,8 @@ fn check_mode(file: &Path, metadata: &Metadata) -> Result<(), DoorError> {
     if metadata.mode() & 0o022 == 0 {
         return Ok(());
     }
-    let problem = format!("mode is {:o}; others than its owner may write it: chmod 600", metadata.mode() & 0o777);
+    let problem =
+        format!("mode is {:o}; others than its owner may write it: chmod 600", metadata.mode() & 0o777);
     Err(DoorError::Tokens { file: file.to_owned(), problem })
 }
 
@@ -205,7 +206,10 @@ fn check_name(name: &str) -> Result<(), String> {
     if (1..=64).contains(&name.len()) && name.chars().all(plain) && !matches!(name, "local" | "anyone") {
         return Ok(());
     }
-    Err(format!("name \"{}\": allowed are 1 to 64 letters, digits, `-`, `_`, `.`; not `local`, not `anyone`", name.escape_debug()))
+    Err(format!(
+        "name \"{}\": allowed are 1 to 64 letters, digits, `-`, `_`, `.`; not `local`, not `anyone`",
+        name.escape_debug()
+    ))
 }
 
 /// Makes a token and returns its secret, which nobody can look up later.
@@ -217,7 +221,9 @@ pub fn add(file: &Path, name: &str, role: Role, expires_s: Option<i64>) -> Resul
     check_name(name).map_err(wrong)?;
     change(file, |tokens| {
         if tokens.iter().any(|token| token.name == name) {
-            return Err(wrong(format!("there is a token \"{name}\" already; `token rotate` renews its secret")));
+            return Err(wrong(format!(
+                "there is a token \"{name}\" already; `token rotate` renews its secret"
+            )));
         }
         if tokens.len() >= MAX_TOKENS {
             return Err(wrong(format!("holds {MAX_TOKENS} tokens already, more are not allowed")));
@@ -266,7 +272,8 @@ fn find(file: &Path, tokens: &[Token], name: &str) -> Result<usize, DoorError> {
 }
 
 fn secret(file: &Path) -> Result<(String, Hash), DoorError> {
-    let bytes = random::<SECRET_BYTES>().map_err(|source| DoorError::File { file: file.to_owned(), source })?;
+    let bytes =
+        random::<SECRET_BYTES>().map_err(|source| DoorError::File { file: file.to_owned(), source })?;
     let secret = format!("{PREFIX}{}", hex(&bytes));
     let hash = Hash::of(&secret);
     Ok((secret, hash))
@@ -448,7 +455,10 @@ mod tests {
 
         let renewed = rotate(&file, "depot", 60).expect("rotate");
         assert_eq!(book.look().as_deref(), Some("1 tokens"));
-        assert_eq!((role(&secret, now), role(&renewed, now)), (Some(Role::Acknowledge), Some(Role::Acknowledge)));
+        assert_eq!(
+            (role(&secret, now), role(&renewed, now)),
+            (Some(Role::Acknowledge), Some(Role::Acknowledge))
+        );
         assert_eq!((role(&secret, now + 90), role(&renewed, now + 90)), (None, Some(Role::Acknowledge)));
 
         revoke(&file, "depot").expect("revoke");
