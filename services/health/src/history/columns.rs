@@ -5,7 +5,7 @@ use railgrip_messages::{Health, Indicator};
 
 /// One remembered figure, up to three columns of the database: the value, and the ends of its interval as `.low` and
 /// `.high`.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub struct Column {
     /// Its name, for example `brake_friction` or `wheelset_1.slides`.
     pub name: String,
@@ -16,7 +16,7 @@ pub struct Column {
     read: Read,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy)]
 enum Read {
     Wagon(fn(&Health) -> [f64; 3]),
     Wheelset(usize, fn(&Health, usize) -> [f64; 3]),
