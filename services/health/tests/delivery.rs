@@ -1,0 +1,169 @@
+//! Delivery to a real HTTP receiver that fails at first, and to a real MQTT broker that comes late.
+#![allow(clippy::unwrap_used, reason = "a test may end at what it does not expect")]
+
+use railgrip_health::alerts::journal::Journal;
+use railgrip_health::alerts::{AlertBook, Cause};
+use railgrip_health::delivery::{self, Mailbox};
+use railgrip_health::model::Grade;
+use railgrip_messages::Stamp;
+use railgrip_settings::{AlertSettings, DeliverySettings, MqttSettings, WebhookSettings};
+use serde_json::Value;
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+/// Puts letters about one alert, raised and cleared, into the outbox.
+fn write_letters(journal: &Path, settings: &DeliverySettings) {
+    let alerts = AlertSettings { raise_after_s: 0.0, clear_after_s: 0.0, ..AlertSettings::default() };
+    let mut book = AlertBook::new(alerts, 8, PathBuf::new());
+    let opened = Journal::open(journal, "demo", delivery::targets(settings), 100).unwrap();
+    book.keep_in(opened, Vec::new());
+    for (second, grade) in [(1, Grade::Act), (2, Grade::Ok)] {
+        let now =
+            Stamp { unix_ns: second * 1_000_000_000, monotonic_ns: second.unsigned_abs() * 1_000_000_000 };
+        let cause = Cause { wagon: 3, wheelset: None, name: "brake_friction" };
+        for _ in 0..2 {
+            book.judge(cause.clone(), grade, "far too low", now);
+        }
+        book.settle(now);
+    }
+}
+
+fn wait_until(what: &str, done: impl Fn() -> bool) {
+    let began = Instant::now();
+    while !done() {
+        assert!(began.elapsed() < Duration::from_secs(30), "{what} did not happen");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+/// Idempotency key and body of every request; the first `failures` get status 503.
+fn receiver(failures: usize) -> (String, Arc<Mutex<Vec<(String, Value)>>>) {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let url = format!("http://{}/alerts", listener.local_addr().unwrap());
+    let seen = Arc::new(Mutex::new(Vec::new()));
+    let kept = Arc::clone(&seen);
+    std::thread::spawn(move || {
+        for stream in listener.incoming() {
+            let mut stream: TcpStream = stream.unwrap();
+            let (mut text, mut part) = (Vec::new(), [0; 4096]);
+            let body = loop {
+                let count = stream.read(&mut part).unwrap();
+                text.extend_from_slice(&part[..count]);
+                let whole = String::from_utf8_lossy(&text).into_owned();
+                let Some((head, body)) = whole.split_once("\r\n\r\n") else { continue };
+                let header = |name: &str| {
+                    head.lines()
+                        .find_map(|line| line.to_lowercase().strip_prefix(name).map(|v| v.trim().to_owned()))
+                };
+                let length: usize = header("content-length:").unwrap().parse().unwrap();
+                if body.len() >= length {
+                    break (header("idempotency-key:").unwrap(), serde_json::from_str(body).unwrap());
+                }
+            };
+            let mut kept = kept.lock().unwrap();
+            kept.push(body);
+            let status = if kept.len() <= failures { "503 Service Unavailable" } else { "200 OK" };
+            write!(stream, "HTTP/1.1 {status}\r\ncontent-length: 0\r\nconnection: close\r\n\r\n").unwrap();
+        }
+    });
+    (url, seen)
+}
+
+#[test]
+fn a_receiver_that_fails_at_first_gets_every_letter_in_order_after_a_restart_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let journal = folder.path().join("alerts.db");
+    let (url, seen) = receiver(2);
+    let hook = WebhookSettings { name: "depot".to_owned(), url, token_file: None, act_only: false };
+    let settings =
+        DeliverySettings { webhooks: vec![hook], mqtt: None, longest_pause_s: 1.0, most_waiting: 100 };
+    // The writer is gone, as after a kill, before anything is delivered.
+    write_letters(&journal, &settings);
+    let (mailbox, stop) = (Mailbox::default(), Arc::new(AtomicBool::new(false)));
+    let threads = delivery::start(&settings, "demo", &journal, &mailbox, &stop);
+    wait_until("delivery", || mailbox.view().receivers.iter().any(|one| one.delivered == 2));
+    stop.store(true, Ordering::Relaxed);
+    threads.into_iter().for_each(|thread| thread.join().unwrap());
+    let seen = seen.lock().unwrap();
+    let told: Vec<(&str, &str)> =
+        seen.iter().map(|(key, body)| (key.as_str(), body["change"].as_str().unwrap())).collect();
+    println!("{told:?}");
+    let changes: Vec<&str> = told.iter().map(|(_, change)| *change).collect();
+    assert_eq!(changes, ["raised", "raised", "raised", "cleared"]);
+    assert!(told[0].0 == told[2].0 && told[2].0 != told[3].0, "one key a letter, however often it is sent");
+    assert_eq!((&seen[3].1["train"], &seen[3].1["alert"]["wagon"]), (&"demo".into(), &3.into()));
+}
+
+/// A broker of this test's own; killed at the end.
+struct Broker(Child);
+
+impl Broker {
+    fn start(port: u16) -> Self {
+        let paths = ["mosquitto", "/usr/sbin/mosquitto"];
+        let begin = |path: &&str| {
+            Command::new(path)
+                .args(["-p", &port.to_string()])
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .spawn()
+                .ok()
+        };
+        let child = paths.iter().find_map(begin);
+        Self(child.expect("no MQTT broker: install the Debian package `mosquitto`"))
+    }
+}
+
+impl Drop for Broker {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+#[test]
+fn a_broker_that_comes_late_gets_every_letter() {
+    let folder = tempfile::tempdir().unwrap();
+    let journal = folder.path().join("alerts.db");
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let mqtt = MqttSettings {
+        host: "127.0.0.1".to_owned(),
+        port,
+        topic: "railgrip/{train}/alerts/{id}".to_owned(),
+        client_id: "railgrip-test".to_owned(),
+        user: None,
+        password_file: None,
+        retain: true,
+        act_only: false,
+    };
+    let settings =
+        DeliverySettings { webhooks: Vec::new(), mqtt: Some(mqtt), longest_pause_s: 1.0, most_waiting: 100 };
+    write_letters(&journal, &settings);
+    let (mailbox, stop) = (Mailbox::default(), Arc::new(AtomicBool::new(false)));
+    let threads = delivery::start(&settings, "demo", &journal, &mailbox, &stop);
+    wait_until("trouble", || mailbox.view().receivers.iter().any(|one| one.trouble.is_some()));
+    println!("{:?}", mailbox.view().receivers[0]);
+    let broker = Broker::start(port);
+    wait_until("delivery", || mailbox.view().receivers.iter().any(|one| one.delivered == 2));
+    stop.store(true, Ordering::Relaxed);
+    threads.into_iter().for_each(|thread| thread.join().unwrap());
+    // The broker keeps the last letter for those who come later: read it back.
+    let mut options = rumqttc::MqttOptions::new("reader", "127.0.0.1", port);
+    options.set_max_packet_size(1 << 20, 1 << 20);
+    let (client, mut connection) = rumqttc::Client::new(options, 10);
+    client.subscribe("railgrip/demo/alerts/#", rumqttc::QoS::AtLeastOnce).unwrap();
+    let kept = loop {
+        let event = connection.recv_timeout(Duration::from_secs(10)).unwrap().unwrap();
+        if let rumqttc::Event::Incoming(rumqttc::Packet::Publish(letter)) = event {
+            break letter;
+        }
+    };
+    let body: Value = serde_json::from_slice(&kept.payload).unwrap();
+    println!("{}: {} {}", kept.topic, body["change"], body["key"]);
+    assert_eq!((kept.topic.as_str(), &body["change"]), ("railgrip/demo/alerts/1", &"cleared".into()));
+    drop(broker);
+}
