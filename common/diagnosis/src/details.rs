@@ -175,9 +175,12 @@ fn ties(report: &Report) -> Vec<Tie> {
 fn missing_axis(place: Place) -> Axis {
     let (label, unit) = match place {
         Place::BodyForce => ("missing force on the body", "N"),
+        Place::WheelTorque => ("missing torque on wheelsets", "N m"),
         Place::PadFriction => ("missing share of pad friction", ""),
         Place::Adhesion => ("missing share of adhesion", ""),
         Place::WheelSensor => ("missing error of wheelset speed", "rad/s"),
+        Place::LoadShift => ("missing share of load on the front wheelset", ""),
+        Place::WheelScale => ("missing share of wheelset speed", ""),
         Place::SpeedSensor => ("missing error of vehicle speed", "m/s"),
         Place::DriveTorque => ("missing share of drive torque", ""),
     };

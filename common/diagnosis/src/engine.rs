@@ -14,6 +14,11 @@ const CERTAIN: f64 = 200.0;
 /// Candidates of a round that are carried to their own best filter.
 const FINALISTS: usize = 3;
 
+/// Tolerance level from which a misfit is so gross that candidates are also tried with a filter that trusts the model.
+const GROSS: usize = 2;
+/// Of these tries, how many are carried to their own best filter.
+const STRICT_FINALISTS: usize = 3;
+
 /// What one round tried on top of the model before it.
 #[derive(Debug)]
 pub struct Round {
@@ -50,6 +55,13 @@ pub struct Gain {
 }
 
 impl Gain {
+    /// The candidate's effect and its fitted values.
+    pub fn own(&self) -> Option<(&FittedEffect, Vec<f64>)> {
+        let shape = &self.fitted.shape;
+        let effect = shape.effects.last().filter(|effect| effect.spec.id == self.id)?;
+        Some((effect, self.fitted.fit.theta.get(shape.range_of(shape.effects.len() - 1))?.to_vec()))
+    }
+
     /// What candidates are ranked by: gain on all runs and on left-out runs. A prediction from one Newton step can go far
     /// astray where a run alone carries a parameter, hence the limits.
     pub fn score(&self) -> f64 {
@@ -100,12 +112,15 @@ pub fn search<'a>(
     for _ in 0..MOST_EFFECTS {
         let current = best.as_ref().unwrap_or(&base);
         let named = |c: &&Candidate| current.fitted.shape.effects.iter().all(|e| e.spec.id != c.spec.id);
-        let candidates: Vec<Candidate> = library.iter().filter(named).cloned().collect();
+        let mut candidates: Vec<Candidate> = library.iter().filter(named).cloned().collect();
+        if let Some(before) = rounds.last() {
+            candidates.iter_mut().for_each(|candidate| start_from(candidate, before));
+        }
         if candidates.is_empty() {
             break;
         }
         let round = try_all(current, &candidates, progress);
-        let next = carry_on(case, &clutter, current, &round);
+        let next = carry_on(case, &clutter, current, &candidates, &round);
         let round = if rounds.is_empty() { round } else { round.lighter() };
         rounds.push(round);
         let Some(next) = next else { break };
@@ -138,6 +153,18 @@ fn refinement_share(level: &Level) -> f64 {
     }
 }
 
+/// Later rounds start from where a candidate ended before, and from its first start.
+fn start_from(candidate: &mut Candidate, before: &Round) {
+    let ended = before.gains.iter().find(|gain| gain.id == candidate.spec.id);
+    let Some((effect, values)) = ended.and_then(Gain::own) else { return };
+    let mut effect = effect.clone();
+    for (parameter, value) in effect.parameters.iter_mut().zip(values) {
+        parameter.start = value;
+    }
+    candidate.starts.truncate(1);
+    candidate.starts.push(effect);
+}
+
 fn try_all(current: &Level, candidates: &[Candidate], progress: &(dyn Fn(&'static str) + Sync)) -> Round {
     let fits = search::fit_all(&current.whitening, &current.fitted, candidates, progress);
     let gains = candidates.iter().zip(fits).map(|(candidate, fitted)| {
@@ -161,20 +188,31 @@ fn try_all(current: &Level, candidates: &[Candidate], progress: &(dyn Fn(&'stati
 }
 
 /// Gives the best candidates of a round filters frozen at themselves, and returns the most likely one.
-fn carry_on<'a>(case: &'a Case, clutter: &Clutter, current: &Level, round: &Round) -> Option<Level<'a>> {
+fn carry_on<'a>(
+    case: &'a Case,
+    clutter: &Clutter,
+    current: &Level,
+    candidates: &[Candidate],
+    round: &Round,
+) -> Option<Level<'a>> {
     let mut order: Vec<&Gain> = round.gains.iter().collect();
     order.sort_by(|a, b| b.score().total_cmp(&a.score()));
     let best = order.first()?;
     // A tolerant filter separates candidates less sharply than the one it leads to.
-    let share = if current.level > 0 { 0.35 } else { 0.75 };
+    let share = if current.level > 0 { 0.5 } else { 0.85 };
     let worth = |g: &&&Gain| g.gain > 5.0 && g.score() > share * best.score();
     let finalists: Vec<&Gain> = order.iter().filter(worth).take(FINALISTS).copied().collect();
-    finalists
-        .par_iter()
-        .map(|g| search::settle(case, &g.fitted.shape, clutter, &g.fitted.fit.theta, current.level))
-        .collect::<Vec<_>>()
-        .into_iter()
-        .min_by(|a, b| a.evidence_cost().total_cmp(&b.evidence_cost()))
+    let settle =
+        |g: &&Gain| search::settle(case, &g.fitted.shape, clutter, &g.fitted.fit.theta, current.level);
+    let mut settled: Vec<Level<'a>> = finalists.par_iter().map(settle).collect();
+    if current.level >= GROSS {
+        let strict = search::strict_trials(case, &current.fitted, clutter, candidates, STRICT_FINALISTS);
+        let settle = |(shape, theta): &(Shape, Vec<f64>)| {
+            search::settle_upwards(case, shape, clutter, theta, current.level)
+        };
+        settled.extend(strict.par_iter().map(settle).collect::<Vec<_>>());
+    }
+    settled.into_iter().min_by(|a, b| a.evidence_cost().total_cmp(&b.evidence_cost()))
 }
 
 /// Drops effects that the others have made superfluous.

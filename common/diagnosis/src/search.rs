@@ -31,46 +31,44 @@ impl Fitted {
 }
 
 /// Effort of a fit that is carried to its end.
-const FULL: Effort = Effort { iterations: 10, slow_columns: 0, refresh: 4, tolerance: 0.2 };
-/// Effort spent on each start before the best go on.
+const FULL: Effort = Effort { iterations: 10, slow_columns: 0, refresh: 3, tolerance: 0.2 };
+/// Effort that tells a start that leads somewhere from one that does not.
+const FIRST: Effort = Effort { iterations: 1, slow_columns: 0, refresh: 100, tolerance: 0.5 };
+/// Effort spent on each start that leads somewhere.
 const SHORT: Effort = Effort { iterations: 3, slow_columns: 0, refresh: 100, tolerance: 0.5 };
 /// Effort of the starts that go on.
 const LONG: Effort = Effort { iterations: 7, slow_columns: 0, refresh: 3, tolerance: 0.3 };
 /// Gain of a short fit below which a candidate is not pursued further: a tenth of what raises an alarm.
 const WORTHWHILE: f64 = 3.0;
-/// Candidates whose short fit gained less than this share of the best one's are not pursued further.
+/// Candidates whose short fit gained more than this share of the best one's get another short fit.
 const PURSUED_SHARE: f64 = 0.12;
+/// Candidates that have gained this share of the best one's after that are carried to the end.
+const FINISHED_SHARE: f64 = 0.4;
+/// Starts that get more than one step.
+const PROMISING: usize = 3;
 /// Starts that go on.
 const SURVIVORS: usize = 2;
 
-/// Fits a shape from `start` to the end and linearises there.
-pub fn finish(whitening: &Whitening, shape: &Shape, start: &[f64], slow: Option<&[Vec<f64>]>) -> Fitted {
+/// Linearises at the solution of a fit and predicts each run from the others.
+fn close(whitening: &Whitening, shape: &Shape, mut fit: Fit) -> Fitted {
     let problem = Innovations { whitening, shape };
-    let slow_columns = slow.map_or(0, <[Vec<f64>]>::len);
-    let effort = Effort { slow_columns, ..FULL };
-    let mut fit = solver::fit(&problem, shape.parameters(), start, effort, slow);
     let (residuals, columns) = solver::linearise(&problem, shape.parameters(), &mut fit);
-    // Frozen nuisance columns may have stopped the fit short of the optimum: one more round with all fresh.
-    if slow.is_some() {
-        let (gradient, curvature) = solver::assemble(shape.parameters(), &fit.theta, &fit.blocks);
-        let short = curvature.cholesky().map_or(0.0, |c| 0.5 * gradient.dot(&c.solve(&gradient)));
-        if short > 0.2 {
-            let again = solver::fit(&problem, shape.parameters(), &fit.theta, FULL, None);
-            fit = Fit { converged: again.converged, ..again };
-            let (residuals, columns) = solver::linearise(&problem, shape.parameters(), &mut fit);
-            let left_out = solver::leave_one_out(&problem, shape.parameters(), &fit);
-            return Fitted { shape: shape.clone(), fit, residuals, columns, left_out };
-        }
-    }
     let left_out = solver::leave_one_out(&problem, shape.parameters(), &fit);
     Fitted { shape: shape.clone(), fit, residuals, columns, left_out }
 }
 
 /// Short fits of one candidate on top of `base`, from all its starts; those that may still win, best first.
 fn trials(whitening: &Whitening, base: &Fitted, candidate: &Candidate) -> Vec<(FittedEffect, Fit)> {
-    let mut trials: Vec<(FittedEffect, Fit)> =
-        candidate.starts.iter().map(|effect| (effect.clone(), short_fit(whitening, base, effect))).collect();
-    trials.sort_by(|a, b| a.1.total().total_cmp(&b.1.total()));
+    let by_cost = |a: &(FittedEffect, Fit), b: &(FittedEffect, Fit)| a.1.total().total_cmp(&b.1.total());
+    let first =
+        |effect: &FittedEffect| (effect.clone(), go_on(whitening, base, effect, &start(base, effect), FIRST));
+    let mut trials: Vec<(FittedEffect, Fit)> = candidate.starts.iter().map(first).collect();
+    trials.sort_by(by_cost);
+    trials.truncate(PROMISING);
+    for (effect, fit) in &mut trials {
+        *fit = go_on(whitening, base, effect, &fit.theta, SHORT);
+    }
+    trials.sort_by(by_cost);
     trials.truncate(SURVIVORS);
     let best = trials.first().map_or(0.0, |(_, fit)| fit.total());
     let span = 0.3 * (base.fit.total() - best).max(0.0) + 5.0;
@@ -78,38 +76,43 @@ fn trials(whitening: &Whitening, base: &Fitted, candidate: &Candidate) -> Vec<(F
     trials
 }
 
-/// Carries short fits on to the end, or takes the best as it is if it gained less than `worthwhile`.
-fn pursue(
-    whitening: &Whitening,
-    base: &Fitted,
-    mut trials: Vec<(FittedEffect, Fit)>,
-    worthwhile: f64,
-) -> Fitted {
-    let best = trials.first().map_or(f64::INFINITY, |(_, fit)| fit.total());
-    if base.fit.total() - best < worthwhile {
-        trials.truncate(1);
-        return trials
-            .pop()
-            .map_or_else(|| base.clone(), |(effect, fit)| settle_short(whitening, base, &effect, fit));
-    }
-    trials
-        .iter()
-        .map(|(effect, fit)| {
-            let shape = base.shape.with(effect);
-            let problem = Innovations { whitening, shape: &shape };
-            let effort = Effort { slow_columns: base.columns.len(), ..LONG };
-            let mut fit = solver::fit(&problem, shape.parameters(), &fit.theta, effort, Some(&base.columns));
-            let (residuals, columns) = solver::linearise(&problem, shape.parameters(), &mut fit);
-            let left_out = solver::leave_one_out(&problem, shape.parameters(), &fit);
-            Fitted { shape, fit, residuals, columns, left_out }
-        })
-        .min_by(|a, b| a.fit.total().total_cmp(&b.fit.total()))
-        .unwrap_or_else(|| base.clone())
+/// Where a fit of an effect on top of `base` starts.
+fn start(base: &Fitted, effect: &FittedEffect) -> Vec<f64> {
+    base.fit.theta.iter().copied().chain(effect.parameters.iter().map(|p| p.start)).collect()
 }
 
-/// Fits one candidate on top of `base`, from all its starts.
+/// Fits on from `start`, at first with the nuisances' columns of `base`.
+fn go_on(whitening: &Whitening, base: &Fitted, effect: &FittedEffect, start: &[f64], effort: Effort) -> Fit {
+    let shape = base.shape.with(effect);
+    let problem = Innovations { whitening, shape: &shape };
+    let effort = Effort { slow_columns: base.columns.len(), ..effort };
+    solver::fit(&problem, shape.parameters(), start, effort, Some(&base.columns))
+}
+
+/// The best of some trials as far as it is.
+fn settle_best(whitening: &Whitening, base: &Fitted, trials: Vec<(FittedEffect, Fit)>) -> Fitted {
+    let best = trials.into_iter().min_by(|a, b| a.1.total().total_cmp(&b.1.total()));
+    best.map_or_else(|| base.clone(), |(effect, fit)| settle_short(whitening, base, &effect, fit))
+}
+
+/// Carries short fits on to the end.
+fn pursue(whitening: &Whitening, base: &Fitted, trials: &[(FittedEffect, Fit)]) -> Fitted {
+    let fits = trials.iter().map(|(effect, fit)| (effect, go_on(whitening, base, effect, &fit.theta, LONG)));
+    fits.min_by(|a, b| a.1.total().total_cmp(&b.1.total()))
+        .map_or_else(|| base.clone(), |(effect, fit)| close(whitening, &base.shape.with(effect), fit))
+}
+
+/// Fits one candidate on top of `base`, from all its starts, to the end.
 pub fn fit_candidate(whitening: &Whitening, base: &Fitted, candidate: &Candidate) -> Fitted {
-    pursue(whitening, base, trials(whitening, base, candidate), WORTHWHILE)
+    let trials = trials(whitening, base, candidate);
+    if gain_of(base, &trials) < WORTHWHILE {
+        return settle_best(whitening, base, trials);
+    }
+    pursue(whitening, base, &trials)
+}
+
+fn gain_of(base: &Fitted, trials: &[(FittedEffect, Fit)]) -> f64 {
+    trials.iter().map(|(_, fit)| base.fit.total() - fit.total()).fold(0.0, f64::max)
 }
 
 /// Takes a short fit that gained next to nothing as it is: the nuisances stand where they stood, and so do their columns.
@@ -126,19 +129,24 @@ fn settle_short(whitening: &Whitening, base: &Fitted, effect: &FittedEffect, fit
     Fitted { shape, fit, residuals, columns, left_out }
 }
 
-fn short_fit(whitening: &Whitening, base: &Fitted, effect: &FittedEffect) -> Fit {
+/// Gain that a linearised candidate promises, from its first start, where it must do nothing yet.
+pub fn linear_gain(whitening: &Whitening, base: &Fitted, candidate: &Candidate) -> f64 {
+    let Some(effect) = candidate.starts.first() else { return 0.0 };
     let shape = base.shape.with(effect);
-    let mut start = base.fit.theta.clone();
-    start.extend(effect.parameters.iter().map(|p| p.start));
     let problem = Innovations { whitening, shape: &shape };
-    let effort = Effort { slow_columns: base.columns.len(), ..SHORT };
-    solver::fit(&problem, shape.parameters(), &start, effort, Some(&base.columns))
+    let theta = start(base, effect);
+    let own = base.columns.len()..theta.len();
+    let own = solver::columns(&problem, shape.parameters(), &theta, &base.residuals, own);
+    let all: Vec<&[f64]> = base.columns.iter().chain(&own).map(Vec::as_slice).collect();
+    let blocks = solver::blocks_of(&base.residuals, &all, problem.block_ends(), problem.huber());
+    let (gradient, curvature) = solver::assemble(shape.parameters(), &theta, &blocks);
+    curvature.cholesky().map_or(0.0, |factor| 0.5 * gradient.dot(&factor.solve(&gradient)))
 }
 
 /// As [`fit_candidate`], from the first start and only as far as a ranking needs.
 pub fn fit_briefly(whitening: &Whitening, base: &Fitted, candidate: &Candidate) -> Fitted {
     let Some(effect) = candidate.starts.first() else { return base.clone() };
-    let fit = short_fit(whitening, base, effect);
+    let fit = go_on(whitening, base, effect, &start(base, effect), SHORT);
     settle_short(whitening, base, effect, fit)
 }
 
@@ -149,16 +157,27 @@ pub fn fit_all(
     candidates: &[Candidate],
     progress: &(dyn Fn(&'static str) + Sync),
 ) -> Vec<Fitted> {
-    let short: Vec<Vec<(FittedEffect, Fit)>> =
+    let mut short: Vec<Vec<(FittedEffect, Fit)>> =
         candidates.par_iter().map(|candidate| trials(whitening, base, candidate)).collect();
-    let gain =
-        |trials: &Vec<(FittedEffect, Fit)>| trials.first().map_or(0.0, |(_, f)| base.fit.total() - f.total());
-    let worthwhile = (PURSUED_SHARE * short.iter().map(gain).fold(0.0, f64::max)).max(WORTHWHILE);
+    let best = |short: &[Vec<(FittedEffect, Fit)>]| {
+        short.iter().map(|trials| gain_of(base, trials)).fold(0.0, f64::max)
+    };
+    let worthwhile = (PURSUED_SHARE * best(&short)).max(WORTHWHILE);
+    short.par_iter_mut().filter(|trials| gain_of(base, trials) >= worthwhile).for_each(|trials| {
+        for (effect, fit) in trials {
+            *fit = go_on(whitening, base, effect, &fit.theta, SHORT);
+        }
+    });
+    let least = (FINISHED_SHARE * best(&short)).max(WORTHWHILE);
     short
         .into_par_iter()
         .zip(candidates)
         .map(|(trials, candidate)| {
-            let fitted = pursue(whitening, base, trials, worthwhile);
+            let fitted = if gain_of(base, &trials) >= least {
+                pursue(whitening, base, &trials)
+            } else {
+                settle_best(whitening, base, trials)
+            };
             progress(candidate.spec.id);
             fitted
         })
@@ -185,28 +204,73 @@ impl Level<'_> {
 
 /// Fits a shape at the tolerance that makes its innovations most likely, from the most tolerant level down.
 pub fn settle<'a>(case: &'a Case, shape: &Shape, clutter: &Clutter, start: &[f64], from: usize) -> Level<'a> {
-    let mut best: Option<Level<'a>> = None;
-    let mut theta = start.to_vec();
-    for level in (0..=from).rev() {
-        let next = at_level(case, shape, &clutter.tolerant(level), &theta, level);
-        let worse = best.as_ref().is_some_and(|b| next.evidence_cost() >= b.evidence_cost());
-        if worse && best.is_some() {
+    let (mut whitening, mut fit) = at_level(case, shape, &clutter.tolerant(from), start);
+    let mut level = from;
+    while level > 0 {
+        let (next, closer) = at_level(case, shape, &clutter.tolerant(level - 1), &fit.theta);
+        let cost = |whitening: &Whitening, fit: &Fit| fit.total() + whitening.half_log_determinant();
+        if cost(&next, &closer) >= cost(&whitening, &fit) {
             break;
         }
-        theta.clone_from(&next.fitted.fit.theta);
-        best = Some(next);
+        (whitening, fit, level) = (next, closer, level - 1);
     }
-    best.unwrap_or_else(|| at_level(case, shape, clutter, start, 0))
+    let fitted = close(&whitening, shape, fit);
+    Level { level, whitening, fitted }
+}
+
+/// Fits a shape at the tolerance that makes its innovations most likely, from the least tolerant level up.
+pub fn settle_upwards<'a>(
+    case: &'a Case,
+    shape: &Shape,
+    clutter: &Clutter,
+    start: &[f64],
+    to: usize,
+) -> Level<'a> {
+    let (mut whitening, mut fit) = at_level(case, shape, &clutter.tolerant(0), start);
+    let mut level = 0;
+    while level < to {
+        let (next, looser) = at_level(case, shape, &clutter.tolerant(level + 1), &fit.theta);
+        let cost = |whitening: &Whitening, fit: &Fit| fit.total() + whitening.half_log_determinant();
+        if cost(&next, &looser) >= cost(&whitening, &fit) {
+            break;
+        }
+        (whitening, fit, level) = (next, looser, level + 1);
+    }
+    let fitted = close(&whitening, shape, fit);
+    Level { level, whitening, fitted }
+}
+
+/// Short fits of all candidates with a filter that tolerates nothing: shapes and parameters of the best `count`.
+///
+/// Where the model is grossly wrong, a tolerant filter follows the measurements so closely that a late or smoothed
+/// sensor in its feedback unsettles it; one that trusts the model sees such an effect for what it is.
+pub fn strict_trials(
+    case: &Case,
+    current: &Fitted,
+    clutter: &Clutter,
+    candidates: &[Candidate],
+    count: usize,
+) -> Vec<(Shape, Vec<f64>)> {
+    let (whitening, fit) = at_level(case, &current.shape, &clutter.tolerant(0), &current.fit.theta);
+    let base = close(&whitening, &current.shape, fit);
+    let mut best: Vec<(FittedEffect, Fit)> =
+        candidates.par_iter().filter_map(|c| trials(&whitening, &base, c).into_iter().next()).collect();
+    best.sort_by(|a, b| a.1.total().total_cmp(&b.1.total()));
+    best.truncate(count);
+    best.into_iter().map(|(effect, fit)| (base.shape.with(&effect), fit.theta)).collect()
 }
 
 /// Fits a shape at one tolerance: twice, since the gains depend on the fit.
-fn at_level<'a>(case: &'a Case, shape: &Shape, clutter: &Clutter, start: &[f64], level: usize) -> Level<'a> {
-    let whitening = Whitening::new(case, &shape.build(start), clutter);
-    let problem = Innovations { whitening: &whitening, shape };
-    let theta = solver::fit(&problem, shape.parameters(), start, SHORT, None).theta;
-    let whitening = Whitening::new(case, &shape.build(&theta), clutter);
-    let fitted = finish(&whitening, shape, &theta, None);
-    Level { level, whitening, fitted }
+fn at_level<'a>(case: &'a Case, shape: &Shape, clutter: &Clutter, start: &[f64]) -> (Whitening<'a>, Fit) {
+    let fit_with = |start: &[f64], effort: Effort| {
+        let whitening = Whitening::new(case, &shape.build(start), clutter);
+        let effort = Effort { slow_columns: shape.nuisance_count(), ..effort };
+        let problem = Innovations { whitening: &whitening, shape };
+        let fit = solver::fit(&problem, shape.parameters(), start, effort, None);
+        (whitening, fit)
+    };
+    let (_, first) = fit_with(start, SHORT);
+    fit_with(&first.theta, FULL)
 }
 
 /// Number of residuals of a problem.

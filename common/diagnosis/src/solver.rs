@@ -5,6 +5,7 @@
 
 use crate::parameters::Parameter;
 use nalgebra::{DMatrix, DVector};
+use std::borrow::Cow;
 
 /// A problem: residuals in blocks as functions of the parameters.
 pub trait Problem {
@@ -132,11 +133,16 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Normal equations of each block.
-pub fn blocks_of(residuals: &[f64], columns: &[Vec<f64>], ends: &[usize], huber: f64) -> Vec<Block> {
+pub fn blocks_of<C: AsRef<[f64]>>(
+    residuals: &[f64],
+    columns: &[C],
+    ends: &[usize],
+    huber: f64,
+) -> Vec<Block> {
     let mut from = 0;
     ends.iter()
         .map(|&to| {
-            let views: Vec<&[f64]> = columns.iter().map(|c| &c[from..to]).collect();
+            let views: Vec<&[f64]> = columns.iter().map(|c| &c.as_ref()[from..to]).collect();
             let block = block(&residuals[from..to], &views, huber);
             from = to;
             block
@@ -201,15 +207,20 @@ pub fn fit(
     let mut residuals = problem.residuals(&theta);
     let mut cost = cost_of(&residuals, huber);
     let mut prior = prior_cost(parameters, &theta);
-    let mut slow: Option<Vec<Vec<f64>>> = slow.map(<[Vec<f64>]>::to_vec);
+    let mut slow: Option<Cow<'_, [Vec<f64>]>> = slow.map(Cow::Borrowed);
     let mut damping = 1e-3;
     let mut converged = false;
-    for iteration in 0..effort.iterations {
-        if slow.is_none() || (iteration > 0 && iteration % effort.refresh == 0) {
-            slow = Some(columns(problem, parameters, &theta, &residuals, 0..effort.slow_columns));
+    // Iterations since the slow columns were computed.
+    let mut age = 0;
+    for _ in 0..effort.iterations {
+        age += 1;
+        if slow.is_none() || age > effort.refresh {
+            slow = Some(columns(problem, parameters, &theta, &residuals, 0..effort.slow_columns).into());
+            age = 0;
         }
-        let mut all = slow.clone().unwrap_or_default();
-        all.extend(columns(problem, parameters, &theta, &residuals, all.len()..theta.len()));
+        let known = slow.as_deref().unwrap_or_default();
+        let own = columns(problem, parameters, &theta, &residuals, known.len()..theta.len());
+        let all: Vec<&[f64]> = known.iter().chain(&own).map(Vec::as_slice).collect();
         let blocks = blocks_of(&residuals, &all, problem.block_ends(), huber);
         let (gradient, curvature) = assemble(parameters, &theta, &blocks);
         let before = cost + prior;
@@ -231,8 +242,12 @@ pub fn fit(
         // Far from white residuals the model is wrong anyway: a thousandth of the excess is then close enough.
         let excess = (cost - 0.5 * residuals.len() as f64).max(0.0);
         if !improved || before - (cost + prior) < effort.tolerance + 2e-3 * excess {
-            converged = true;
-            break;
+            // Old columns may be what stopped it: only fresh ones tell, where any are to be had.
+            if effort.slow_columns == 0 || age == 0 || effort.refresh >= effort.iterations {
+                converged = true;
+                break;
+            }
+            age = effort.refresh;
         }
     }
     Fit { theta, cost, prior_cost: prior, converged, blocks: Vec::new() }

@@ -15,8 +15,10 @@ const NEARLY_ALL: f64 = 0.8;
 /// Least gain of a flexible discrepancy that counts as structure.
 const STRUCTURE: f64 = 60.0;
 
+/// Flexible discrepancies that are fitted at all, after a linear screening.
+const SCREENED: usize = 9;
 /// Flexible discrepancies that are fitted to the end.
-const PURSUED: usize = 4;
+const PURSUED: usize = 3;
 
 /// A flexible discrepancy that was fitted.
 #[derive(Debug)]
@@ -42,6 +44,10 @@ pub struct Judgement {
     pub missing: Option<Freed>,
     /// The test against chance.
     pub chance: Option<Chance>,
+    /// Flexible discrepancies on top of the best model, strongest first.
+    pub beside: Vec<Freed>,
+    /// Flexible discrepancies on top of the nuisances alone, strongest first; empty unless they were needed.
+    pub instead: Vec<Freed>,
 }
 
 /// Judges the outcome of a search.
@@ -54,9 +60,10 @@ pub fn judge(case: &Case, found: &Found, acceptance: Acceptance, seed: u64) -> J
     let named = !best.fitted.shape.effects.is_empty();
     let gain = (found.base.evidence_cost() - best.evidence_cost()).max(0.0);
     let on_bound = named && on_bound(best);
-    let rest = strongest(case, best);
-    let rest_gain = rest.as_ref().map_or(0.0, |freed| freed.gain.max(0.0));
-    let structure = rest.as_ref().is_some_and(|f| {
+    let mut beside = explainable(case, best);
+    let rest = beside.first();
+    let rest_gain = rest.map_or(0.0, |freed| freed.gain.max(0.0));
+    let structure = rest.is_some_and(|f| {
         f.gain > STRUCTURE.max(2.0 * acceptance.gain) && (f.predictive > 0.1 * f.gain || f.gain > 250.0)
     });
     let recovered = if gain + rest_gain > 0.0 { gain / (gain + rest_gain) } else { 1.0 };
@@ -67,43 +74,62 @@ pub fn judge(case: &Case, found: &Found, acceptance: Acceptance, seed: u64) -> J
         (true, true) if recovered < NEARLY_ALL => Verdict::EffectsAndUnknown,
         (true, _) => Verdict::Effects,
     };
+    let mut instead = match verdict {
+        Verdict::Unknown if named => explainable(case, &found.base),
+        _ => Vec::new(),
+    };
     let missing = match verdict {
-        Verdict::Unknown if named => strongest(case, &found.base).or(rest),
-        Verdict::Unknown | Verdict::EffectsAndUnknown => rest,
+        Verdict::Unknown if !instead.is_empty() => Some(instead.remove(0)),
+        Verdict::Unknown | Verdict::EffectsAndUnknown if !beside.is_empty() => Some(beside.remove(0)),
         _ => None,
     };
-    Judgement { verdict, recovered, missing, chance }
+    Judgement { verdict, recovered, missing, chance, beside, instead }
 }
 
-/// The flexible discrepancy that predicts best on top of a model.
-fn strongest(case: &Case, level: &Level) -> Option<Freed> {
-    let all = flexible::all(case);
+/// The flexible discrepancies that explain most on top of a model, best first.
+fn explainable(case: &Case, level: &Level) -> Vec<Freed> {
+    let (whitening, base) = (&level.whitening, &level.fitted);
     let freed = |flexible: Flexible, fitted: Fitted| {
-        let gain = level.fitted.fit.total() - fitted.fit.total();
-        let predictive = level.fitted.predictive_cost() - fitted.predictive_cost();
+        let gain = base.fit.total() - fitted.fit.total();
+        let predictive = base.predictive_cost() - fitted.predictive_cost();
         // The columns are large and not needed any more.
         let fitted = Fitted { columns: Vec::new(), residuals: Vec::new(), ..fitted };
         Freed { flexible, gain, predictive, fitted }
     };
-    let mut brief: Vec<Freed> = all
+    let screen = |f: Flexible| (search::linear_gain(whitening, base, &f.candidate), f);
+    let mut screened: Vec<(f64, Flexible)> = flexible::all(case).into_par_iter().map(screen).collect();
+    screened.sort_by(|a, b| b.0.total_cmp(&a.0));
+    screened.truncate(SCREENED);
+    let mut brief: Vec<Freed> = screened
         .into_par_iter()
-        .map(|flexible| {
-            let fitted = search::fit_briefly(&level.whitening, &level.fitted, &flexible.candidate);
-            freed(flexible, fitted)
+        .map(|(_, f)| {
+            let fitted = search::fit_briefly(whitening, base, &f.candidate);
+            freed(f, fitted)
         })
         .collect();
-    brief.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    brief.truncate(PURSUED);
-    brief.retain(|f| f.gain > 0.3 * STRUCTURE);
-    let full: Vec<Freed> = brief
+    brief.sort_by(|a, b| b.score().total_cmp(&a.score()));
+    let rest = brief.split_off(PURSUED.min(brief.len()));
+    let mut all: Vec<Freed> = brief
         .into_par_iter()
-        .map(|f| {
-            let fitted = search::fit_candidate(&level.whitening, &level.fitted, &f.flexible.candidate);
-            freed(f.flexible, fitted)
+        .map(|brief| {
+            if brief.gain < 0.3 * STRUCTURE {
+                return brief;
+            }
+            let fitted = search::fit_candidate(whitening, base, &brief.flexible.candidate);
+            freed(brief.flexible, fitted)
         })
         .collect();
-    let score = |f: &Freed| f.gain + f.predictive.clamp(-0.5 * f.gain.abs(), 1.5 * f.gain.abs());
-    full.into_iter().max_by(|a, b| score(a).total_cmp(&score(b)))
+    all.extend(rest);
+    all.sort_by(|a, b| b.score().total_cmp(&a.score()));
+    all
+}
+
+impl Freed {
+    /// What discrepancies are ranked by, as [`Gain::score`].
+    pub fn score(&self) -> f64 {
+        let gain = self.gain.max(0.0);
+        self.gain + self.predictive.clamp(-0.5 * gain, 1.5 * gain)
+    }
 }
 
 /// Whether an effect's strength sits on a bound that is not its neutral value.

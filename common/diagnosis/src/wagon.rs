@@ -177,14 +177,14 @@ fn effects(found: &Found, judgement: &Judgement, models: &Models) -> Vec<FoundEf
             let gain = round.gains.iter().find(|g| g.id == spec.id).map_or(total, |g| g.gain);
             let range = shape.range_of(e);
             let intervals = details::intervals(found, models);
-            let parameters = shape.effects[e]
-                .parameters
-                .iter()
-                .zip(range)
-                .map(|(p, i)| {
-                    (p.name.clone(), ParameterEstimate { value: models.extended[i], ci95: intervals[i] })
-                })
-                .collect();
+            let fitted = shape.effects[e].parameters.iter().zip(range).map(|(p, i)| {
+                (p.name.clone(), ParameterEstimate { value: models.extended[i], ci95: intervals[i] })
+            });
+            // Which wheelset, which form: chosen, not estimated.
+            let chosen = spec.parameters.iter().zip(&shape.effects[e].fixed).filter(|(p, _)| p.discrete);
+            let chosen =
+                chosen.map(|(p, v)| (p.name.to_owned(), ParameterEstimate { value: *v, ci95: [*v, *v] }));
+            let parameters = fitted.chain(chosen).collect();
             let found = FoundEffect {
                 id: spec.id.to_owned(),
                 term: spec.term.name().to_owned(),
@@ -247,7 +247,7 @@ fn unexplained(case: &Case, judgement: &Judgement, gap: f64) -> Option<Unexplain
         flexible::Place::PadFriction => case.vehicle.brake.friction_coefficient,
         _ => 1.0,
     };
-    let curve = missing.flexible.knots.iter().zip(values).map(|(x, y)| [*x, y * reference]).collect();
+    let curve = missing.flexible.curve(values).into_iter().map(|[x, y]| [x, y * reference]).collect();
     Some(Unexplained { gap, term: missing.flexible.term.name().to_owned(), curve })
 }
 

@@ -1,0 +1,79 @@
+//! What a diagnosis weighed, as a table: `explain CASE [--without ID]...`.
+//!
+//! For whoever works on the diagnosis: evidence of the filters, the candidates' gains in every round, the flexible
+//! discrepancies by place, and the test against chance.
+#![allow(clippy::print_stdout, reason = "a table for people")]
+
+use railgrip_diagnosis::{engine, load, search, verdict};
+use std::time::Instant;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let folder = arguments.next().ok_or("usage: explain CASE [--without ID]...")?;
+    let without: Vec<String> = arguments.filter(|a| a != "--without").collect();
+    let folder = std::path::Path::new(&folder);
+    let vehicle = toml::from_str(&std::fs::read_to_string(folder.join("vehicle.toml"))?)?;
+    let case = load::load(folder, vehicle)?;
+    let started = Instant::now();
+    let acceptance = engine::Acceptance::default();
+    let found = engine::search(&case, &without, acceptance, &|_| ());
+    let names = |level: &search::Level| {
+        let ids: Vec<&str> = level.fitted.shape.effects.iter().map(|e| e.spec.id).collect();
+        ids.join(" + ")
+    };
+    println!(
+        "{:.1} s  base level {} cost {:.0} of {}, best [{}] level {} cost {:.0}, evidence gained {:.0}",
+        started.elapsed().as_secs_f64(),
+        found.base.level,
+        found.base.fitted.fit.total(),
+        found.base.fitted.residuals.len() / 2,
+        names(&found.best),
+        found.best.level,
+        found.best.fitted.fit.total(),
+        found.base.evidence_cost() - found.best.evidence_cost(),
+    );
+    for round in &found.rounds {
+        show(round);
+    }
+    let judgement = verdict::judge(&case, &found, acceptance, 0);
+    println!(
+        "{:.1} s  {:?} recovered {:.2} chance {:?}",
+        started.elapsed().as_secs_f64(),
+        judgement.verdict,
+        judgement.recovered,
+        judgement.chance.as_ref().map(|c| c.threshold())
+    );
+    if let Some(missing) = &judgement.missing {
+        println!("missing");
+        line(missing);
+    }
+    for (what, freed) in [("beside", &judgement.beside), ("instead", &judgement.instead)] {
+        println!("{what}");
+        freed.iter().for_each(line);
+    }
+    Ok(())
+}
+
+fn show(round: &engine::Round) {
+    let mut gains: Vec<&engine::Gain> = round.gains.iter().collect();
+    gains.sort_by(|a, b| b.score().total_cmp(&a.score()));
+    for gain in gains.iter().take(7) {
+        let Some((effect, values)) = gain.own() else { continue };
+        let fixed: Vec<&f64> = effect.fixed.iter().filter(|v| !v.is_nan()).collect();
+        let mark = if gain.converged { ' ' } else { '~' };
+        println!(
+            "  {:26} gain {:9.1} left out {:9.1} {mark} {fixed:?} {values:.4?}",
+            gain.id, gain.gain, gain.predictive
+        );
+    }
+    println!();
+}
+
+fn line(freed: &verdict::Freed) {
+    let f = &freed.flexible;
+    let (term, covariate) = (f.term.name(), f.covariate.name());
+    println!(
+        "  {term:20} {:?} {:?} over {covariate}: gain {:.1} left out {:.1}",
+        f.place, f.scope, freed.gain, freed.predictive
+    );
+}
