@@ -1,16 +1,26 @@
-//! What a diagnosis weighed, as a table: `explain CASE [--without ID]...`.
+//! What a diagnosis weighed, as a table: `explain CASE [--without ID]... [--only ID...]`.
 //!
 //! For whoever works on the diagnosis: evidence of the filters, the candidates' gains in every round, the flexible
 //! discrepancies by place, and the test against chance.
 #![allow(clippy::print_stdout, reason = "a table for people")]
 
+use railgrip_diagnosis::wander::Wander;
 use railgrip_diagnosis::{engine, load, search, verdict};
 use std::time::Instant;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
-    let folder = arguments.next().ok_or("usage: explain CASE [--without ID]...")?;
-    let without: Vec<String> = arguments.filter(|a| a != "--without").collect();
+    let folder = arguments.next().ok_or("usage: explain CASE [--without ID]... [--only ID...]")?;
+    let rest: Vec<String> = arguments.collect();
+    let (only, rest): (Vec<String>, Vec<String>) = match rest.iter().position(|a| a == "--only") {
+        Some(at) => (rest[at + 1..].to_vec(), rest[..at].to_vec()),
+        None => (Vec::new(), rest),
+    };
+    let mut without: Vec<String> = rest.into_iter().filter(|a| a != "--without").collect();
+    if !only.is_empty() {
+        let ids = railgrip_vehicle::effects::CATALOGUE.iter().map(|(spec, _)| spec.id.to_owned());
+        without.extend(ids.filter(|id| !only.contains(id)));
+    }
     let folder = std::path::Path::new(&folder);
     let vehicle = toml::from_str(&std::fs::read_to_string(folder.join("vehicle.toml"))?)?;
     let case = load::load(folder, vehicle)?;
@@ -43,6 +53,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         judgement.recovered,
         judgement.chance.as_ref().map(|c| c.threshold())
     );
+    println!("left {:.3}", judgement.left);
+    for w in found.places.iter().take(5) {
+        let Wander { place, scope, evidence, amplitude, time_s } = w;
+        println!("  {place:?} {scope:?} evidence {evidence:.0} amplitude {amplitude:.4} over {time_s} s");
+    }
     if let Some(missing) = &judgement.missing {
         println!("missing");
         line(missing);

@@ -5,6 +5,7 @@ use crate::innovations::Clutter;
 use crate::library::{self, Candidate};
 use crate::parameters::{FittedEffect, Shape};
 use crate::search::{self, Fitted, Level};
+use crate::wander::{self, Wander};
 use rayon::prelude::*;
 
 /// Most effects that are named together.
@@ -15,7 +16,7 @@ const CERTAIN: f64 = 200.0;
 const FINALISTS: usize = 3;
 
 /// Tolerance level from which a misfit is so gross that candidates are also tried with a filter that trusts the model.
-const GROSS: usize = 2;
+pub(crate) const GROSS: usize = 2;
 /// Of these tries, how many are carried to their own best filter.
 const STRICT_FINALISTS: usize = 3;
 
@@ -77,8 +78,12 @@ pub struct Found<'a> {
     pub base: Level<'a>,
     /// Nuisances and accepted effects, with a filter frozen at them.
     pub best: Level<'a>,
-    /// Rounds of forward selection; the last one accepted nothing.
+    /// Rounds of forward selection.
     pub rounds: Vec<Round>,
+    /// What freeing each place gains over the base, most first.
+    pub places: Vec<Wander>,
+    /// The same over the best model.
+    pub rest: Vec<Wander>,
 }
 
 /// What decides whether one more effect is real.
@@ -107,10 +112,16 @@ pub fn search<'a>(
     let shape = Shape::nominal(case);
     let library = library::candidates(case, without);
     let base = search::settle(case, &shape, &clutter, &shape.start(), 3);
-    let mut best: Option<Level<'a>> = None;
+    let places = free_places(case, &clutter, &base);
+    let mut best: Option<(Level<'a>, Vec<Wander>)> = None;
     let mut rounds = Vec::new();
+    let mut accepted: Vec<f64> = Vec::new();
     for _ in 0..MOST_EFFECTS {
-        let current = best.as_ref().unwrap_or(&base);
+        let (current, rest) = best.as_ref().map_or((&base, &places), |(level, rest)| (level, rest));
+        // Every candidate is tried once; on top of a model that leaves nothing there is nothing to try.
+        if !rounds.is_empty() && (is_quiet(current, rest) || is_hopeless(current, &places, rest)) {
+            break;
+        }
         let named = |c: &&Candidate| current.fitted.shape.effects.iter().all(|e| e.spec.id != c.spec.id);
         let mut candidates: Vec<Candidate> = library.iter().filter(named).cloned().collect();
         if let Some(before) = rounds.last() {
@@ -126,31 +137,65 @@ pub fn search<'a>(
         let Some(next) = next else { break };
         let gain = current.evidence_cost() - next.evidence_cost();
         let predictive = current.fitted.predictive_cost() - next.fitted.predictive_cost();
-        let so_far = (base.evidence_cost() - current.evidence_cost()).max(0.0);
-        let least = acceptance.gain.max(refinement_share(&next) * so_far);
         let predicts = predictive >= acceptance.predictive || gain > CERTAIN || next.level != current.level;
-        if gain < least || !predicts {
+        if gain < acceptance.gain || !predicts || !is_new(&next, rest, &accepted, gain) {
             break;
         }
-        best = Some(next);
+        accepted.push(gain);
+        let rest = free_places(case, &clutter, &next);
+        best = Some((next, rest));
     }
-    let best = match best {
-        Some(best) => delete_backwards(case, &clutter, acceptance, best),
-        None => search::settle(case, &shape, &clutter, &base.fitted.fit.theta, base.level),
+    let (best, rest) = match best {
+        Some((best, rest)) => {
+            let number = best.fitted.shape.effects.len();
+            let best = delete_backwards(case, &clutter, acceptance, best);
+            let same = best.fitted.shape.effects.len() == number;
+            let rest = if same { rest } else { free_places(case, &clutter, &best) };
+            (best, rest)
+        }
+        None => (search::settle(case, &shape, &clutter, &base.fitted.fit.theta, base.level), places.clone()),
     };
-    Found { base, best, rounds }
+    Found { base, best, rounds, places, rest }
 }
 
-/// An effect whose law has another form than the plant's leaves a rest that a neighbour can mend: the last effect must
-/// gain this share of what the ones before it gained, more if it stands at the same place of the equations.
-fn refinement_share(level: &Level) -> f64 {
+fn free_places(case: &Case, clutter: &Clutter, level: &Level) -> Vec<Wander> {
+    wander::wanders(case, &level.fitted.shape.build(&level.fitted.fit.theta), clutter)
+}
+
+/// What freeing any place may gain where nothing is left to explain.
+const QUIET: f64 = 25.0;
+
+/// Whether a model leaves nothing to explain.
+pub(crate) fn is_quiet(level: &Level, rest: &[Wander]) -> bool {
+    level.level == 0 && rest.first().is_none_or(|w| w.evidence < QUIET)
+}
+
+/// Whether named effects leave most of a gross misfit, at their own place or more than there was: then what is wrong is
+/// something else, and further names would only decorate it.
+fn is_hopeless(level: &Level, before: &[Wander], rest: &[Wander]) -> bool {
+    let left = wander::share_left(before, rest);
     let effects = &level.fitted.shape.effects;
-    let Some((last, before)) = effects.split_last() else { return 0.0 };
-    match before.iter().any(|e| e.spec.term == last.spec.term) {
-        true => 0.15,
-        false if before.is_empty() => 0.0,
-        false => 0.04,
-    }
+    let same = effects.iter().any(|e| wander::may_act_at(e.spec.term, wander::likely(rest)));
+    level.level >= GROSS && (left > 1.0 || (left > wander::MOST && same))
+}
+
+/// Least gain of a further effect, as a share of what effects at the same place gained before it.
+const REFINEMENT: f64 = 0.2;
+/// The same for effects elsewhere, as a share of all that was gained before; and where the likeliest place says so too.
+const ELSEWHERE: f64 = 0.04;
+const ELSEWHERE_IN_PLACE: f64 = 0.004;
+
+/// Whether the last effect of `next` is one more effect. A law of another form than the plant's leaves a rest that a
+/// neighbour can mend: at the same place of the equations an effect must gain a good share of what those before it gained;
+/// elsewhere little is enough if that is where the model before errs most, as `rest` says.
+fn is_new(next: &Level, rest: &[Wander], accepted: &[f64], gain: f64) -> bool {
+    let Some((last, before)) = next.fitted.shape.effects.split_last() else { return false };
+    let there = |(e, _): &(&FittedEffect, &f64)| wander::may_share_place(e.spec.term, last.spec.term);
+    let same_place: f64 = before.iter().zip(accepted).filter(there).map(|(_, gain)| gain).sum();
+    let all: f64 = accepted.iter().sum();
+    let in_place = || wander::may_act_at(last.spec.term, wander::likely(rest));
+    gain >= (REFINEMENT * same_place).max(ELSEWHERE_IN_PLACE * all)
+        && (same_place > 0.0 || gain >= ELSEWHERE * all || in_place())
 }
 
 /// Later rounds start from where a candidate ended before, and from its first start.
@@ -207,7 +252,7 @@ fn carry_on<'a>(
     let mut settled: Vec<Level<'a>> = finalists.par_iter().map(settle).collect();
     if current.level >= GROSS {
         let strict = search::strict_trials(case, &current.fitted, clutter, candidates, STRICT_FINALISTS);
-        let settle = |(shape, theta): &(Shape, Vec<f64>)| {
+        let settle = |(_, shape, theta): &(usize, Shape, Vec<f64>)| {
             search::settle_upwards(case, shape, clutter, theta, current.level)
         };
         settled.extend(strict.par_iter().map(settle).collect::<Vec<_>>());

@@ -13,7 +13,7 @@ use crate::parameters::Built;
 use railgrip_vehicle::{Sensors, VehicleParameters};
 
 /// Speeds, pad frictions, wind.
-const STATES: usize = OUTPUTS + WHEELSETS + 1;
+pub(crate) const STATES: usize = OUTPUTS + WHEELSETS + 1;
 
 /// What wanders without being an effect, and how fast.
 #[derive(Clone, Debug)]
@@ -217,16 +217,16 @@ impl Filter {
     }
 }
 
-type Matrix = [[f64; STATES]; STATES];
+pub(crate) type Matrix = [[f64; STATES]; STATES];
 
-struct Noise {
-    start: Matrix,
-    process: Matrix,
-    sensor: [f64; OUTPUTS],
+pub(crate) struct Noise {
+    pub(crate) start: Matrix,
+    pub(crate) process: Matrix,
+    pub(crate) sensor: [f64; OUTPUTS],
 }
 
 impl Noise {
-    fn new(
+    pub(crate) fn new(
         sensors: &Sensors,
         vehicle: &VehicleParameters,
         clutter: &Clutter,

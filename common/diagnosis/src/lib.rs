@@ -33,3 +33,4 @@ pub mod search;
 pub mod solver;
 pub mod verdict;
 pub mod wagon;
+pub mod wander;

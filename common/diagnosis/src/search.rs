@@ -240,7 +240,7 @@ pub fn settle_upwards<'a>(
     Level { level, whitening, fitted }
 }
 
-/// Short fits of all candidates with a filter that tolerates nothing: shapes and parameters of the best `count`.
+/// Short fits of all candidates with a filter that tolerates nothing: indices, shapes and parameters of the best `count`.
 ///
 /// Where the model is grossly wrong, a tolerant filter follows the measurements so closely that a late or smoothed
 /// sensor in its feedback unsettles it; one that trusts the model sees such an effect for what it is.
@@ -250,14 +250,17 @@ pub fn strict_trials(
     clutter: &Clutter,
     candidates: &[Candidate],
     count: usize,
-) -> Vec<(Shape, Vec<f64>)> {
+) -> Vec<(usize, Shape, Vec<f64>)> {
     let (whitening, fit) = at_level(case, &current.shape, &clutter.tolerant(0), &current.fit.theta);
     let base = close(&whitening, &current.shape, fit);
-    let mut best: Vec<(FittedEffect, Fit)> =
-        candidates.par_iter().filter_map(|c| trials(&whitening, &base, c).into_iter().next()).collect();
-    best.sort_by(|a, b| a.1.total().total_cmp(&b.1.total()));
+    let first = |(i, c): (usize, &Candidate)| {
+        trials(&whitening, &base, c).into_iter().next().map(|(effect, fit)| (i, effect, fit))
+    };
+    let mut best: Vec<(usize, FittedEffect, Fit)> =
+        candidates.par_iter().enumerate().filter_map(first).collect();
+    best.sort_by(|a, b| a.2.total().total_cmp(&b.2.total()));
     best.truncate(count);
-    best.into_iter().map(|(effect, fit)| (base.shape.with(&effect), fit.theta)).collect()
+    best.into_iter().map(|(i, effect, fit)| (i, base.shape.with(&effect), fit.theta)).collect()
 }
 
 /// Fits a shape at one tolerance: twice, since the gains depend on the fit.

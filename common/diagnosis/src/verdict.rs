@@ -2,10 +2,14 @@
 
 use crate::case::Case;
 use crate::chance::Chance;
-use crate::engine::{Acceptance, Found, Gain, Round};
-use crate::flexible::{self, Flexible};
+use crate::engine::{self, Acceptance, Found, GROSS, Gain, Round};
+use crate::flexible::{self, Flexible, Place};
+use crate::innovations::Clutter;
+use crate::library::Candidate;
+use crate::parameters::Shape;
 use crate::report::Verdict;
 use crate::search::{self, Fitted, Level};
+use crate::wander::{self, Wander};
 use rayon::prelude::*;
 
 /// Named effects must recover this share of what they and a flexible discrepancy recover together.
@@ -14,6 +18,12 @@ const RECOVERED: f64 = 0.65;
 const NEARLY_ALL: f64 = 0.8;
 /// Least gain of a flexible discrepancy that counts as structure.
 const STRUCTURE: f64 = 60.0;
+
+/// A flexible discrepancy at one place that gains this many times what the named effects gain shows that they are not the
+/// answer; laws of another form than the plant's fall short by less.
+const OUTDONE: f64 = 1.25;
+/// What freeing a place must gain to count as structure where nothing is named.
+const LEFT_ALONE: f64 = 250.0;
 
 /// Flexible discrepancies that are fitted at all, after a linear screening.
 const SCREENED: usize = 9;
@@ -40,13 +50,15 @@ pub struct Judgement {
     pub verdict: Verdict,
     /// Share of the explainable that the named effects recover.
     pub recovered: f64,
+    /// Share of what freeing the likeliest place gains that is left beside the named effects; one if there are none.
+    pub left: f64,
     /// What is missing, for unknown and for effects with a rest.
     pub missing: Option<Freed>,
     /// The test against chance.
     pub chance: Option<Chance>,
     /// Flexible discrepancies on top of the best model, strongest first.
     pub beside: Vec<Freed>,
-    /// Flexible discrepancies on top of the nuisances alone, strongest first; empty unless they were needed.
+    /// Flexible discrepancies at likely places on top of the nuisances alone, strongest first; empty unless in doubt.
     pub instead: Vec<Freed>,
 }
 
@@ -57,37 +69,101 @@ pub fn judge(case: &Case, found: &Found, acceptance: Acceptance, seed: u64) -> J
         .rounds
         .first()
         .map(|round| Chance::new(round, found.base.fitted.shape.nuisance_count(), &best.fitted, seed));
-    let named = !best.fitted.shape.effects.is_empty();
     let gain = (found.base.evidence_cost() - best.evidence_cost()).max(0.0);
-    let on_bound = named && on_bound(best);
-    let mut beside = explainable(case, best);
-    let rest = beside.first();
-    let rest_gain = rest.map_or(0.0, |freed| freed.gain.max(0.0));
-    let structure = rest.is_some_and(|f| {
+    let alarm = chance.as_ref().map_or(0.0, Chance::threshold);
+    let named = !best.fitted.shape.effects.is_empty() && gain > alarm;
+    let (places, likely) = (&found.places, wander::likely(&found.places));
+    let mut beside = if engine::is_quiet(best, &found.rest) { Vec::new() } else { explainable(case, best) };
+    let rest_gain = beside.first().map_or(0.0, |freed| freed.gain.max(0.0));
+    let structure = beside.first().is_some_and(|f| {
         f.gain > STRUCTURE.max(2.0 * acceptance.gain) && (f.predictive > 0.1 * f.gain || f.gain > 250.0)
     });
     let recovered = if gain + rest_gain > 0.0 { gain / (gain + rest_gain) } else { 1.0 };
-    let verdict = match (named, structure) {
-        (false, false) => Verdict::None,
-        (false, true) => Verdict::Unknown,
-        (true, true) if recovered < RECOVERED || (on_bound && recovered < NEARLY_ALL) => Verdict::Unknown,
-        (true, true) if recovered < NEARLY_ALL => Verdict::EffectsAndUnknown,
-        (true, _) => Verdict::Effects,
+    let doubtful = best.level > 0 || structure || best.fitted.shape.effects.len() > 1 || on_bound(best);
+    let left = if named { wander::share_left(places, &found.rest) } else { 1.0 };
+    let instead = if named && doubtful { in_place_of_effects(case, &found.base, likely) } else { Vec::new() };
+    let outdone = instead.first().is_some_and(|(_, evidence)| *evidence > OUTDONE * gain + STRUCTURE);
+    let fits_place = best.fitted.shape.effects.iter().any(|e| wander::may_act_at(e.spec.term, likely));
+    let too_little = recovered < RECOVERED || (on_bound(best) && recovered < NEARLY_ALL);
+    let alone = places.first().is_some_and(|w| w.evidence > LEFT_ALONE);
+    let verdict = match named {
+        false if structure || alone => Verdict::Unknown,
+        false => Verdict::None,
+        true if outdone || left > 1.0 || (left > wander::MOST && !fits_place) => Verdict::Unknown,
+        true if structure && too_little => Verdict::Unknown,
+        true if left > wander::MOST || (structure && recovered < NEARLY_ALL) => Verdict::EffectsAndUnknown,
+        true => Verdict::Effects,
     };
-    let mut instead = match verdict {
-        Verdict::Unknown if named => explainable(case, &found.base),
-        _ => Vec::new(),
-    };
+    let mut instead: Vec<Freed> = instead.into_iter().map(|(freed, _)| freed).collect();
     let missing = match verdict {
         Verdict::Unknown if !instead.is_empty() => Some(instead.remove(0)),
-        Verdict::Unknown | Verdict::EffectsAndUnknown if !beside.is_empty() => Some(beside.remove(0)),
+        Verdict::Unknown | Verdict::EffectsAndUnknown if !beside.is_empty() => {
+            let near = |f: &Freed| likely.iter().any(|w| w.place == f.flexible.place);
+            let at = beside.iter().position(|f| verdict == Verdict::Unknown && near(f)).unwrap_or(0);
+            Some(beside.remove(at))
+        }
         _ => None,
     };
-    Judgement { verdict, recovered, missing, chance, beside, instead }
+    Judgement { verdict, recovered, left, missing, chance, beside, instead }
+}
+
+/// The flexible discrepancies at likely places that explain most instead of any effect, each with a filter of its own and
+/// the evidence that it gains, best first.
+pub fn in_place_of_effects(case: &Case, base: &Level, likely: &[Wander]) -> Vec<(Freed, f64)> {
+    let mut flexibles = flexible::all(case);
+    if flexibles.iter().any(|f| is_likely(f, likely)) {
+        flexibles.retain(|f| is_likely(f, likely));
+    }
+    let clutter = Clutter::default();
+    let settled = |flexible: &Flexible, level: Level| {
+        let evidence = base.evidence_cost() - level.evidence_cost();
+        let fitted = level.fitted;
+        let gain = base.fitted.fit.total() - fitted.fit.total();
+        let predictive = base.fitted.predictive_cost() - fitted.predictive_cost();
+        let fitted = Fitted { columns: Vec::new(), residuals: Vec::new(), ..fitted };
+        (Freed { flexible: flexible.clone(), gain, predictive, fitted }, evidence)
+    };
+    let tolerant = explain_with(base, flexibles.clone());
+    let mut all: Vec<(Freed, f64)> = tolerant
+        .par_iter()
+        .take(PURSUED)
+        .map(|freed| {
+            let fitted = &freed.fitted;
+            let level = search::settle(case, &fitted.shape, &clutter, &fitted.fit.theta, base.level);
+            settled(&freed.flexible, level)
+        })
+        .collect();
+    if base.level >= GROSS {
+        let candidates: Vec<Candidate> = flexibles.iter().map(|f| f.candidate.clone()).collect();
+        let strict = search::strict_trials(case, &base.fitted, &clutter, &candidates, PURSUED);
+        let settle = |(i, shape, theta): &(usize, Shape, Vec<f64>)| {
+            let level = search::settle_upwards(case, shape, &clutter, theta, base.level);
+            settled(&flexibles[*i], level)
+        };
+        all.extend(strict.par_iter().map(settle).collect::<Vec<_>>());
+    }
+    all.sort_by(|a, b| b.1.total_cmp(&a.1));
+    all
 }
 
 /// The flexible discrepancies that explain most on top of a model, best first.
 fn explainable(case: &Case, level: &Level) -> Vec<Freed> {
+    explain_with(level, flexible::all(case))
+}
+
+/// Whether a flexible discrepancy acts at one of the likely places; a torque on wheelsets is likely where pads are and the
+/// other way round, and so are a wheelset sensor's error and its scale.
+fn is_likely(flexible: &Flexible, likely: &[Wander]) -> bool {
+    let group = |place: Place| match place {
+        Place::WheelTorque | Place::PadFriction => Place::PadFriction,
+        Place::WheelSensor | Place::WheelScale => Place::WheelSensor,
+        Place::LoadShift => Place::Adhesion,
+        other => other,
+    };
+    likely.iter().any(|w| group(w.place) == group(flexible.place))
+}
+
+fn explain_with(level: &Level, flexibles: Vec<Flexible>) -> Vec<Freed> {
     let (whitening, base) = (&level.whitening, &level.fitted);
     let freed = |flexible: Flexible, fitted: Fitted| {
         let gain = base.fit.total() - fitted.fit.total();
@@ -97,7 +173,7 @@ fn explainable(case: &Case, level: &Level) -> Vec<Freed> {
         Freed { flexible, gain, predictive, fitted }
     };
     let screen = |f: Flexible| (search::linear_gain(whitening, base, &f.candidate), f);
-    let mut screened: Vec<(f64, Flexible)> = flexible::all(case).into_par_iter().map(screen).collect();
+    let mut screened: Vec<(f64, Flexible)> = flexibles.into_par_iter().map(screen).collect();
     screened.sort_by(|a, b| b.0.total_cmp(&a.0));
     screened.truncate(SCREENED);
     let mut brief: Vec<Freed> = screened

@@ -30,7 +30,7 @@ pub enum Place {
 
 impl Place {
     /// Size of a change that matters, and the bound.
-    pub(super) fn scale(self) -> (f64, f64) {
+    pub(crate) fn scale(self) -> (f64, f64) {
         match self {
             Self::BodyForce => (300.0, 3e4),
             Self::WheelTorque => (100.0, 1e4),
@@ -53,7 +53,7 @@ pub enum Scope {
 }
 
 impl Scope {
-    fn has(self, wheelset: usize) -> bool {
+    pub(crate) fn has(self, wheelset: usize) -> bool {
         match self {
             Self::Both => true,
             Self::Front => wheelset == 0,
