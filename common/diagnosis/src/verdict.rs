@@ -257,10 +257,27 @@ pub fn equivalents(round: &Round, id: &str, twins: &[&str]) -> Vec<String> {
         .collect()
 }
 
-/// Probability that a named effect is right, from what it recovers and how close its best rival comes. The logistic is set
-/// by hand from a few simulated cases; `railgrip gap blind` prints how often verdicts at each confidence are right.
-pub fn confidence(recovered: f64, rival: f64, gain: f64) -> f64 {
-    let margin = 3.4 + 6.0 * (recovered - 0.93) - 5.0 * (rival - 0.6).max(0.0)
-        + 0.4 * (gain / 300.0).ln().clamp(-2.0, 1.5);
-    (1.0 / (1.0 + (-margin).exp())).clamp(0.2, 0.985)
+/// What a named effect's confidence follows from.
+#[derive(Clone, Copy, Debug)]
+pub struct Standing {
+    /// Share of the explainable that the named effects recover.
+    pub recovered: f64,
+    /// Share of what freeing the likeliest place gains that they leave.
+    pub left: f64,
+    /// Score of the best rival that is not declared equivalent, relative to the effect's own.
+    pub rival: f64,
+    /// Log-likelihood gained by the effect.
+    pub gain: f64,
+    /// Whether an effect named before it may show at the same place.
+    pub mends: bool,
+}
+
+/// Probability that a named effect is right. The logistic is set by hand from some forty simulated cases whose answer is
+/// known, not fitted; `railgrip gap blind` prints how often verdicts at each confidence are right.
+pub fn confidence(standing: Standing) -> f64 {
+    let Standing { recovered, left, rival, gain, mends } = standing;
+    let margin = 3.8 + 3.0 * (recovered.max(0.5) - 0.95) - 4.5 * left.min(1.0) - 5.0 * (rival - 0.6).max(0.0)
+        + 0.4 * (gain / 300.0).ln().clamp(-2.0, 1.0)
+        - if mends { 1.5 } else { 0.0 };
+    (1.0 / (1.0 + (-margin).exp())).clamp(0.1, 0.985)
 }

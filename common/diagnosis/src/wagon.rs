@@ -9,7 +9,7 @@ use crate::report::{
     SignalShare, ThreeGaps, Unexplained, Verdict,
 };
 use crate::verdict::{self, Judgement};
-use crate::{details, flexible, metric, polish, predictions, regime};
+use crate::{details, flexible, metric, polish, predictions, regime, wander};
 use railgrip_recording::Table;
 use railgrip_vehicle::{EffectEntry, VehicleParameters};
 use std::time::Instant;
@@ -188,7 +188,15 @@ fn effects(found: &Found, judgement: &Judgement, models: &Models) -> Vec<FoundEf
             let found = FoundEffect {
                 id: spec.id.to_owned(),
                 term: spec.term.name().to_owned(),
-                confidence: verdict::confidence(judgement.recovered, rival, gain),
+                confidence: verdict::confidence(verdict::Standing {
+                    recovered: judgement.recovered,
+                    left: judgement.left,
+                    rival,
+                    gain,
+                    mends: shape.effects[..e]
+                        .iter()
+                        .any(|before| wander::may_share_place(before.spec.term, spec.term)),
+                }),
                 equivalent,
                 parameters,
             };
