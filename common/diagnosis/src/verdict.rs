@@ -81,11 +81,12 @@ pub fn judge(case: &Case, found: &Found, acceptance: Acceptance, seed: u64) -> J
     let recovered = if gain + rest_gain > 0.0 { gain / (gain + rest_gain) } else { 1.0 };
     let doubtful = best.level > 0 || structure || best.fitted.shape.effects.len() > 1 || on_bound(best);
     let left = if named { wander::share_left(places, &found.rest) } else { 1.0 };
-    let instead = if named && doubtful { in_place_of_effects(case, &found.base, likely) } else { Vec::new() };
+    let alone = places.first().is_some_and(|w| w.evidence > LEFT_ALONE);
+    let ask = if named { doubtful } else { structure || alone };
+    let instead = if ask { in_place_of_effects(case, &found.base, likely) } else { Vec::new() };
     let outdone = instead.first().is_some_and(|(_, evidence)| *evidence > OUTDONE * gain + STRUCTURE);
     let fits_place = best.fitted.shape.effects.iter().any(|e| wander::may_act_at(e.spec.term, likely));
     let too_little = recovered < RECOVERED || (on_bound(best) && recovered < NEARLY_ALL);
-    let alone = places.first().is_some_and(|w| w.evidence > LEFT_ALONE);
     let verdict = match named {
         false if structure || alone => Verdict::Unknown,
         false => Verdict::None,
@@ -97,11 +98,7 @@ pub fn judge(case: &Case, found: &Found, acceptance: Acceptance, seed: u64) -> J
     let mut instead: Vec<Freed> = instead.into_iter().map(|(freed, _)| freed).collect();
     let missing = match verdict {
         Verdict::Unknown if !instead.is_empty() => Some(instead.remove(0)),
-        Verdict::Unknown | Verdict::EffectsAndUnknown if !beside.is_empty() => {
-            let near = |f: &Freed| likely.iter().any(|w| w.place == f.flexible.place);
-            let at = beside.iter().position(|f| verdict == Verdict::Unknown && near(f)).unwrap_or(0);
-            Some(beside.remove(at))
-        }
+        Verdict::Unknown | Verdict::EffectsAndUnknown if !beside.is_empty() => Some(beside.remove(0)),
         _ => None,
     };
     Judgement { verdict, recovered, left, missing, chance, beside, instead }
