@@ -85,7 +85,9 @@ impl RigRow {
                 wsp_active: u32::from(row.wsp_active[0] > 0.5),
                 ..EstimatorInput::missing(row.t_s)
             },
-            Self::Motor { row, .. } => EstimatorInput { motor: motor_input(row), ..EstimatorInput::missing(row.t_s) },
+            Self::Motor { row, .. } => {
+                EstimatorInput { motor: motor_input(row), ..EstimatorInput::missing(row.t_s) }
+            }
         }
     }
 }
@@ -129,7 +131,10 @@ impl RigFeed {
     fn roller(test: Test, seed: u64) -> Self {
         let sensors = RigSensors::SERVICE;
         let samples = simulate(test, seed, sensors);
-        Self { source: Source::Roller(samples.into_iter()), plant: Plant::Roller(roller_file(test, &sensors)) }
+        Self {
+            source: Source::Roller(samples.into_iter()),
+            plant: Plant::Roller(roller_file(test, &sensors)),
+        }
     }
 
     /// Zhao et al., a case of Table 2 (0 to 4) on a surface.

@@ -53,6 +53,8 @@ states! {
     Inconsistent = 12, "inputs_inconsistent";
     /// The filter contradicted its sensors for so long that it was started anew.
     Diverged = 13, "diverged";
+    /// Samples come at another rate than the rig's file says.
+    WrongRate = 14, "wrong_sample_rate";
 }
 
 impl EstimateState {

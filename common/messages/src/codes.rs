@@ -103,6 +103,8 @@ codes! {
         Inconsistent = 12, "inputs_inconsistent";
         /// The filter was started anew, because it contradicted its sensors.
         Diverged = 13, "diverged";
+        /// Samples come at another rate than the rig's file says.
+        WrongRate = 14, "wrong_sample_rate";
     }
 }
 

@@ -2,7 +2,7 @@
 //! same bits.
 
 use crate::error::{Place, Problem, RecordingError, Result};
-use crate::table::{HeaderCheck, Table};
+use crate::table::{HeaderCheck, Table, Words};
 use csv::ByteRecord;
 use std::io::{Read, Write};
 use std::path::Path;
@@ -81,7 +81,7 @@ pub(crate) fn write_header(to: &mut impl Write, names: &[String]) -> std::io::Re
     writeln!(to, "{}", names.join(","))
 }
 
-pub(crate) fn write_rows(to: &mut impl Write, columns: &[Vec<f64>]) -> std::io::Result<()> {
+pub(crate) fn write_rows(to: &mut impl Write, columns: &[Vec<f64>], words: &[Words]) -> std::io::Result<()> {
     for row in 0..columns.first().map_or(0, Vec::len) {
         for (position, column) in columns.iter().enumerate() {
             if position > 0 {
@@ -90,6 +90,9 @@ pub(crate) fn write_rows(to: &mut impl Write, columns: &[Vec<f64>]) -> std::io::
             if !column[row].is_nan() {
                 write!(to, "{:?}", column[row])?;
             }
+        }
+        for column in words {
+            write!(to, ",{}", column.cells[row])?;
         }
         to.write_all(b"\n")?;
     }

@@ -30,4 +30,4 @@ pub use recording::{Optional, Recording, Row};
 pub use run_name::{RailClass, RunFile, runs_in};
 pub use table::{Form, HeaderCheck, Table, expect_columns};
 pub use truth::{Truth, TruthRow};
-pub use writer::RunWriter;
+pub use writer::{MotorRunWriter, RunWriter};

@@ -2,11 +2,11 @@
 //! flat column of numbers and ignores the index column that pandas may add.
 
 use crate::error::{Problem, RecordingError, Result};
-use crate::table::{HeaderCheck, Table};
+use crate::table::{HeaderCheck, Table, Words};
 use bytes::Bytes;
-use parquet::basic::{Compression, Repetition, Type as Physical};
+use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
-use parquet::data_type::{DataType, DoubleType};
+use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::reader::{FileReader, SerializedFileReader};
@@ -99,20 +99,27 @@ pub(crate) struct Writer<W: Write + Send> {
 }
 
 impl Writer<crate::atomic::AtomicFile> {
-    pub(crate) fn new(to: crate::atomic::AtomicFile, names: &[String]) -> Result<Self> {
+    pub(crate) fn new(to: crate::atomic::AtomicFile, names: &[String], words: &[Words]) -> Result<Self> {
         let file = to.target().to_owned();
-        Self::with_sink(to, file, names)
+        Self::with_sink(to, file, names, words)
     }
 }
 
 impl<W: Write + Send> Writer<W> {
-    pub(crate) fn with_sink(to: W, file: PathBuf, names: &[String]) -> Result<Self> {
+    pub(crate) fn with_sink(to: W, file: PathBuf, names: &[String], words: &[Words]) -> Result<Self> {
         let broken = |e: ParquetError| RecordingError::new(&file, Problem::Parquet(e.to_string()));
         let column = |name: &String| {
             Type::primitive_type_builder(name, Physical::DOUBLE).with_repetition(Repetition::OPTIONAL).build()
         };
-        let fields =
-            names.iter().map(|name| column(name).map(Arc::new)).collect::<std::result::Result<Vec<_>, _>>();
+        let text = |words: &Words| {
+            Type::primitive_type_builder(&words.name, Physical::BYTE_ARRAY)
+                .with_repetition(Repetition::REQUIRED)
+                .with_logical_type(Some(LogicalType::String))
+                .build()
+        };
+        let fields = (names.iter().map(column).chain(words.iter().map(text)))
+            .map(|field| field.map(Arc::new))
+            .collect::<std::result::Result<Vec<_>, _>>();
         let schema = fields
             .and_then(|fields| Type::group_type_builder("run").with_fields(fields).build())
             .map_err(broken)?;
@@ -121,18 +128,28 @@ impl<W: Write + Send> Writer<W> {
         Ok(Self { file, inner })
     }
 
-    pub(crate) fn write_group(&mut self, columns: &[Vec<f64>]) -> Result<()> {
-        Self::group(&mut self.inner, columns)
+    pub(crate) fn write_group(&mut self, columns: &[Vec<f64>], words: &[Words]) -> Result<()> {
+        Self::group(&mut self.inner, columns, words)
             .map_err(|e| RecordingError::new(&self.file, Problem::Parquet(e.to_string())))
     }
 
-    fn group(writer: &mut SerializedFileWriter<W>, columns: &[Vec<f64>]) -> parquet::errors::Result<()> {
+    fn group(
+        writer: &mut SerializedFileWriter<W>,
+        columns: &[Vec<f64>],
+        words: &[Words],
+    ) -> parquet::errors::Result<()> {
         let mut group = writer.next_row_group()?;
         for column in columns {
             let Some(mut cells) = group.next_column()? else { break };
             let present: Vec<i16> = column.iter().map(|value| i16::from(!value.is_nan())).collect();
             let values: Vec<f64> = column.iter().copied().filter(|value| !value.is_nan()).collect();
             cells.typed::<DoubleType>().write_batch(&values, Some(&present), None)?;
+            cells.close()?;
+        }
+        for column in words {
+            let Some(mut cells) = group.next_column()? else { break };
+            let values: Vec<ByteArray> = column.cells.iter().map(|word| ByteArray::from(*word)).collect();
+            cells.typed::<ByteArrayType>().write_batch(&values, None, None)?;
             cells.close()?;
         }
         group.close().map(|_| ())

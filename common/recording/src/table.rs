@@ -46,6 +46,14 @@ pub struct Table {
     names: Vec<String>,
     columns: Vec<Vec<f64>>,
     lines: Option<Vec<u64>>,
+    words: Vec<Words>,
+}
+
+/// A column of words; only a program makes one, files with words are not read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Words {
+    pub(crate) name: String,
+    pub(crate) cells: Vec<&'static str>,
 }
 
 impl Table {
@@ -53,6 +61,16 @@ impl Table {
     pub fn new(columns: Vec<(String, Vec<f64>)>) -> Result<Self> {
         let (names, columns) = columns.into_iter().unzip();
         Self::assemble(Path::new("table"), names, columns, None)
+    }
+
+    /// Adds a column of words behind the numbers. Fails when its length differs.
+    pub fn with_words(mut self, name: &str, cells: Vec<&'static str>) -> Result<Self> {
+        if cells.len() != self.rows() {
+            let text = format!("{name} has {} rows, the first column {}", cells.len(), self.rows());
+            return Err(RecordingError::new(&self.file, Problem::Shape(text)));
+        }
+        self.words.push(Words { name: name.to_owned(), cells });
+        Ok(self)
     }
 
     pub(crate) fn assemble(
@@ -66,7 +84,7 @@ impl Table {
             let text = format!("{} has {} rows, the first column {rows}", names[odd], columns[odd].len());
             return Err(RecordingError::new(file, Problem::Shape(text)));
         }
-        Ok(Self { file: file.to_owned(), names, columns, lines })
+        Ok(Self { file: file.to_owned(), names, columns, lines, words: Vec::new() })
     }
 
     /// Reads a file of either form with any columns of numbers.
@@ -99,14 +117,16 @@ impl Table {
         let mut file = AtomicFile::create(path)?;
         match form {
             Form::Csv => {
-                csv_form::write_header(&mut file, &self.names)
-                    .and_then(|()| csv_form::write_rows(&mut file, &self.columns))
+                let names: Vec<String> =
+                    self.names.iter().chain(self.words.iter().map(|words| &words.name)).cloned().collect();
+                csv_form::write_header(&mut file, &names)
+                    .and_then(|()| csv_form::write_rows(&mut file, &self.columns, &self.words))
                     .map_err(|e| RecordingError::new(path, Problem::Io(e)))?;
                 file.commit()
             }
             Form::Parquet => {
-                let mut writer = parquet_form::Writer::new(file, &self.names)?;
-                writer.write_group(&self.columns)?;
+                let mut writer = parquet_form::Writer::new(file, &self.names, &self.words)?;
+                writer.write_group(&self.columns, &self.words)?;
                 writer.finish()?.commit()
             }
         }

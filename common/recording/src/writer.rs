@@ -4,6 +4,7 @@
 use crate::atomic::AtomicFile;
 use crate::columns::columns_of_run;
 use crate::error::{Problem, RecordingError, Result};
+use crate::motor::{MotorRecording, MotorRow};
 use crate::recording::{Optional, Recording, Row};
 use crate::table::Form;
 use crate::{csv_form, parquet_form};
@@ -15,6 +16,37 @@ const GROUP_ROWS: usize = 65_536;
 enum Sink {
     Csv(AtomicFile),
     Parquet(Box<parquet_form::Writer<AtomicFile>>),
+}
+
+impl Sink {
+    /// A file with these columns; the ending of `path` names the form.
+    fn create(path: &Path, names: &[String]) -> Result<Self> {
+        let form = Form::of(path)?;
+        let mut file = AtomicFile::create(path)?;
+        Ok(match form {
+            Form::Csv => {
+                csv_form::write_header(&mut file, names)
+                    .map_err(|e| RecordingError::new(path, Problem::Io(e)))?;
+                Self::Csv(file)
+            }
+            Form::Parquet => Self::Parquet(Box::new(parquet_form::Writer::new(file, names, &[])?)),
+        })
+    }
+
+    fn write(&mut self, columns: &[Vec<f64>]) -> Result<()> {
+        match self {
+            Self::Csv(file) => csv_form::write_rows(file, columns, &[])
+                .map_err(|e| RecordingError::new(file.target(), Problem::Io(e))),
+            Self::Parquet(writer) => writer.write_group(columns, &[]),
+        }
+    }
+
+    fn commit(self) -> Result<()> {
+        match self {
+            Self::Csv(file) => file.commit(),
+            Self::Parquet(writer) => writer.finish()?.commit(),
+        }
+    }
 }
 
 /// Writes rows to a file that appears when [`RunWriter::finish`] is called; dropped before, it leaves nothing.
@@ -31,16 +63,7 @@ impl RunWriter {
             .into_iter()
             .filter_map(|(quantity, _, name)| optional.has(quantity).then_some(name))
             .collect();
-        let form = Form::of(path)?;
-        let mut file = AtomicFile::create(path)?;
-        let sink = match form {
-            Form::Csv => {
-                csv_form::write_header(&mut file, &names)
-                    .map_err(|e| RecordingError::new(path, Problem::Io(e)))?;
-                Sink::Csv(file)
-            }
-            Form::Parquet => Sink::Parquet(Box::new(parquet_form::Writer::new(file, &names)?)),
-        };
+        let sink = Sink::create(path, &names)?;
         Ok(Self { sink, pending: Recording::empty("", None, wheelsets, optional), rows: 0 })
     }
 
@@ -57,12 +80,7 @@ impl RunWriter {
     }
 
     fn flush(&mut self) -> Result<()> {
-        let columns = self.pending.take_columns();
-        match &mut self.sink {
-            Sink::Csv(file) => csv_form::write_rows(file, &columns)
-                .map_err(|e| RecordingError::new(file.target(), Problem::Io(e))),
-            Sink::Parquet(writer) => writer.write_group(&columns),
-        }
+        self.sink.write(&self.pending.take_columns())
     }
 
     /// Writes what is left and gives the file its name.
@@ -70,9 +88,44 @@ impl RunWriter {
         if !self.pending.is_empty() {
             self.flush()?;
         }
-        match self.sink {
-            Sink::Csv(file) => file.commit(),
-            Sink::Parquet(writer) => writer.finish()?.commit(),
+        self.sink.commit()
+    }
+}
+
+/// The same for the rows of a driven rig.
+pub struct MotorRunWriter {
+    sink: Sink,
+    pending: Vec<MotorRow>,
+}
+
+impl MotorRunWriter {
+    /// Starts a run; the ending of `path` names the form.
+    pub fn create(path: &Path) -> Result<Self> {
+        let names = MotorRecording::columns().map(str::to_owned);
+        Ok(Self { sink: Sink::create(path, &names)?, pending: Vec::new() })
+    }
+
+    /// Adds a row.
+    pub fn push(&mut self, row: &MotorRow) -> Result<()> {
+        self.pending.push(*row);
+        if self.pending.len() >= GROUP_ROWS { self.flush() } else { Ok(()) }
+    }
+
+    fn flush(&mut self) -> Result<()> {
+        let mut columns = vec![self.pending.iter().map(|row| row.t_s).collect::<Vec<_>>()];
+        columns.extend(
+            (0..MotorRecording::columns().len() - 1)
+                .map(|index| self.pending.iter().map(|row| row.values()[index]).collect()),
+        );
+        self.pending.clear();
+        self.sink.write(&columns)
+    }
+
+    /// Writes what is left and gives the file its name.
+    pub fn finish(mut self) -> Result<()> {
+        if !self.pending.is_empty() {
+            self.flush()?;
         }
+        self.sink.commit()
     }
 }

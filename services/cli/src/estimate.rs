@@ -1,37 +1,51 @@
 //! `railgrip estimate`: the estimator on a recording, with the same step as in the live process.
 //!
-//! One row for each row of the recording. Dirty data (gaps, repeats, cells without a value) are the estimator's business; a
-//! file of another form is bad input.
+//! The vehicle file says what was recorded: a wagon, a roller rig (`kind = "roller"`: the columns of a wagon with one
+//! wheelset) or a traction rig (`kind = "traction"`: motor currents, voltages and speeds). One row for each row of the
+//! recording. Dirty data (gaps, repeats, cells without a value) are the estimator's business; a file of another form is
+//! bad input.
 
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
-use railgrip_filter::{EstimatorConfig, EstimatorInput, EstimatorOutput, WagonEstimator};
-use railgrip_recording::{Recording, Row, Strictness, Table, suffix};
+use railgrip_estimator::convert;
+use railgrip_experiments::rigs::motor_input;
+use railgrip_filter::{
+    Estimator, EstimatorConfig, EstimatorInput, EstimatorOutput, FilterError, Plant, smooth_record,
+};
+use railgrip_messages::{Estimate, Sample};
+use railgrip_recording::{MotorRecording, Recording, Row, Strictness, Table};
 use railgrip_settings::{Overrides, TrainSettings};
 
 use crate::CliError;
+use crate::estimate_columns::{Cell, columns};
 use crate::output::say;
 
-/// Estimate adhesion and pad friction of a recording, sample by sample.
+/// Estimate adhesion and friction of a recording, sample by sample.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Recording of one wagon, CSV or Parquet
+    /// Recording of one wagon or rig, CSV or Parquet
     #[arg(value_name = "RUN")]
     run: PathBuf,
-    /// Vehicle file of the wagon
+    /// Vehicle file of the wagon, or the rig's file
     #[arg(long, value_name = "FILE")]
     vehicle: PathBuf,
     /// File for the estimates, CSV or Parquet
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Filter: default, paper or rig [default: as the config says, else "default"]
+    /// Filter: default, paper, rig or imm; of a traction rig zhao or zhao_ekf [default: as the config says, else "default"]
     #[arg(long, value_name = "NAME")]
     filter: Option<String>,
     /// Config of a train whose [estimator] settings apply
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    /// Say what the whole recording tells about each instant, not only what came before it (fixed-interval smoothing)
+    #[arg(long)]
+    smooth: bool,
+    /// More columns: adhesion and load of each wheelset, mean pad friction, state
+    #[arg(long)]
+    detail: bool,
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
@@ -42,34 +56,59 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     if let Some(filter) = &args.filter {
         config.filter.clone_from(filter);
     }
-    let vehicle = railgrip_settings::vehicle::load(&args.vehicle).map_err(CliError::bad_input)?;
-    let recording = Recording::read(&args.run, Strictness::Tolerant).map_err(CliError::bad_input)?;
-    if recording.wheelsets != vehicle.wheelsets() {
-        return Err(CliError::bad_input(format!(
-            "{} has {} wheelsets, {} has {}",
-            args.run.display(),
-            recording.wheelsets,
-            args.vehicle.display(),
-            vehicle.wheelsets()
-        )));
+    let plant = railgrip_settings::plant::load(&args.vehicle).map_err(CliError::bad_input)?;
+    let mut estimator = railgrip_filter::estimator(&config, &plant).map_err(CliError::bad_input)?;
+    let inputs = read(args, &plant)?;
+    let outputs = match args.smooth {
+        true => smooth_record(&mut estimator, &inputs).map_err(|error| match error {
+            FilterError::NotSmoothable(_) => CliError::bad_input(format!("--smooth: {error}")),
+            error => CliError::failed(error),
+        })?,
+        false => forward(&mut *estimator, &inputs),
+    };
+    table(&outputs, &plant, args.detail)?.write(&args.out).map_err(CliError::failed)?;
+    let way = if args.smooth { ", smoothed" } else { "" };
+    let filter = &estimator.snapshot().filter;
+    say(&format!("{}: {} estimates by filter \"{filter}\"{way}", args.out.display(), outputs.len()));
+    Ok(())
+}
+
+/// The samples of the recording, whose form the plant decides.
+fn read(args: &Args, plant: &Plant) -> Result<Vec<EstimatorInput>, CliError> {
+    if matches!(plant, Plant::Traction(_)) {
+        let recording = MotorRecording::read(&args.run, Strictness::Tolerant).map_err(CliError::bad_input)?;
+        let input = |row| EstimatorInput { motor: motor_input(row), ..EstimatorInput::missing(row.t_s) };
+        return Ok(recording.rows.iter().map(input).collect());
     }
-    let mut estimator = WagonEstimator::new(&config, &vehicle).map_err(CliError::bad_input)?;
+    let recording = Recording::read(&args.run, Strictness::Tolerant).map_err(CliError::bad_input)?;
+    if recording.wheelsets != plant.wheelsets() {
+        return Err(wheelsets_differ(&args.run, recording.wheelsets, &args.vehicle, plant.wheelsets()));
+    }
+    Ok(recording.rows().map(|row| input(&row)).collect())
+}
+
+fn wheelsets_differ(run: &Path, found: usize, vehicle: &Path, expected: usize) -> CliError {
+    CliError::bad_input(format!(
+        "{} has {found} wheelsets, {} has {expected}",
+        run.display(),
+        vehicle.display()
+    ))
+}
+
+fn forward(estimator: &mut dyn Estimator, inputs: &[EstimatorInput]) -> Vec<EstimatorOutput> {
     let bar = match std::io::stderr().is_terminal() {
-        true => ProgressBar::new(recording.len() as u64),
+        true => ProgressBar::new(inputs.len() as u64),
         false => ProgressBar::hidden(),
     };
-    let mut estimates = Vec::with_capacity(recording.len());
-    for row in recording.rows() {
-        estimates.push(estimator.step(&input(&row)));
-        if estimates.len() % 4096 == 0 {
-            bar.set_position(estimates.len() as u64);
+    let mut outputs = Vec::with_capacity(inputs.len());
+    for input in inputs {
+        outputs.push(estimator.step(input));
+        if outputs.len() % 4096 == 0 {
+            bar.set_position(outputs.len() as u64);
         }
     }
     bar.finish_and_clear();
-    let table = Table::new(columns(&estimates, recording.wheelsets)).map_err(CliError::failed)?;
-    table.write(&args.out).map_err(CliError::failed)?;
-    say(&format!("{}: {} estimates by filter \"{}\"", args.out.display(), estimates.len(), config.filter));
-    Ok(())
+    outputs
 }
 
 fn input(row: &Row) -> EstimatorInput {
@@ -88,42 +127,23 @@ fn input(row: &Row) -> EstimatorInput {
     }
 }
 
-/// The columns of the file; `f` and `r` for two wheelsets, else numbers from the front.
-fn columns(estimates: &[EstimatorOutput], wheelsets: usize) -> Vec<(String, Vec<f64>)> {
-    let column = |value: &dyn Fn(&EstimatorOutput) -> f64| estimates.iter().map(value).collect::<Vec<_>>();
-    let bit = |mask: u32, i: usize| f64::from((mask >> i) & 1);
-    let mut columns = vec![
-        ("t_s".to_owned(), column(&|e| e.time_s)),
-        ("v_m_s".to_owned(), column(&|e| e.v_m_s)),
-        ("mu_w".to_owned(), column(&|e| e.mu_w)),
-        ("mu_w_sigma".to_owned(), column(&|e| e.mu_w_sigma)),
-    ];
-    for i in 0..wheelsets {
-        let name = suffix(i, wheelsets);
-        columns.push((format!("mu_b_{name}"), column(&|e| e.mu_b[i])));
-        columns.push((format!("mu_b_{name}_sigma"), column(&|e| e.mu_b_sigma[i])));
+fn table(outputs: &[EstimatorOutput], plant: &Plant, detail: bool) -> Result<Table, CliError> {
+    let nobody = Sample::default();
+    let estimates: Vec<Estimate> = outputs.iter().map(|output| convert::estimate(&nobody, output)).collect();
+    let (mut numbers, mut words) = (Vec::new(), Vec::new());
+    for column in columns(plant.kind(), plant.wheelsets(), detail) {
+        let (mut cells, mut names) = (Vec::new(), Vec::new());
+        for estimate in &estimates {
+            match column.cell(estimate) {
+                Cell::Number(value) => cells.push(value),
+                Cell::Word(word) => names.push(word),
+            }
+        }
+        if names.is_empty() { numbers.push((column.name, cells)) } else { words.push((column.name, names)) }
     }
-    for i in 0..wheelsets {
-        columns.push((format!("slip_{}", suffix(i, wheelsets)), column(&|e| e.slip[i])));
-    }
-    columns.push(("nis".to_owned(), column(&|e| e.nis)));
-    for i in 0..wheelsets {
-        columns.push((format!("observable_{}", suffix(i, wheelsets)), column(&|e| bit(e.observable, i))));
-    }
-    columns
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn columns_are_those_of_the_design() {
-        let names: Vec<_> = columns(&[], 2).into_iter().map(|(name, _)| name).collect();
-        assert_eq!(
-            names.join(", "),
-            "t_s, v_m_s, mu_w, mu_w_sigma, mu_b_f, mu_b_f_sigma, mu_b_r, mu_b_r_sigma, slip_f, slip_r, nis, \
-             observable_f, observable_r"
-        );
-    }
+    let table = Table::new(numbers).map_err(CliError::failed)?;
+    words
+        .into_iter()
+        .try_fold(table, |table, (name, cells)| table.with_words(&name, cells))
+        .map_err(CliError::failed)
 }

@@ -2,18 +2,19 @@
 //!
 //! `DIR/wagonNN.RAIL.csv` is the recording of one wagon, `DIR/truth/wagonNN.RAIL.csv` what no sensor saw, row for row, and
 //! `DIR/vehicle.toml` the vehicle. RAIL is the rail class on which the wagon spent most of its time. The folder can be replayed
-//! as it is.
+//! as it is. The published tests of the rigs are scenarios too: see [`crate::simulate_rig`].
 
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use railgrip_recording::RailClass;
+use railgrip_settings::RigProgramme;
 use railgrip_simulation::{Scenario, ScenarioError, WagonRun};
 use railgrip_vehicle::VehicleParameters;
 
-use crate::CliError;
 use crate::output::say;
+use crate::{CliError, simulate_rig};
 
 /// The vehicle of `config/vehicle.toml`, for scenarios that name none or are built in.
 const DEFAULT_VEHICLE: &str = include_str!("../../../config/vehicle.toml");
@@ -21,7 +22,8 @@ const DEFAULT_VEHICLE: &str = include_str!("../../../config/vehicle.toml");
 /// Turn a scenario into recordings, with the truth beside them.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Scenario file, or the name of a built-in one: demo, one_wagon_low, schwarz_keck_sanding, schwarz_keck_wsp
+    /// Scenario file, or the name of a built-in one: demo, one_wagon_low, schwarz_keck_sanding, schwarz_keck_wsp; of a rig:
+    /// schwarz-wsp, schwarz-sanding, zhao-SURFACE-CASE (base, water or oil; 0 to 4)
     #[arg(long, value_name = "FILE", default_value = "demo")]
     scenario: String,
     /// Folder for the recordings; created if it is missing
@@ -59,6 +61,12 @@ impl Form {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
+    if let Some(programme) = RigProgramme::from_name(&args.scenario) {
+        if args.vehicle.is_some() {
+            return Err(CliError::bad_input("--vehicle: the test of a rig brings its own rig"));
+        }
+        return simulate_rig::run(programme, args.seed, &args.out, args.format.ending());
+    }
     let scenario = Scenario::load(&args.scenario, Path::new("")).map_err(of_scenario)?;
     let (vehicle, text) = vehicle(args, &scenario)?;
     let vehicles = vec![vehicle; scenario.train.wagons];

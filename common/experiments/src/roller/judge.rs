@@ -60,3 +60,19 @@ pub fn judge(samples: &[RigSample], adhesion: impl Fn(usize) -> f64) -> Judgemen
     judgement.share_above /= count;
     judgement
 }
+
+impl Judgement {
+    /// Several runs as one: the worst of what is largest, the mean of squares of what is a root mean square.
+    pub fn pooled(of: &[Self]) -> Self {
+        let mean = |pick: &dyn Fn(&Self) -> f64| of.iter().map(pick).sum::<f64>() / of.len().max(1) as f64;
+        let worst = |pick: &dyn Fn(&Self) -> f64| of.iter().map(pick).fold(0.0, f64::max);
+        Self {
+            largest_outside: worst(&|one| one.largest_outside),
+            largest_inside: worst(&|one| one.largest_inside),
+            rms: mean(&|one| one.rms * one.rms).sqrt(),
+            rms_reversing: mean(&|one| one.rms_reversing * one.rms_reversing).sqrt(),
+            longest_above_s: worst(&|one| one.longest_above_s),
+            share_above: mean(&|one| one.share_above),
+        }
+    }
+}

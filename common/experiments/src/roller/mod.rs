@@ -3,14 +3,12 @@
 //!
 //! * [`rig`] – the rig with pneumatics and a slide protection of its own, under the programmes of the two tests;
 //! * [`filter`] – the 4-state extended filter (19) with any Q and R, and friction law (8) or (9);
-//! * [`multiple_model`] – several such filters at once, weighted by how well they foretell;
 //! * [`judge`] – errors, and how long they last;
 //! * `report`, `noise` and `beyond` – tables and figures.
 
 mod beyond;
 pub mod filter;
 pub mod judge;
-pub mod multiple_model;
 mod noise;
 mod programme;
 mod protection;

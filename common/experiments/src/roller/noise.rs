@@ -13,14 +13,11 @@
 
 use super::filter::{PadLaw, Tuning, estimate};
 use super::judge::{Judgement, judge};
-use super::rig::{
-    BRAKE_RADIUS_M, INERTIA_ERROR, INERTIA_KG_M2, MASS_KG, NOMINAL_PAD_FRICTION, RADIUS_M, RigSample,
-    RigSensors, SAMPLE_PERIOD_S, SERVICE_PAD_LAG_S, Test, nominal_model, simulate,
-};
+use super::rig::{RigSample, RigSensors, SERVICE_PAD_LAG_S, Test, nominal_model, simulate};
 use crate::plot::{Mark, Panel, Series, write_svg};
+use crate::rigs::{of_roller, roller_file};
 use crate::{Criterion, ExperimentError, Report};
-use railgrip_filter::{EstimatorConfig, EstimatorInput, NoisePreset, WagonEstimator};
-use railgrip_vehicle::{Body, Brake, Contact, Rail, Resistance, Sensors, VehicleParameters, Wheelset};
+use railgrip_filter::{EstimatorConfig, NoisePreset, Plant};
 use std::path::Path;
 
 /// Seed of rail and sensors.
@@ -146,59 +143,20 @@ fn service(report: &mut Report, test: Test, name: &str) -> Result<(), Experiment
 
 /// A filter of the product on a test, judged.
 fn product(filter: &str, test: Test, samples: &[RigSample]) -> Result<Judgement, ExperimentError> {
-    let adhesion = product_adhesion(filter, test, samples)?;
+    let adhesion = product_adhesion(filter, test, &RigSensors::SERVICE, samples)?;
     Ok(judge(samples, |k| adhesion[k]))
 }
 
-/// Adhesion by a filter of the product. The product knows wagons of two wheelsets and more, so the rig is given to it
-/// twice over: two equal wheelsets under a body without load transfer, each with a sensor of its own.
+/// Adhesion by a filter of the product on the roller rig, told the sigmas of its sensors.
 pub(super) fn product_adhesion(
     filter: &str,
     test: Test,
+    sensors: &RigSensors,
     samples: &[RigSample],
 ) -> Result<Vec<f64>, ExperimentError> {
     let config =
         EstimatorConfig { filter: filter.into(), noise: NoisePreset::Physical, ..EstimatorConfig::default() };
-    let mut estimator = WagonEstimator::new(&config, &twin(test))?;
-    let mut step = |sample: &RigSample| {
-        let mut input = EstimatorInput::missing(sample.time_s);
-        input.v_m_s = sample.v_m_s;
-        input.wheel_speed_rad_s[..2]
-            .copy_from_slice(&[sample.wheel_speed_rad_s, sample.second_wheel_speed_rad_s]);
-        input.pressing_force_n[..2].fill(sample.pressing_force_n);
-        input.drive_torque_nm[..2].fill(0.0);
-        (input.grade_rad, input.sanding) = (0.0, 0.0);
-        input.wsp_active = if sample.wsp_active { 3 } else { 0 };
-        estimator.step(&input).mu_w
-    };
-    Ok(samples.iter().map(&mut step).collect())
-}
-
-/// Two rigs as one wagon.
-fn twin(test: Test) -> VehicleParameters {
-    let model = nominal_model(test);
-    let sensors = RigSensors::SERVICE;
-    let contact: Contact = model.constants().contact.clone();
-    VehicleParameters {
-        schema: 1,
-        name: "two roller rigs".into(),
-        body: Body {
-            mass_kg: 2.0 * MASS_KG,
-            com_height_m: 0.0,
-            wheelbase_m: 10.0,
-            wheelset_positions_m: None,
-        },
-        wheelset: Wheelset { radius_m: RADIUS_M, inertia_kg_m2: INERTIA_KG_M2 * INERTIA_ERROR },
-        brake: Brake { radius_m: BRAKE_RADIUS_M, friction_coefficient: NOMINAL_PAD_FRICTION },
-        resistance: Resistance { constant_n: 0.0, linear_n_s_per_m: 0.0, drag_n_s2_per_m2: 0.0 },
-        contact,
-        rail: Rail { dry: 0.3, wet: 0.1, low: 0.05 },
-        sensors: Sensors {
-            sample_rate_hz: 1.0 / SAMPLE_PERIOD_S,
-            speed_sigma_m_s: sensors.speed_m_s,
-            wheel_speed_sigma_rad_s: sensors.wheel_speed_rad_s,
-            pressing_force_sigma_n: sensors.pressing_force_n,
-        },
-        effects: Vec::new(),
-    }
+    let plant = Plant::Roller(roller_file(test, sensors));
+    let mut estimator = railgrip_filter::estimator(&config, &plant)?;
+    Ok(samples.iter().map(|sample| estimator.step(&of_roller(sample).input()).mu_w).collect())
 }

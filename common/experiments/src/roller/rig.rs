@@ -78,8 +78,6 @@ pub struct RigSample {
     pub time_s: f64,
     /// Measured ω_W, rad/s.
     pub wheel_speed_rad_s: f64,
-    /// The same from a second sensor with noise of its own, rad/s.
-    pub second_wheel_speed_rad_s: f64,
     /// Measured v_x, m/s.
     pub v_m_s: f64,
     /// v_x in truth, m/s.
@@ -214,7 +212,6 @@ impl Rig {
         RigSample {
             time_s,
             wheel_speed_rad_s: omega + sensors.wheel_speed_rad_s * noise.normal(),
-            second_wheel_speed_rad_s: omega + sensors.wheel_speed_rad_s * noise.normal(),
             v_m_s: v + sensors.speed_m_s * noise.normal(),
             v_true_m_s: v,
             pressing_force_n: (force_n + sensors.pressing_force_n * noise.normal()).max(0.0),

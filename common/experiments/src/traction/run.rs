@@ -118,7 +118,12 @@ impl Run {
         }
         self.samples += 1;
         let contact = self.rig.wheel_contact(before.motor_speed_rad_s, before.roller_speed_rad_s, peak);
-        Instant { sample: self.measure(time_s, &before, measured_voltage_v), state: before, contact, adhesion_peak: peak }
+        Instant {
+            sample: self.measure(time_s, &before, measured_voltage_v),
+            state: before,
+            contact,
+            adhesion_peak: peak,
+        }
     }
 
     fn measure(&mut self, time_s: f64, state: &RigState, voltage_v: [f64; 2]) -> TractionSample {

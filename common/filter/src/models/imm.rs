@@ -63,12 +63,12 @@ impl Default for ImmSettings {
 #[derive(Clone, Debug)]
 pub struct ImmFilter<const W: usize, const N: usize> {
     /// Constants, priors and reading; its belief is the mixture.
-    base: PaperFilter<W, N>,
+    pub(super) base: PaperFilter<W, N>,
     settings: ImmSettings,
     beliefs: [Gaussian<N>; MODES],
     weights: [f64; MODES],
     /// Process noise per second of steady and of moving adhesion.
-    q_per_s: [SVector<f64, N>; 2],
+    pub(super) q_per_s: [SVector<f64, N>; 2],
     late_force_n: [f64; W],
 }
 
@@ -118,10 +118,15 @@ impl<const W: usize, const N: usize> ImmFilter<W, N> {
         &self.weights
     }
 
+    /// Probability that adhesion, and that the pads, change their mode within a step.
+    pub(super) fn change_shares(&self, dt_s: f64) -> [f64; 2] {
+        let change = |dwell_s: f64| 0.5 * (1.0 - (-2.0 * dt_s / dwell_s).exp());
+        [change(self.settings.adhesion_dwell_s), change(self.settings.pads_dwell_s)]
+    }
+
     /// Lets every mode begin from the mixture that could have led into it.
     fn mix(&mut self, dt_s: f64) {
-        let change = |dwell_s: f64| 0.5 * (1.0 - (-2.0 * dt_s / dwell_s).exp());
-        let (adhesion, pads) = (change(self.settings.adhesion_dwell_s), change(self.settings.pads_dwell_s));
+        let [adhesion, pads] = self.change_shares(dt_s);
         let step = |from: usize, to: usize| {
             let a = if from & 1 == to & 1 { 1.0 - adhesion } else { adhesion };
             let p = if from & 2 == to & 2 { 1.0 - pads } else { pads };
@@ -137,7 +142,7 @@ impl<const W: usize, const N: usize> ImmFilter<W, N> {
     }
 
     /// Input of one step of a mode.
-    fn input(&self, sample: &DrivenSample, dt_s: f64, mode: usize) -> PaperInput<W> {
+    pub(super) fn input(&self, sample: &DrivenSample, dt_s: f64, mode: usize) -> PaperInput<W> {
         if mode & 2 == 0 {
             return self.base.step_input(sample, dt_s);
         }

@@ -5,6 +5,9 @@
 //! snapshots by [`crate::WagonEstimator`]; one of other sensors implements [`crate::Estimator`] itself.
 
 pub mod bogie_rig;
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail and says what it measured")]
+mod consistency;
 mod imm;
 mod motor;
 mod paper;

@@ -4,29 +4,33 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use railgrip_filter::PlantKind;
 use railgrip_messages::Estimate;
 
 use crate::CliError;
+use crate::estimate_columns::{Cell, Column, columns};
 
 /// Writes rows beside the file's place; [`EstimateWriter::finish`] gives it its name.
 pub(super) struct EstimateWriter {
     path: PathBuf,
     beside: PathBuf,
     file: BufWriter<File>,
-    wheelsets: usize,
+    columns: Vec<Column>,
 }
 
 impl EstimateWriter {
-    pub(super) fn create(path: &Path, wheelsets: usize) -> Result<Self, CliError> {
+    pub(super) fn create(path: &Path, plant: PlantKind, wheelsets: usize) -> Result<Self, CliError> {
         let beside = path.with_extension("csv.part");
         let file = File::create(&beside).map_err(|error| failed(&beside, &error))?;
-        let mut writer = Self { path: path.to_owned(), beside, file: BufWriter::new(file), wheelsets };
-        writer.line(&header(wheelsets))?;
+        let columns = columns(plant, wheelsets, false);
+        let header = header(&columns);
+        let mut writer = Self { path: path.to_owned(), beside, file: BufWriter::new(file), columns };
+        writer.line(&header)?;
         Ok(writer)
     }
 
     pub(super) fn push(&mut self, estimate: &Estimate) -> Result<(), CliError> {
-        let line = line(estimate, self.wheelsets);
+        let line = line(estimate, &self.columns);
         self.line(&line)
     }
 
@@ -46,30 +50,18 @@ fn failed(path: &Path, error: &std::io::Error) -> CliError {
     CliError::failed(format!("{}: {error}", path.display()))
 }
 
-fn header(wheelsets: usize) -> String {
-    let each = |form: &dyn Fn(&str) -> String| -> String {
-        (0..wheelsets).map(|wheelset| form(&railgrip_recording::suffix(wheelset, wheelsets))).collect()
-    };
-    format!(
-        "t_s,v_m_s,mu_w,mu_w_sigma{},nis{}",
-        each(&|s| format!(",mu_b_{s},mu_b_{s}_sigma")) + &each(&|s| format!(",slip_{s}")),
-        each(&|s| format!(",observable_{s}")),
-    )
+fn header(columns: &[Column]) -> String {
+    columns.iter().map(|column| column.name.as_str()).collect::<Vec<_>>().join(",")
 }
 
-fn line(estimate: &Estimate, wheelsets: usize) -> String {
-    let each = |form: &dyn Fn(usize) -> String| -> String { (0..wheelsets).map(form).collect() };
-    format!(
-        "{},{},{},{}{},{}{}",
-        estimate.time_s,
-        estimate.v_m_s,
-        estimate.mu_w,
-        estimate.mu_w_sigma,
-        each(&|i| format!(",{},{}", estimate.mu_b[i], estimate.mu_b_sigma[i]))
-            + &each(&|i| format!(",{}", estimate.slip[i])),
-        estimate.nis,
-        each(&|i| format!(",{}", estimate.observable >> i & 1)),
-    )
+/// Numbers as a table writes them: the shortest text with the same bits, nothing for what is not a number.
+fn line(estimate: &Estimate, columns: &[Column]) -> String {
+    let text = |column: &Column| match column.cell(estimate) {
+        Cell::Number(value) if value.is_nan() => String::new(),
+        Cell::Number(value) => format!("{value:?}"),
+        Cell::Word(word) => word.to_owned(),
+    };
+    columns.iter().map(text).collect::<Vec<_>>().join(",")
 }
 
 #[cfg(test)]
@@ -78,11 +70,12 @@ mod tests {
 
     #[test]
     fn columns_are_those_of_the_offline_estimator() {
+        let columns = columns(PlantKind::Wagon, 2, false);
         assert_eq!(
-            header(2),
+            header(&columns),
             "t_s,v_m_s,mu_w,mu_w_sigma,mu_b_f,mu_b_f_sigma,mu_b_r,mu_b_r_sigma,slip_f,slip_r,nis,observable_f,observable_r"
         );
         let estimate = Estimate { mu_b: [0.25, 0.5, 0.0, 0.0], observable: 0b10, ..Estimate::default() };
-        assert_eq!(line(&estimate, 2), "0,0,0,0,0.25,0,0.5,0,0,0,0,0,1");
+        assert_eq!(line(&estimate, &columns), "0.0,0.0,0.0,0.0,0.25,0.0,0.5,0.0,0.0,0.0,0.0,0.0,1.0");
     }
 }

@@ -1,6 +1,6 @@
 //! `railgrip record`: what a running train measures and estimates, as files.
 //!
-//! `DIR/NAME.csv` holds the samples of a wagon in the columns of a recording, so that every tool can take it as a run;
+//! `DIR/NAME.csv` holds the samples of a wagon or rig in the columns of a recording, so that every tool can take it as a run;
 //! `DIR/estimates/NAME.csv` holds its estimates in the columns of `railgrip estimate`. When the time base of a wagon
 //! begins again (a replay that loops, a new source), a new pair of files begins: `NAME-2.csv`, `NAME-3.csv`, ...
 
@@ -55,7 +55,7 @@ fn record(train: &Train, args: &Args, span: Option<Duration>, lifecycle: &Lifecy
         .settings
         .wagons
         .iter()
-        .map(|wagon| WagonRecorder::open(&bus, wagon.number, &wagon.name, &args.out))
+        .map(|wagon| WagonRecorder::open(&bus, wagon.number, wagon.plant.kind(), &wagon.name, &args.out))
         .collect::<Result<Vec<_>, _>>()?;
     lifecycle.ready();
     tracing::info!(wagons = wagons.len(), out = %args.out.display(), "recording");

@@ -2,22 +2,92 @@
 
 use std::path::{Path, PathBuf};
 
-use railgrip_bus::{Bus, EstimateSubscriber, SampleSubscriber};
-use railgrip_messages::{Estimate, Sample, valid};
-use railgrip_recording::{Optional, RecordingError, Row, RunWriter};
+use railgrip_bus::{Bus, BusError, EstimateSubscriber, MotorSubscriber, SampleSubscriber};
+use railgrip_filter::PlantKind;
+use railgrip_messages::{Estimate, MotorSample, Sample, motor_valid, valid};
+use railgrip_recording::{MotorRow, MotorRunWriter, Optional, RecordingError, Row, RunWriter};
 
 use super::estimates::EstimateWriter;
 use crate::CliError;
 
-/// Writes samples and estimates of one wagon.
+/// Writes samples and estimates of one wagon or rig.
 pub(super) struct WagonRecorder {
     name: String,
-    samples: SampleSubscriber,
+    plant: PlantKind,
+    samples: Samples,
     estimates: EstimateSubscriber,
-    runs: Series<RunWriter>,
     estimate_files: Series<EstimateWriter>,
-    scratch_samples: Vec<Sample>,
     scratch_estimates: Vec<Estimate>,
+}
+
+/// The samples of a wagon, or of a rig with a motor, on their way into files.
+enum Samples {
+    Wagon { channel: SampleSubscriber, files: Series<RunWriter>, scratch: Vec<Sample> },
+    Motor { channel: MotorSubscriber, files: Series<MotorRunWriter>, scratch: Vec<MotorSample> },
+}
+
+impl Samples {
+    fn open(bus: &Bus, wagon: u32, plant: PlantKind, folder: &Path, name: &str) -> Result<Self, BusError> {
+        Ok(match plant {
+            PlantKind::Traction => Self::Motor {
+                channel: bus.motor_subscriber(wagon)?,
+                files: Series::new(folder, name),
+                scratch: Vec::new(),
+            },
+            PlantKind::Wagon | PlantKind::Roller => Self::Wagon {
+                channel: bus.sample_subscriber(wagon)?,
+                files: Series::new(folder, name),
+                scratch: Vec::new(),
+            },
+        })
+    }
+
+    /// Writes everything that arrived.
+    fn take(&mut self) -> Result<(), CliError> {
+        match self {
+            Self::Wagon { channel, files, scratch } => {
+                scratch.clear();
+                channel.receive(|batch| scratch.extend_from_slice(batch))?;
+                for sample in scratch {
+                    let create = |path: &Path| {
+                        RunWriter::create(path, sample.wheelset_count(), optional(sample)).map_err(failed)
+                    };
+                    let finish = |writer: RunWriter| writer.finish().map_err(failed);
+                    files.writer(sample.time_s, create, finish)?.push(&row(sample)).map_err(failed)?;
+                }
+            }
+            Self::Motor { channel, files, scratch } => {
+                scratch.clear();
+                channel.receive(|batch| scratch.extend_from_slice(batch))?;
+                for sample in scratch {
+                    let create = |path: &Path| MotorRunWriter::create(path).map_err(failed);
+                    let finish = |writer: MotorRunWriter| writer.finish().map_err(failed);
+                    files.writer(sample.time_s, create, finish)?.push(&motor_row(sample)).map_err(failed)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Gives the last file its name; rows, files and samples missed.
+    fn finish(self) -> Result<(u64, u32, u64), CliError> {
+        match self {
+            Self::Wagon { channel, files, .. } => {
+                let (rows, count) = (files.rows, files.files);
+                if let Some((writer, _)) = files.open {
+                    writer.finish().map_err(failed)?;
+                }
+                Ok((rows, count, channel.missed()))
+            }
+            Self::Motor { channel, files, .. } => {
+                let (rows, count) = (files.rows, files.files);
+                if let Some((writer, _)) = files.open {
+                    writer.finish().map_err(failed)?;
+                }
+                Ok((rows, count, channel.missed()))
+            }
+        }
+    }
 }
 
 /// A series of files, of which the last is open.
@@ -66,34 +136,31 @@ impl<W> Series<W> {
 }
 
 impl WagonRecorder {
-    pub(super) fn open(bus: &Bus, wagon: u32, name: &str, folder: &Path) -> Result<Self, CliError> {
+    pub(super) fn open(
+        bus: &Bus,
+        wagon: u32,
+        plant: PlantKind,
+        name: &str,
+        folder: &Path,
+    ) -> Result<Self, CliError> {
         Ok(Self {
             name: name.to_owned(),
-            samples: bus.sample_subscriber(wagon)?,
+            plant,
+            samples: Samples::open(bus, wagon, plant, folder, name)?,
             estimates: bus.estimate_subscriber(wagon)?,
-            runs: Series::new(folder, name),
             estimate_files: Series::new(&folder.join("estimates"), name),
-            scratch_samples: Vec::new(),
             scratch_estimates: Vec::new(),
         })
     }
 
     /// Writes everything that arrived.
     pub(super) fn take(&mut self) -> Result<(), CliError> {
-        let (samples, estimates) = (&mut self.scratch_samples, &mut self.scratch_estimates);
-        samples.clear();
+        self.samples.take()?;
+        let (plant, estimates) = (self.plant, &mut self.scratch_estimates);
         estimates.clear();
-        self.samples.receive(|batch| samples.extend_from_slice(batch))?;
         self.estimates.receive(|batch| estimates.extend_from_slice(batch))?;
-        for sample in samples {
-            let create = |path: &Path| {
-                RunWriter::create(path, sample.wheelset_count(), optional(sample)).map_err(failed)
-            };
-            let writer = self.runs.writer(sample.time_s, create, |writer| writer.finish().map_err(failed))?;
-            writer.push(&row(sample)).map_err(failed)?;
-        }
         for estimate in estimates {
-            let create = |path: &Path| EstimateWriter::create(path, estimate.wheelset_count());
+            let create = |path: &Path| EstimateWriter::create(path, plant, estimate.wheelset_count());
             let writer = self.estimate_files.writer(estimate.time_s, create, EstimateWriter::finish)?;
             writer.push(estimate)?;
         }
@@ -102,18 +169,13 @@ impl WagonRecorder {
 
     /// Gives the files their names and says what is in them.
     pub(super) fn finish(self) -> Result<String, CliError> {
-        if let Some((writer, _)) = self.runs.open {
-            writer.finish().map_err(failed)?;
-        }
+        let (rows, files, missed) = self.samples.finish()?;
         if let Some((writer, _)) = self.estimate_files.open {
             writer.finish()?;
         }
         Ok(format!(
-            "{}: {} samples in {} files ({} missed), {} estimates in {} files ({} missed)",
+            "{}: {rows} samples in {files} files ({missed} missed), {} estimates in {} files ({} missed)",
             self.name,
-            self.runs.rows,
-            self.runs.files,
-            self.samples.missed(),
             self.estimate_files.rows,
             self.estimate_files.files,
             self.estimates.missed()
@@ -153,6 +215,19 @@ fn row(sample: &Sample) -> Row {
         row.wsp_active[i] = value(valid::WSP, f64::from(sample.wsp_active >> i & 1));
     }
     row
+}
+
+/// The same of a rig with a motor.
+fn motor_row(sample: &MotorSample) -> MotorRow {
+    let value = |bit: u32, value: f64| if sample.has(bit) { value } else { f64::NAN };
+    MotorRow {
+        t_s: sample.time_s,
+        current_a: [0, 1].map(|axis| value(motor_valid::current(axis), sample.current_a[axis])),
+        voltage_v: [0, 1].map(|axis| value(motor_valid::voltage(axis), sample.voltage_v[axis])),
+        motor_speed_rad_s: value(motor_valid::MOTOR_SPEED, sample.motor_speed_rad_s),
+        roller_speed_rad_s: value(motor_valid::ROLLER_SPEED, sample.roller_speed_rad_s),
+        generator_current_a: value(motor_valid::GENERATOR_CURRENT, sample.generator_current_a),
+    }
 }
 
 #[cfg(test)]

@@ -1,0 +1,81 @@
+//! A step of a filter allocates nothing, whatever comes: good samples, gaps, missing and mad values.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail and says what it measured")]
+
+mod support;
+
+use railgrip_filter::{Estimator, EstimatorConfig, EstimatorInput, FILTERS, MotorInput, Plant, PlantKind};
+use railgrip_filter::{TractionRigFile, estimator};
+use railgrip_vehicle::traction_rig::{Drive, DriveParameters, RigParameters, Surface, TractionRig};
+use support::plant::{dry_stop, vehicle};
+
+/// Motor samples of a rig at 1 kHz.
+fn motor_samples(count: usize) -> Vec<EstimatorInput> {
+    let rig = TractionRig::new(RigParameters::new(Surface::Base, 0.0));
+    let mut drive = Drive::new(DriveParameters::default(), &rig.motor);
+    let mut state = drive.fluxed_state(&rig, 20.0);
+    let sample = |k: usize| {
+        let mut voltage = [0.0; 2];
+        let before = state;
+        for _ in 0..10 {
+            voltage = drive.step(&state, 20.0, 1e-4);
+            state = rig.step(&state, voltage, 0.28, 1e-4);
+        }
+        EstimatorInput {
+            motor: MotorInput {
+                current_a: before.motor.current_a,
+                voltage_v: voltage,
+                motor_speed_rad_s: before.motor_speed_rad_s,
+                roller_speed_rad_s: before.roller_speed_rad_s,
+                generator_current_a: rig.generator().current_a(before.roller_speed_rad_s),
+            },
+            ..EstimatorInput::missing(1e-3 * k as f64)
+        }
+    };
+    (0..count).map(sample).collect()
+}
+
+/// The same samples with everything that can be wrong with them.
+fn spoiled(inputs: &[EstimatorInput]) -> Vec<EstimatorInput> {
+    let spoil = |(k, input): (usize, &EstimatorInput)| match k % 97 {
+        13 => EstimatorInput::missing(input.time_s),
+        29 => EstimatorInput { v_m_s: 1e9, motor: MotorInput::MISSING, ..*input },
+        41 => EstimatorInput { wheel_speed_rad_s: [-5.0; 4], ..*input },
+        53 => EstimatorInput { time_s: input.time_s - 0.5, ..*input },
+        61 => EstimatorInput { time_s: f64::NAN, ..*input },
+        67 => EstimatorInput { pressing_force_n: [f64::NAN; 4], grade_rad: f64::NAN, ..*input },
+        _ => *input,
+    };
+    inputs.iter().enumerate().map(spoil).collect()
+}
+
+/// Allocations of all steps after the first.
+fn allocations(mut filter: Box<dyn Estimator>, inputs: &[EstimatorInput]) -> u64 {
+    filter.step(&inputs[0]);
+    let counted = allocation_counter::measure(|| {
+        for input in &inputs[1..] {
+            std::hint::black_box(filter.step(input));
+        }
+    });
+    counted.count_total
+}
+
+#[test]
+fn a_step_of_any_filter_allocates_nothing() {
+    let (wagon, _) = dry_stop(1, 4e4, [1.0, 1.05]);
+    let motor = motor_samples(3000);
+    let rig = TractionRigFile::of("rig", &RigParameters::new(Surface::Base, 0.0), 1e-2);
+    for entry in FILTERS {
+        let (plant, inputs) = match entry.plants.contains(&PlantKind::Wagon) {
+            true => (Plant::Wagon(vehicle()), &wagon),
+            false if entry.plants.contains(&PlantKind::Traction) => (Plant::Traction(rig.clone()), &motor),
+            // Other rigs are looked at where their samples are made.
+            false => continue,
+        };
+        let config = EstimatorConfig { filter: entry.name.into(), ..EstimatorConfig::default() };
+        for (kind, inputs) in [("good", inputs.clone()), ("spoiled", spoiled(inputs))] {
+            let count = allocations(estimator(&config, &plant).unwrap(), &inputs);
+            println!("{}: {count} allocations in {} {kind} steps", entry.name, inputs.len() - 1);
+            assert_eq!(count, 0, "{} with {kind} samples", entry.name);
+        }
+    }
+}

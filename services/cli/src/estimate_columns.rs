@@ -1,0 +1,198 @@
+//! The columns of a file of estimates, for `railgrip estimate` and for what `railgrip record` keeps beside recordings.
+//!
+//! | of | columns |
+//! | --- | --- |
+//! | a wagon | `t_s, v_m_s, mu_w, mu_w_sigma`, per wheelset `mu_b_*, mu_b_*_sigma`, then `slip_*`, `nis`, `observable_*` |
+//! | the same in detail | and per wheelset `mu_w_*, mu_w_*_sigma, normal_load_*_n`, `mu_b_mean, mu_b_mean_sigma, state` |
+//! | a roller rig | those of a wagon with one wheelset, and `state` |
+//! | a traction rig | `t_s, v_m_s, mu_w, mu_w_sigma, mu_0, mu_0_sigma, creep_force_n, creep_force_n_sigma, slip_1, nis, observable_1, state` |
+//!
+//! `*` is `f` and `r` for two wheelsets, else numbers from the front. `state` is a word; on a traction rig a figure that
+//! its state does not support is an empty cell.
+
+use railgrip_filter::PlantKind;
+use railgrip_messages::{Estimate, EstimateState};
+use railgrip_recording::suffix;
+
+/// What stands in a cell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Cell {
+    /// A number; NaN is an empty cell.
+    Number(f64),
+    /// A word.
+    Word(&'static str),
+}
+
+/// One column: its name, and what an estimate has to say there.
+pub(crate) struct Column {
+    /// Name in the header.
+    pub(crate) name: String,
+    wheelset: usize,
+    read: fn(&Estimate, usize) -> Cell,
+}
+
+impl Column {
+    fn new(name: impl Into<String>, read: fn(&Estimate, usize) -> Cell) -> Self {
+        Self { name: name.into(), wheelset: 0, read }
+    }
+
+    /// The cell of an estimate.
+    pub(crate) fn cell(&self, estimate: &Estimate) -> Cell {
+        (self.read)(estimate, self.wheelset)
+    }
+}
+
+/// The columns for a plant.
+pub(crate) fn columns(plant: PlantKind, wheelsets: usize, detail: bool) -> Vec<Column> {
+    match plant {
+        PlantKind::Traction => traction(),
+        PlantKind::Wagon if !detail => wagon(wheelsets),
+        PlantKind::Wagon => in_detail(wheelsets),
+        PlantKind::Roller if !detail => {
+            let mut columns = wagon(wheelsets);
+            columns.push(Column::new("state", state));
+            columns
+        }
+        PlantKind::Roller => in_detail(wheelsets),
+    }
+}
+
+/// Columns of each wheelset, by the name's parts before and after its suffix.
+fn each(columns: &mut Vec<Column>, wheelsets: usize, parts: &[(&str, &str, fn(&Estimate, usize) -> Cell)]) {
+    for wheelset in 0..wheelsets {
+        for (before, after, read) in parts {
+            let name = format!("{before}{}{after}", suffix(wheelset, wheelsets));
+            columns.push(Column { name, wheelset, read: *read });
+        }
+    }
+}
+
+fn motion() -> Vec<Column> {
+    vec![
+        Column::new("t_s", |e, _| Cell::Number(e.time_s)),
+        Column::new("v_m_s", |e, _| Cell::Number(e.v_m_s)),
+        Column::new("mu_w", |e, _| Cell::Number(e.mu_w)),
+        Column::new("mu_w_sigma", |e, _| Cell::Number(e.mu_w_sigma)),
+    ]
+}
+
+fn wagon(wheelsets: usize) -> Vec<Column> {
+    let mut columns = motion();
+    each(
+        &mut columns,
+        wheelsets,
+        &[
+            ("mu_b_", "", |e, i| Cell::Number(e.mu_b[i])),
+            ("mu_b_", "_sigma", |e, i| Cell::Number(e.mu_b_sigma[i])),
+        ],
+    );
+    each(&mut columns, wheelsets, &[("slip_", "", |e, i| Cell::Number(e.slip[i]))]);
+    columns.push(Column::new("nis", |e, _| Cell::Number(e.nis)));
+    each(&mut columns, wheelsets, &[("observable_", "", observable)]);
+    columns
+}
+
+fn in_detail(wheelsets: usize) -> Vec<Column> {
+    let mut columns = wagon(wheelsets);
+    each(
+        &mut columns,
+        wheelsets,
+        &[
+            ("mu_w_", "", |e, i| Cell::Number(e.mu_w_wheelset[i])),
+            ("mu_w_", "_sigma", |e, i| Cell::Number(e.mu_w_wheelset_sigma[i])),
+            ("normal_load_", "_n", |e, i| Cell::Number(e.normal_load_n[i])),
+        ],
+    );
+    columns.push(Column::new("mu_b_mean", |e, _| Cell::Number(e.mu_b_mean)));
+    columns.push(Column::new("mu_b_mean_sigma", |e, _| Cell::Number(e.mu_b_mean_sigma)));
+    columns.push(Column::new("state", state));
+    columns
+}
+
+fn traction() -> Vec<Column> {
+    let mut columns = motion();
+    for column in &mut columns[2..] {
+        column.read = match column.name.as_str() {
+            "mu_w" => |e, _| unless_fault(e, e.mu_w),
+            _ => |e, _| unless_fault(e, e.mu_w_sigma),
+        };
+    }
+    columns.extend([
+        Column::new("mu_0", |e, _| if_seen(e, e.adhesion_peak)),
+        Column::new("mu_0_sigma", |e, _| if_seen(e, e.adhesion_peak_sigma)),
+        Column::new("creep_force_n", |e, _| unless_fault(e, e.mu_w * e.normal_load_n[0])),
+        Column::new("creep_force_n_sigma", |e, _| unless_fault(e, e.mu_w_sigma * e.normal_load_n[0])),
+        Column::new("slip_1", |e, _| unless_fault(e, e.slip[0])),
+        Column::new("nis", |e, _| Cell::Number(e.nis)),
+        Column::new("observable_1", observable),
+        Column::new("state", state),
+    ]);
+    columns
+}
+
+fn observable(estimate: &Estimate, wheelset: usize) -> Cell {
+    Cell::Number(f64::from(estimate.observable >> wheelset & 1))
+}
+
+fn state(estimate: &Estimate, _wheelset: usize) -> Cell {
+    Cell::Word(estimate.state().map_or("unknown", EstimateState::word))
+}
+
+/// Bad input has a name and no figure.
+fn unless_fault(estimate: &Estimate, value: f64) -> Cell {
+    let fault = railgrip_filter::EstimateState::ALL
+        .iter()
+        .any(|state| state.code() == estimate.state && state.is_fault());
+    Cell::Number(if fault { f64::NAN } else { value })
+}
+
+/// μ0 that nothing in the data speaks about is no figure.
+fn if_seen(estimate: &Estimate, value: f64) -> Cell {
+    let seen = railgrip_filter::EstimateState::ALL
+        .iter()
+        .any(|state| state.code() == estimate.state && state.tells_friction());
+    Cell::Number(if seen { value } else { f64::NAN })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(plant: PlantKind, wheelsets: usize, detail: bool) -> String {
+        let columns = columns(plant, wheelsets, detail);
+        columns.into_iter().map(|column| column.name).collect::<Vec<_>>().join(", ")
+    }
+
+    #[test]
+    fn columns_are_those_of_the_design() {
+        assert_eq!(
+            names(PlantKind::Wagon, 2, false),
+            "t_s, v_m_s, mu_w, mu_w_sigma, mu_b_f, mu_b_f_sigma, mu_b_r, mu_b_r_sigma, slip_f, slip_r, nis, \
+             observable_f, observable_r"
+        );
+        assert!(names(PlantKind::Wagon, 2, true).ends_with("mu_b_mean, mu_b_mean_sigma, state"));
+        assert!(names(PlantKind::Roller, 1, false).ends_with("slip_1, nis, observable_1, state"));
+        assert_eq!(
+            names(PlantKind::Traction, 1, false),
+            "t_s, v_m_s, mu_w, mu_w_sigma, mu_0, mu_0_sigma, creep_force_n, creep_force_n_sigma, slip_1, nis, \
+             observable_1, state"
+        );
+    }
+
+    #[test]
+    fn a_state_that_says_nothing_leaves_no_figure() {
+        let columns = columns(PlantKind::Traction, 1, false);
+        let empty = |state: EstimateState| -> Vec<String> {
+            let estimate =
+                Estimate { state: state.code(), mu_w: 0.1, adhesion_peak: 0.2, ..Estimate::default() };
+            let empty = columns
+                .iter()
+                .filter(|column| matches!(column.cell(&estimate), Cell::Number(value) if value.is_nan()));
+            empty.map(|column| column.name.clone()).collect()
+        };
+        assert!(empty(EstimateState::Observable).is_empty());
+        assert_eq!(empty(EstimateState::NoLoad), ["mu_0", "mu_0_sigma"]);
+        let swapped = empty(EstimateState::PhasesSwapped);
+        assert!(swapped.contains(&"creep_force_n".to_owned()) && swapped.contains(&"mu_w".to_owned()));
+    }
+}
