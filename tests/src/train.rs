@@ -68,7 +68,10 @@ impl TrainUnderTest {
     pub fn at_fixed_port(mut self) -> Self {
         let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a free port");
         let address = listener.local_addr().expect("its address").to_string();
-        self.options.iter_mut().filter(|option| *option == "127.0.0.1:0").for_each(|option| option.clone_from(&address));
+        self.options
+            .iter_mut()
+            .filter(|option| *option == "127.0.0.1:0")
+            .for_each(|option| option.clone_from(&address));
         self
     }
 
