@@ -86,7 +86,7 @@ impl Page {
         let mut parts = frame::parts(shared, snapshot);
         parts.extend(match self {
             Self::Train => train::parts(shared, snapshot),
-            Self::Alerts => alerts::parts(snapshot),
+            Self::Alerts => alerts::parts(shared, snapshot),
             Self::Meaning => Vec::new(),
             Self::Wagon(id) => wagon::parts(id, shared.limits(), snapshot),
         });
@@ -96,7 +96,7 @@ impl Page {
     fn document(self, shared: &Shared, snapshot: &Snapshot) -> Markup {
         let (title, body) = match self {
             Self::Train => ("Train".to_owned(), train::body(shared, snapshot)),
-            Self::Alerts => ("Alerts".to_owned(), alerts::body(snapshot)),
+            Self::Alerts => ("Alerts".to_owned(), alerts::body(shared, snapshot)),
             Self::Meaning => ("What the figures mean".to_owned(), meaning::body(shared.limits())),
             Self::Wagon(id) => (format!("Wagon {id}"), wagon::body(id, shared.limits(), snapshot)),
         };
