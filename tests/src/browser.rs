@@ -16,7 +16,7 @@ use tempfile::TempDir;
 /// Names under which distributions install it.
 const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 /// A browser that has not answered for so long is stuck.
-const PATIENCE: Duration = Duration::from_secs(30);
+const PATIENCE: Duration = Duration::from_secs(120);
 /// Gives the browser its pipe where it looks for it: file descriptors 3 and 4.
 const TO_THE_PIPE: &str = r#"exec "$@" 3<&0 4>&1 </dev/null >/dev/null 2>&1"#;
 const FLAGS: [&str; 15] = [
@@ -114,6 +114,11 @@ impl Browser {
 
     /// Asks and waits for the answer; events that come meanwhile are kept.
     fn call(&self, session: Option<&str>, method: &str, params: Value) -> Value {
+        self.ask(session, method, params).unwrap_or_else(|error| panic!("{method}: {error}"))
+    }
+
+    /// The same; what the browser refuses is an error.
+    fn ask(&self, session: Option<&str>, method: &str, params: Value) -> Result<Value, Value> {
         let mut wire = self.wire.borrow_mut();
         wire.asked += 1;
         let id = wire.asked;
@@ -132,8 +137,10 @@ impl Browser {
                 wire.events.push_back(answer);
                 continue;
             }
-            assert!(answer["error"].is_null(), "{method}: {}", answer["error"]);
-            return answer["result"].clone();
+            if !answer["error"].is_null() {
+                return Err(answer["error"].clone());
+            }
+            return Ok(answer["result"].clone());
         }
     }
 }
@@ -225,8 +232,14 @@ impl Tab<'_> {
     pub fn wait(&self, patience: Duration, expression: &str) -> Duration {
         let started = Instant::now();
         while started.elapsed() < patience {
-            if self.eval(&format!("!!document.body && !!({expression})")) == true {
-                return started.elapsed();
+            // A page that is just being left answers nothing.
+            let params = json!({ "expression": format!("!!document.body && !!({expression})"), "returnByValue": true });
+            if let Ok(answer) = self.browser.ask(Some(&self.session), "Runtime.evaluate", params) {
+                let thrown = &answer["exceptionDetails"];
+                assert!(thrown.is_null(), "{expression}: {thrown}");
+                if answer["result"]["value"] == true {
+                    return started.elapsed();
+                }
             }
             std::thread::sleep(Duration::from_millis(25));
         }

@@ -11,6 +11,7 @@ pub mod doors;
 pub mod history;
 pub mod metrics;
 pub mod model;
+mod neighbours;
 pub mod page;
 pub mod problem;
 pub mod routes;
@@ -18,6 +19,8 @@ pub mod shared;
 pub mod store;
 mod stream;
 pub mod time;
+pub mod train;
+pub mod trends;
 mod view;
 
 use crate::doors::{Doors, LocalDoor};

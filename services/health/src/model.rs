@@ -237,6 +237,10 @@ pub struct WheelsetView {
     pub brake_friction: Figure,
     /// That over its nominal value.
     pub brake_friction_to_nominal: Option<f64>,
+    /// Pad friction referred to standard conditions: speed, pressing force, disc temperature.
+    pub brake_friction_standard: Figure,
+    /// Share of the latest braking during which it had no brake while others had.
+    pub isolated: Figure,
     /// Largest adhesion utilised of late.
     pub adhesion_utilised: Figure,
     /// Adhesion available.
@@ -323,6 +327,26 @@ pub struct WagonView {
     pub sensors: Figure,
     /// Mean normalised innovation squared over its degrees of freedom; 1 is ideal.
     pub filter: Figure,
+    /// Pad friction referred to standard conditions: speed, pressing force, disc temperature.
+    pub brake_friction_standard: Figure,
+    /// Time from the first pressing force to 90 % of its level, s: median of the latest brake applications.
+    pub response: Figure,
+    /// How much later than its place in the train explains it begins to brake, s: median of the latest applications.
+    pub brake_delay: Figure,
+    /// Retarding force while the brakes are released, beyond running resistance, N.
+    pub dragging: Figure,
+    /// Share of the latest braking during which the worst wheelset had no brake while others had.
+    pub isolated: Figure,
+    /// Adhesion in slides with sand over adhesion in slides without.
+    pub sanding: Figure,
+    /// Whether the model explains the data for long: as `filter`, over longer times.
+    pub model: Figure,
+    /// Sensors that are missing, refused or dead now.
+    pub faulty_sensors: Vec<String>,
+    /// Brake applications so far.
+    pub brake_applications: u64,
+    /// When the latest of them began, RFC 3339.
+    pub brake_applied_at: Option<String>,
     /// Braking so far, s.
     pub braking_s: f64,
     /// Samples taken in.

@@ -7,16 +7,25 @@ use crate::alerts::{AlertBook, Cause, SharedBook};
 use crate::model::{
     Alert, AlertList, DataState, Grade, ProcessView, TrainView, WagonList, WagonRow, WagonView,
 };
+use crate::neighbours::Neighbours;
 use crate::time::rfc3339;
+use crate::train::Whole;
 use crate::view::{self, Freshness};
 use axum::body::Bytes;
-use railgrip_messages::{Health, Heartbeat, ProcessKind, Stamp};
-use railgrip_settings::TrainSettings;
+use railgrip_indicators::IndicatorSettings;
+use railgrip_indicators::belief::{Evidence, Rail};
+use railgrip_indicators::stopping::BrakedWagon;
+use railgrip_indicators::track::TrackMap;
+use railgrip_messages::{Health, Heartbeat, ProcessKind, Stamp, WheelsetHealth};
+use railgrip_settings::{CapabilitySettings, TrainSettings};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// A process that has been quiet for so long is no longer listed, s.
 const PROCESS_GONE_S: f64 = 30.0;
+/// Stopping distances and the map are worked out so often, ns.
+const WHOLE_PERIOD_NS: u64 = 2_000_000_000;
 
 /// Everything that arrived.
 #[derive(Debug)]
@@ -27,12 +36,24 @@ pub struct Store {
     alerts: SharedBook,
     stale_after_s: f64,
     started: Option<Stamp>,
+    map: TrackMap,
+    capability: CapabilitySettings,
+    indicators: IndicatorSettings,
+    neighbours: Neighbours,
+    /// When the neighbours were last compared, monotonic, ns.
+    compared_ns: Option<u64>,
+    /// What is said of the whole train, and when that was worked out.
+    whole: Option<(u64, Arc<Whole>)>,
 }
 
 #[derive(Debug)]
 struct Known {
     number: u32,
     name: String,
+    nominal: BrakedWagon,
+    nominal_friction: f64,
+    /// Adhesion available on dry, wet, low and very low rail.
+    rail: [f64; 4],
     health: Option<Box<Health>>,
 }
 
@@ -47,6 +68,8 @@ pub struct Snapshot {
     pub rows: Vec<WagonRow>,
     /// All about each wagon.
     pub wagons: Vec<WagonView>,
+    /// What is said of the whole train.
+    pub whole: Arc<Whole>,
     /// All alerts.
     pub alerts: AlertList,
     /// Why the train is not ready; empty if it is.
@@ -70,8 +93,31 @@ impl Store {
         let known = |wagon: &railgrip_settings::WagonSettings| Known {
             number: wagon.number,
             name: wagon.name.clone(),
+            nominal: BrakedWagon {
+                mass_kg: wagon.vehicle.body.mass_kg,
+                friction_ratio: [1.0; 3],
+                adhesion: [wagon.vehicle.rail.dry; 3],
+                braked_share: 1.0,
+                resistance: [
+                    wagon.vehicle.resistance.constant_n,
+                    wagon.vehicle.resistance.linear_n_s_per_m,
+                    wagon.vehicle.resistance.drag_n_s2_per_m2,
+                ],
+            },
+            nominal_friction: wagon.vehicle.brake.friction_coefficient,
+            rail: {
+                let rail = &wagon.vehicle.rail;
+                [rail.dry, rail.wet, rail.low, 0.5 * rail.low]
+            },
             health: None,
         };
+        let rail = settings.wagons.first().map_or([0.30, 0.12, 0.06], |wagon| {
+            let rail = &wagon.vehicle.rail;
+            [rail.dry, rail.wet, rail.low]
+        });
+        let capability = settings.capability.clone();
+        let rail = Rail::new(rail, settings.indicators.adhesion.prior_dry, capability.map_memory_s);
+        let map = TrackMap::new(rail, capability.cell_m, capability.most_cells as usize);
         Self {
             train: settings.name.clone(),
             wagons: settings.wagons.iter().map(known).collect(),
@@ -83,6 +129,12 @@ impl Store {
             )),
             stale_after_s: settings.http.stale_after_s,
             started: None,
+            map,
+            capability,
+            indicators: settings.indicators,
+            neighbours: Neighbours::default(),
+            compared_ns: None,
+            whole: None,
         }
     }
 
@@ -91,6 +143,8 @@ impl Store {
         let Some(known) = self.wagons.iter_mut().find(|known| known.number == health.wagon) else { return };
         let newer = |old: &Health| health.published_monotonic_ns >= old.published_monotonic_ns;
         if known.health.as_deref().is_none_or(newer) {
+            let before_ns = known.health.as_deref().map(|old| old.acquired.monotonic_ns);
+            chart(&mut self.map, health, before_ns);
             known.health = Some(Box::new(*health));
         }
     }
@@ -104,6 +158,7 @@ impl Store {
     pub fn snapshot(&mut self, now: Stamp) -> Snapshot {
         let now_ns = now.monotonic_ns;
         self.heartbeats.retain(|_, beat| beat.stamp.age_s(now_ns) < PROCESS_GONE_S);
+        self.compare(now_ns);
         let news = self.judge(now);
         let mut rows = Vec::with_capacity(self.wagons.len());
         let mut wagons = Vec::with_capacity(self.wagons.len());
@@ -111,8 +166,13 @@ impl Store {
             let health = known.health.as_deref();
             let fresh = Freshness::of(health, now_ns, self.stale_after_s);
             let estimator = self.heartbeats.get(&(ProcessKind::Estimator.code(), known.number));
-            rows.push(view::row(known.number, &known.name, health, fresh));
-            wagons.push(view::wagon(known.number, &known.name, health, estimator, fresh, now_ns));
+            let mut row = view::row(known.number, &known.name, health, fresh);
+            let mut wagon = view::wagon(known.number, &known.name, health, estimator, fresh, now_ns);
+            if row.state == DataState::Live {
+                self.neighbours.amend(&mut row, &mut wagon, &self.indicators);
+            }
+            rows.push(row);
+            wagons.push(wagon);
         }
         let not_ready: Vec<String> = rows
             .iter()
@@ -135,6 +195,7 @@ impl Store {
             train,
             rows,
             wagons,
+            whole: self.latest_whole(now_ns),
             alerts,
             not_ready,
             news,
@@ -147,6 +208,16 @@ impl Store {
     #[must_use]
     pub fn book(&self) -> SharedBook {
         self.alerts.clone()
+    }
+
+    /// Sets the live wagons beside each other.
+    fn compare(&mut self, now_ns: u64) {
+        let before_ns = self.compared_ns.replace(now_ns).unwrap_or(now_ns);
+        let fresh = |health: &&Health| health.acquired.age_s(now_ns) <= self.stale_after_s;
+        let live: Vec<&Health> =
+            self.wagons.iter().filter_map(|known| known.health.as_deref()).filter(fresh).collect();
+        let dt_s = now_ns.saturating_sub(before_ns) as f64 * 1e-9;
+        self.neighbours.take(&live, now_ns, dt_s, &self.indicators);
     }
 
     fn judge(&mut self, now: Stamp) -> Vec<Alert> {
@@ -170,6 +241,16 @@ impl Store {
                 let cause = Cause { wagon, wheelset, name };
                 book.judge(cause, indicator.grade().into(), indicator.reason.as_str(), now);
             }
+            if let Some(without) = self.neighbours.without(wagon, &self.indicators) {
+                book.judge(
+                    Cause { wagon, wheelset: None, name: "no_pressure" },
+                    without.grade,
+                    &without.reason,
+                    now,
+                );
+            }
+            let delay = self.neighbours.delay(wagon, &self.indicators);
+            book.judge(Cause { wagon, wheelset: None, name: "late" }, delay.grade, &delay.reason, now);
         }
         let (grade, reason) = match book.trouble() {
             Some(trouble) => (Grade::Act, format!("alerts are not kept: {trouble}")),
@@ -178,6 +259,59 @@ impl Store {
         book.judge(Cause { wagon: 0, wheelset: None, name: "storage" }, grade, &reason, now);
         book.settle(now);
         book.take_news()
+    }
+
+    /// The wagons as they brake now; what is stale or unknown is nominal with a wide interval.
+    fn whole(&self, now_ns: u64) -> Whole {
+        let braked = |known: &Known| {
+            let mut now = known.nominal;
+            now.friction_ratio = [1.0, 0.7, 1.1];
+            let fresh = |health: &&Health| health.acquired.age_s(now_ns) <= self.stale_after_s;
+            if let Some(health) = known.health.as_deref().filter(fresh) {
+                let friction = &health.brake_friction;
+                if friction.known != 0 {
+                    now.friction_ratio = [friction.value, friction.low, friction.high]
+                        .map(|value| value / known.nominal_friction);
+                }
+                let available = &health.adhesion_available;
+                if available.known != 0 && health.adhesion_available_is_bound == 0 {
+                    now.adhesion = [available.value, available.low, available.high];
+                } else if available.known != 0 {
+                    // No slide of late: the mean over what the rail may be, within what is known of it.
+                    let classes = known.rail.iter().zip(health.condition_probability);
+                    let mean: f64 = classes.map(|(adhesion, share)| adhesion * share).sum();
+                    let high = available.high.max(available.low);
+                    now.adhesion = [mean.clamp(available.low, high), available.low, high];
+                }
+                let wheelsets = &health.wheelset[..health.wheelset_count()];
+                let isolated = wheelsets.iter().map(|one| &one.isolated);
+                let without: f64 = isolated.filter(|one| one.known != 0).map(|one| one.value).sum();
+                if !wheelsets.is_empty() {
+                    now.braked_share = (1.0 - without / wheelsets.len() as f64).clamp(0.0, 1.0);
+                }
+            }
+            (now, known.nominal)
+        };
+        let known = self.wagons.iter().filter(|known| {
+            let health = known.health.as_deref();
+            health.is_some_and(|health| {
+                health.acquired.age_s(now_ns) <= self.stale_after_s && health.brake_friction.known != 0
+            })
+        });
+        let (braked, known) = (self.wagons.iter().map(braked).collect(), known.count());
+        Whole::new(braked, known, &self.capability, &self.map, now_ns as f64 * 1e-9)
+    }
+
+    /// What is said of the whole train; worked out anew every few seconds.
+    fn latest_whole(&mut self, now_ns: u64) -> Arc<Whole> {
+        if let Some((at_ns, whole)) = &self.whole
+            && now_ns.saturating_sub(*at_ns) < WHOLE_PERIOD_NS
+        {
+            return Arc::clone(whole);
+        }
+        let whole = Arc::new(self.whole(now_ns));
+        self.whole = Some((now_ns, Arc::clone(&whole)));
+        whole
     }
 
     fn train_view(&self, rows: &[WagonRow], ready: bool, now: Stamp) -> TrainView {
@@ -213,6 +347,26 @@ impl Store {
     fn processes(&self, now_ns: u64) -> Vec<ProcessView> {
         self.heartbeats.values().map(|beat| view::process(beat, now_ns)).collect()
     }
+}
+
+/// Puts what a wagon says onto the map, for the time since it last spoke.
+fn chart(map: &mut TrackMap, health: &Health, before_ns: Option<u64>) {
+    let known = health.position_m != 0.0 && health.v_m_s > 0.5 && health.mu_w_sigma > 0.0;
+    let Some(before_ns) = before_ns.filter(|_| known) else { return };
+    let seconds = health.acquired.monotonic_ns.saturating_sub(before_ns) as f64 * 1e-9;
+    if !(0.0..=1.0).contains(&seconds) || seconds == 0.0 {
+        return;
+    }
+    let wheelsets = &health.wheelset[..health.wheelset_count()];
+    let slides =
+        |one: &&WheelsetHealth| one.sliding != 0 && (one.wsp_active != 0 || one.pressing_force_n > 2000.0);
+    let (sum, number) =
+        wheelsets.iter().filter(slides).fold((0.0, 0.0), |(sum, n), one| (sum + one.mu_w.abs(), n + 1.0));
+    let sliding = number > 0.0;
+    let utilised = if sliding { sum / number } else { health.mu_w.abs() };
+    let evidence = Evidence { utilised, sigma: health.mu_w_sigma, sliding };
+    let now_s = health.acquired.monotonic_ns as f64 * 1e-9;
+    map.add(health.wagon, health.position_m, now_s, seconds, evidence);
 }
 
 /// JSON of a view; views hold nothing that cannot be JSON.

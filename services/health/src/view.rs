@@ -5,7 +5,7 @@ use crate::model::{
     WheelsetPresent, WheelsetView,
 };
 use crate::time::rfc3339;
-use railgrip_messages::{Health, Heartbeat, Indicator, NO_WAGON, WheelsetHealth};
+use railgrip_messages::{Health, Heartbeat, Indicator, NO_WAGON, WheelsetHealth, valid};
 
 /// Rounds to five significant digits: sensors know no more, and JSON is shorter.
 pub(crate) fn rounded(value: f64) -> f64 {
@@ -181,6 +181,16 @@ pub(crate) fn wagon(
         wsp_share: figure(&health.wsp_share, fresh),
         sensors: figure(&health.sensors, fresh),
         filter: figure(&health.filter, fresh),
+        brake_friction_standard: figure(&health.brake_friction_standard, fresh),
+        response: figure(&health.response, fresh),
+        brake_delay: figure(&Indicator::default(), fresh),
+        dragging: figure(&health.dragging, fresh),
+        isolated: figure(&health.isolated, fresh),
+        sanding: figure(&health.sanding, fresh),
+        model: figure(&health.model, fresh),
+        faulty_sensors: if fresh.is_live() { faulty_sensors(health) } else { Vec::new() },
+        brake_applications: health.brake_applications,
+        brake_applied_at: (health.brake_applied.unix_ns > 0).then(|| rfc3339(health.brake_applied.unix_ns)),
         braking_s: rounded(health.braking_s),
         samples: health.samples,
         samples_missed: health.missed,
@@ -188,6 +198,24 @@ pub(crate) fn wagon(
         wheelsets: wheelsets.map(|(index, health)| wheelset(index as u32 + 1, health, fresh)).collect(),
         estimator: estimator.map(|beat| process(beat, now_ns)),
     }
+}
+
+/// Names of the sensors that are missing, refused or dead.
+fn faulty_sensors(health: &Health) -> Vec<String> {
+    let bad = |bit: u32| health.faulty_sensors & bit != 0;
+    let mut names = Vec::new();
+    if bad(valid::SPEED) {
+        names.push("train speed".to_owned());
+    }
+    for index in 0..health.wheelset_count() {
+        if bad(valid::wheel_speed(index)) {
+            names.push(format!("wheel speed {}", index + 1));
+        }
+        if bad(valid::pressing_force(index)) {
+            names.push(format!("pressing force {}", index + 1));
+        }
+    }
+    names
 }
 
 fn rail(health: &Health, fresh: Freshness) -> RailView {
@@ -216,6 +244,8 @@ fn wheelset(id: u32, health: &WheelsetHealth, fresh: Freshness) -> WheelsetView 
             .brake_friction
             .figure()
             .map(|_| rounded(health.brake_friction_ratio)),
+        brake_friction_standard: figure(&health.brake_friction_standard, fresh),
+        isolated: figure(&health.isolated, fresh),
         adhesion_utilised: figure(&health.adhesion_utilised, fresh),
         adhesion_available: figure(&health.adhesion_available, fresh),
         adhesion_available_is_lower_bound: health.adhesion_available_is_bound != 0,

@@ -127,7 +127,8 @@ impl AlertBook {
     pub fn judge(&mut self, cause: Cause, grade: Grade, reason: &str, now: Stamp) {
         let now_ns = now.monotonic_ns;
         let seconds = |since_ns: u64| now_ns.saturating_sub(since_ns) as f64 * 1e-9;
-        let (raise_s, clear_s) = (self.settings.raise_after_s, self.clear_after_s(&cause));
+        let raise_s = self.settings.raise_after_s * rules::patience(cause.name, grade);
+        let clear_s = self.clear_after_s(&cause);
         match grade {
             Grade::Unknown => {}
             Grade::Ok => {

@@ -15,6 +15,16 @@ pub(super) fn cause_of(symptom: &'static str) -> &'static str {
     }
 }
 
+/// How much longer than others a symptom must last before it counts. A share of refused values and a filter that disagrees
+/// come with every slide and go with it; a sensor that is dead does not.
+pub(super) fn patience(symptom: &str, grade: Grade) -> f64 {
+    match (symptom, grade) {
+        ("filter", Grade::Watch) => 60.0,
+        ("filter", _) | ("sensors", Grade::Watch) => 15.0,
+        _ => 1.0,
+    }
+}
+
 /// True for causes that lie in the rail, the data path or this service, never in one wagon.
 pub(super) fn is_of_the_train(cause: &str) -> bool {
     matches!(cause, "rail" | "silent" | "storage" | "capability")

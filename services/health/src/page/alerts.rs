@@ -3,19 +3,49 @@
 use super::Part;
 use super::words::{capital, chip, instant, plain};
 use crate::alerts::model::{AlertEvent, AlertState, Scope};
+use crate::delivery::TargetView;
 use crate::model::Alert;
+use crate::shared::Shared;
 use crate::store::Snapshot;
 use maud::{Markup, html};
 
 /// Alerts that are over and still shown; the interface has more.
 const OVER_SHOWN: usize = 50;
 
-pub(super) fn parts(snapshot: &Snapshot) -> Vec<Part> {
-    vec![Part::new("alert-lists", lists(snapshot))]
+pub(super) fn parts(shared: &Shared, snapshot: &Snapshot) -> Vec<Part> {
+    vec![
+        Part::new("alert-lists", lists(snapshot)),
+        Part::new("delivery", delivery(&shared.mailbox().view().receivers)),
+    ]
 }
 
-pub(super) fn body(snapshot: &Snapshot) -> Markup {
-    html! { h1 .page { "Alerts" } (lists(snapshot)) }
+pub(super) fn body(shared: &Shared, snapshot: &Snapshot) -> Markup {
+    html! {
+        h1 .page { "Alerts" }
+        (lists(snapshot))
+        section .card aria-labelledby="h-delivery" {
+            h2 #h-delivery { "Who is told" }
+            (delivery(&shared.mailbox().view().receivers))
+        }
+    }
+}
+
+/// Receivers of alerts, and whether they can be reached.
+fn delivery(receivers: &[TargetView]) -> Markup {
+    html! {
+        dl #delivery .pairs {
+            @if receivers.is_empty() { dt { "Nobody: no receiver is in the config ([delivery])." } dd {} }
+            @for receiver in receivers {
+                dt { (receiver.name) }
+                dd .loud[receiver.trouble.is_some()] {
+                    (receiver.delivered) " delivered"
+                    @if receiver.waiting > 0 { ", " (receiver.waiting) " wait" }
+                    @if receiver.refused + receiver.dropped > 0 { ", " (receiver.refused + receiver.dropped) " lost" }
+                    @if let Some(trouble) = &receiver.trouble { ": " (trouble) }
+                }
+            }
+        }
+    }
 }
 
 fn of(snapshot: &Snapshot, state: AlertState) -> Vec<&Alert> {

@@ -19,7 +19,7 @@ macro_rules! asset {
     };
 }
 
-static ASSETS: [Asset; 10] = [
+static ASSETS: [Asset; 11] = [
     asset!("base.css", "text/css; charset=utf-8", "base.css"),
     asset!("parts.css", "text/css; charset=utf-8", "parts.css"),
     asset!("theme.js", "text/javascript; charset=utf-8", "theme.js"),
@@ -27,6 +27,7 @@ static ASSETS: [Asset; 10] = [
     asset!("acts.js", "text/javascript; charset=utf-8", "acts.js"),
     asset!("charts.js", "text/javascript; charset=utf-8", "charts.js"),
     asset!("trends.js", "text/javascript; charset=utf-8", "trends.js"),
+    asset!("map.js", "text/javascript; charset=utf-8", "map.js"),
     asset!("icon.svg", "image/svg+xml", "icon.svg"),
     asset!("uPlot.iife.min.js", "text/javascript; charset=utf-8", "vendor/uPlot.iife.min.js"),
     asset!("uPlot.min.css", "text/css; charset=utf-8", "vendor/uPlot.min.css"),

@@ -64,7 +64,7 @@ fn head(title: &str) -> Markup {
             link rel="stylesheet" href=(path("base.css"));
             link rel="stylesheet" href=(path("parts.css"));
             script src=(path("theme.js")) {}
-            @for script in ["uPlot.iife.min.js", "live.js", "acts.js", "charts.js", "trends.js"] {
+            @for script in ["live.js", "acts.js", "uPlot.iife.min.js", "charts.js", "trends.js", "map.js"] {
                 script src=(path(script)) defer {}
             }
         }
@@ -82,6 +82,7 @@ fn header(page: Page, shared: &Shared, snapshot: &Snapshot) -> Markup {
             nav aria-label="Pages" {
                 a href="/" aria-current=[current(Page::Train)] { "Train" }
                 a href="/alerts" aria-current=[current(Page::Alerts)] { "Alerts " (alert_count(snapshot)) }
+                a href="/indicators" aria-current=[current(Page::Meaning)] { "Meaning" }
             }
             div .state {
                 (pulse(shared, snapshot))

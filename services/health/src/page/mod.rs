@@ -1,4 +1,5 @@
-//! The pages for people: the train at `/`, a wagon at `/wagons/{id}`, the alerts at `/alerts`.
+//! The pages for people: the train at `/`, a wagon at `/wagons/{id}`, the alerts at `/alerts`, and what
+//! every figure means at `/indicators`.
 //!
 //! # Terms
 //! * **part** – a piece of a page that renews itself: an element with an `id`, rendered here and nowhere else.
@@ -14,6 +15,9 @@ mod bar;
 mod frame;
 mod limits;
 mod live;
+mod meaning;
+mod outlook;
+mod stopping;
 mod train;
 mod wagon;
 mod words;
@@ -40,6 +44,7 @@ enum Page {
     Train,
     Wagon(u32),
     Alerts,
+    Meaning,
 }
 
 /// A piece of a page that renews itself.
@@ -62,6 +67,7 @@ impl Page {
         match text {
             "train" => Some(Self::Train),
             "alerts" => Some(Self::Alerts),
+            "indicators" => Some(Self::Meaning),
             _ => text.strip_prefix("wagon-")?.parse().ok().map(Self::Wagon),
         }
     }
@@ -70,6 +76,7 @@ impl Page {
         match self {
             Self::Train => "train".to_owned(),
             Self::Alerts => "alerts".to_owned(),
+            Self::Meaning => "indicators".to_owned(),
             Self::Wagon(id) => format!("wagon-{id}"),
         }
     }
@@ -78,8 +85,9 @@ impl Page {
     fn parts(self, shared: &Shared, snapshot: &Snapshot) -> Vec<Part> {
         let mut parts = frame::parts(shared, snapshot);
         parts.extend(match self {
-            Self::Train => train::parts(snapshot),
-            Self::Alerts => alerts::parts(snapshot),
+            Self::Train => train::parts(shared, snapshot),
+            Self::Alerts => alerts::parts(shared, snapshot),
+            Self::Meaning => Vec::new(),
             Self::Wagon(id) => wagon::parts(id, shared.limits(), snapshot),
         });
         parts
@@ -87,8 +95,9 @@ impl Page {
 
     fn document(self, shared: &Shared, snapshot: &Snapshot) -> Markup {
         let (title, body) = match self {
-            Self::Train => ("Train".to_owned(), train::body(snapshot)),
-            Self::Alerts => ("Alerts".to_owned(), alerts::body(snapshot)),
+            Self::Train => ("Train".to_owned(), train::body(shared, snapshot)),
+            Self::Alerts => ("Alerts".to_owned(), alerts::body(shared, snapshot)),
+            Self::Meaning => ("What the figures mean".to_owned(), meaning::body(shared.limits())),
             Self::Wagon(id) => (format!("Wagon {id}"), wagon::body(id, shared.limits(), snapshot)),
         };
         frame::document(self, &title, shared, snapshot, &body)
@@ -100,7 +109,9 @@ pub(crate) fn routes() -> Router<Shared> {
     Router::new()
         .route("/", get(train_page))
         .route("/alerts", get(alerts_page))
+        .route("/indicators", get(meaning_page))
         .route("/wagons/{id}", get(wagon_page))
+        .route("/wagons/{id}/outlook", get(outlook::outlook))
         .route("/live", get(live::live))
         .route("/assets/{name}", get(assets::asset))
         .route("/favicon.ico", get(assets::favicon))
@@ -112,6 +123,10 @@ async fn train_page(State(shared): State<Shared>) -> Response {
 
 async fn alerts_page(State(shared): State<Shared>) -> Response {
     answer(Page::Alerts, &shared)
+}
+
+async fn meaning_page(State(shared): State<Shared>) -> Response {
+    answer(Page::Meaning, &shared)
 }
 
 async fn wagon_page(State(shared): State<Shared>, Path(id): Path<String>) -> Response {
@@ -140,6 +155,6 @@ fn headers() -> [(HeaderName, HeaderValue); 4] {
 }
 
 fn not_a_page(text: &str) -> Problem {
-    let detail = format!("page is \"{text}\"; allowed is train, alerts or wagon-NUMBER");
+    let detail = format!("page is \"{text}\"; allowed is train, alerts, indicators or wagon-NUMBER");
     Problem::new(StatusCode::BAD_REQUEST, detail)
 }

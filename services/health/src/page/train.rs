@@ -1,26 +1,28 @@
 //! The train: verdict, drawing, what to do, and a table of all wagons.
 
 use super::words::{Form, NOTHING, capital, chip, condition, data_age, icon, maybe, number};
-use super::{Part, alerts};
+use super::{Part, alerts, stopping};
 use crate::model::{DataState, Grade, TrainView, WagonRow, WagonView};
+use crate::shared::Shared;
 use crate::store::Snapshot;
 use maud::{Markup, html};
 
 /// Longer trains are drawn with small wagons.
 const ROOMY: usize = 16;
 
-pub(super) fn parts(snapshot: &Snapshot) -> Vec<Part> {
+pub(super) fn parts(shared: &Shared, snapshot: &Snapshot) -> Vec<Part> {
     let mut parts = vec![
         Part::new("verdict", verdict(&snapshot.train)),
         Part::new("facts", facts(snapshot)),
         Part::new("todo", alerts::todo(snapshot)),
     ];
     parts.extend(tiles(snapshot, None));
+    parts.extend(stopping::parts(shared, snapshot));
     parts.extend(snapshot.rows.iter().map(|row| Part::new(format!("r-{}", row.id), line(row))));
     parts
 }
 
-pub(super) fn body(snapshot: &Snapshot) -> Markup {
+pub(super) fn body(shared: &Shared, snapshot: &Snapshot) -> Markup {
     html! {
         div .lead { (verdict(&snapshot.train)) (facts(snapshot)) }
         section .card aria-labelledby="h-train" {
@@ -32,9 +34,7 @@ pub(super) fn body(snapshot: &Snapshot) -> Markup {
                 div .heading { h2 #h-todo { "What to do" } a href="/alerts" { "all alerts" } }
                 (alerts::todo(snapshot))
             }
-            div .stack {
-                section .card aria-labelledby="h-stop" hidden #stopping { h2 #h-stop { "Stopping distance" } }
-            }
+            div .stack { (stopping::cards(shared, snapshot)) }
         }
         section .card aria-labelledby="h-all" {
             div .heading { h2 #h-all { "All wagons" } }

@@ -3,7 +3,7 @@
 use super::bar::bar;
 use super::limits::{Limit, Limits};
 use super::words::{Form, NOTHING, capital, chip, data_age, energy, icon, instant, maybe, number};
-use super::{Part, alerts, train};
+use super::{Part, alerts, outlook, train};
 use crate::model::{DataState, Figure, Grade, ProcessView, RailView, WagonView, WheelsetView};
 use crate::store::Snapshot;
 use maud::{Markup, html};
@@ -43,9 +43,17 @@ pub(super) fn body(id: u32, limits: &Limits, snapshot: &Snapshot) -> Markup {
             div .heading { h2 #h-sets { "Wheelsets" } p .legend { "wheelset 1 leads" } }
             (wheelsets(wagon, limits))
         }
+        section .card aria-labelledby="h-outlook" {
+            div .heading { h2 #h-outlook { "Where it is going" } a href="/indicators#trend" { "how a trend is found" } }
+            (outlook::placeholder())
+        }
         (trends(wagon, limits))
         div .columns {
             section .card aria-labelledby="h-own" { h2 #h-own { "Alerts of this wagon" } (alerts::of_wagon(snapshot, id)) }
+            section .card aria-labelledby="h-events" {
+                h2 #h-events { "Latest events" }
+                div #events data-wagon=(id) { p .calm { "A script fetches the events." } }
+            }
             section .card aria-labelledby="h-behind" { h2 #h-behind { "Behind the figures" } (behind(wagon)) }
         }
     }
@@ -113,6 +121,8 @@ fn key() -> Markup {
 /// One line of a table of indicators.
 struct Row<'a> {
     name: &'a str,
+    /// Where it is explained.
+    about: &'a str,
     figure: &'a Figure,
     form: Form,
     limit: Option<Limit>,
@@ -120,8 +130,8 @@ struct Row<'a> {
 }
 
 impl<'a> Row<'a> {
-    fn new(name: &'a str, figure: &'a Figure, form: Form) -> Self {
-        Self { name, figure, form, limit: None, at_least: false }
+    fn new(name: &'a str, about: &'a str, figure: &'a Figure, form: Form) -> Self {
+        Self { name, about, figure, form, limit: None, at_least: false }
     }
 
     fn on(self, limit: impl Into<Option<Limit>>) -> Self {
@@ -136,7 +146,7 @@ impl<'a> Row<'a> {
         let bound = if self.at_least && self.figure.value.is_some() { "≥ " } else { "" };
         html! {
             tr {
-                th scope="row" { (self.name) }
+                th scope="row" { a .term href={ "/indicators#" (self.about) } { (self.name) } }
                 td .num .value { (bound) (self.form.value(self.figure.value)) }
                 td .interval { (self.form.interval(self.figure).unwrap_or_else(|| NOTHING.to_owned())) }
                 td .scale { @if let Some(limit) = &self.limit { (bar(self.figure, limit)) } }
@@ -161,16 +171,26 @@ fn indicator_table(rows: &[Row<'_>], last: &Markup) -> Markup {
 
 fn indicators(wagon: &WagonView, limits: &Limits) -> Markup {
     let rows = [
-        Row::new("Pad friction", &wagon.brake_friction, Form::FRICTION).on(limits.brake_friction(wagon.id)),
-        Row::new("Front − rear", &wagon.asymmetry, Form::PERCENT).on(limits.asymmetry),
-        Row::new("Adhesion used", &wagon.adhesion_utilised, Form::FRICTION).on(ADHESION),
-        Row::new("Adhesion available", &wagon.adhesion_available, Form::FRICTION)
+        Row::new("Pad friction", "brake-friction", &wagon.brake_friction, Form::FRICTION)
+            .on(limits.brake_friction(wagon.id)),
+        Row::new("… at standard conditions", "standard", &wagon.brake_friction_standard, Form::FRICTION)
+            .on(limits.brake_friction(wagon.id)),
+        Row::new("Front − rear", "asymmetry", &wagon.asymmetry, Form::PERCENT).on(limits.asymmetry),
+        Row::new("Brake builds up in", "response", &wagon.response, Form::SECONDS).on(limits.response),
+        Row::new("Begins later than its place", "delay", &wagon.brake_delay, Form::SECONDS).on(limits.delay),
+        Row::new("Drag when released", "dragging", &wagon.dragging, Form::KILONEWTON)
+            .on(limits.dragging(wagon.id)),
+        Row::new("Without a brake", "isolated", &wagon.isolated, Form::PERCENT).on(limits.isolated),
+        Row::new("Adhesion used", "utilised", &wagon.adhesion_utilised, Form::FRICTION).on(ADHESION),
+        Row::new("Adhesion available", "available", &wagon.adhesion_available, Form::FRICTION)
             .on(ADHESION)
             .at_least(wagon.adhesion_available_is_lower_bound),
-        Row::new("Slides", &wagon.slides, Form::COUNT),
-        Row::new("Braking with WSP", &wagon.wsp_share, Form::PERCENT).on(limits.wsp_share),
-        Row::new("Faulty sensor values", &wagon.sensors, Form::PERCENT).on(limits.sensors),
-        Row::new("Filter (1 is ideal)", &wagon.filter, Form::TENTHS).on(limits.filter),
+        Row::new("Slides", "slides", &wagon.slides, Form::COUNT),
+        Row::new("Braking with WSP", "wsp", &wagon.wsp_share, Form::PERCENT).on(limits.wsp_share),
+        Row::new("Sand: gain of grip", "sanding", &wagon.sanding, Form::TENTHS).on(limits.sanding),
+        Row::new("Faulty sensor values", "sensors", &wagon.sensors, Form::PERCENT).on(limits.sensors),
+        Row::new("Filter (1 is ideal)", "filter", &wagon.filter, Form::TENTHS).on(limits.filter),
+        Row::new("Model over time", "model", &wagon.model, Form::TENTHS).on(limits.filter),
     ];
     html! { div #indicators { (indicator_table(&rows, &rail(&wagon.rail))) } }
 }
@@ -188,7 +208,7 @@ fn rail(rail: &RailView) -> Markup {
     let words: Vec<String> = words.map(|(name, share)| format!("{name} {:.0} %", 100.0 * share)).collect();
     html! {
         tr {
-            th scope="row" { "Rail" }
+            th scope="row" { a .term href="/indicators#rail" { "Rail" } }
             td .num .value { (super::words::condition(rail.condition)) }
             td .interval { (if words.is_empty() { NOTHING.to_owned() } else { words.join(", ") }) }
             td .scale {
@@ -208,19 +228,25 @@ fn wheelsets(wagon: &WagonView, limits: &Limits) -> Markup {
     html! {
         div #wheelsets .wheelsets {
             @if wagon.wheelsets.is_empty() { p .calm { "Nothing has arrived from this wagon yet." } }
-            @for wheelset in &wagon.wheelsets { (one(wheelset, limits.brake_friction(wagon.id))) }
+            @for wheelset in &wagon.wheelsets {
+                (one(wheelset, limits.brake_friction(wagon.id), limits.isolated, limits.wsp_share))
+            }
         }
     }
 }
 
-fn one(wheelset: &WheelsetView, friction: Option<Limit>) -> Markup {
+fn one(wheelset: &WheelsetView, friction: Option<Limit>, isolated: Limit, wsp: Limit) -> Markup {
     let rows = [
-        Row::new("Pad friction", &wheelset.brake_friction, Form::FRICTION).on(friction),
-        Row::new("Adhesion used", &wheelset.adhesion_utilised, Form::FRICTION).on(ADHESION),
-        Row::new("Adhesion available", &wheelset.adhesion_available, Form::FRICTION)
+        Row::new("Pad friction", "brake-friction", &wheelset.brake_friction, Form::FRICTION).on(friction),
+        Row::new("… at standard conditions", "standard", &wheelset.brake_friction_standard, Form::FRICTION)
+            .on(friction),
+        Row::new("Without a brake", "isolated", &wheelset.isolated, Form::PERCENT).on(isolated),
+        Row::new("Adhesion used", "utilised", &wheelset.adhesion_utilised, Form::FRICTION).on(ADHESION),
+        Row::new("Adhesion available", "available", &wheelset.adhesion_available, Form::FRICTION)
             .on(ADHESION)
             .at_least(wheelset.adhesion_available_is_lower_bound),
-        Row::new("Slides", &wheelset.slides, Form::COUNT),
+        Row::new("Slides", "slides", &wheelset.slides, Form::COUNT),
+        Row::new("Braking with WSP", "wsp", &wheelset.wsp_share, Form::PERCENT).on(wsp),
     ];
     let state = wheelset.now.as_ref().map(|now| match (now.wsp_active, now.sliding) {
         (true, _) => "slide protection acts now",
@@ -250,6 +276,8 @@ fn trends(wagon: &WagonView, limits: &Limits) -> Markup {
     html! {
         section #trends .card aria-labelledby="h-trends" data-wagon=(wagon.id) data-wheelsets=(wagon.wheelsets.len())
             data-friction=(friction) data-asymmetry=(ends(&limits.asymmetry)) data-wsp=(ends(&limits.wsp_share))
+            data-response=(ends(&limits.response))
+            data-dragging=(limits.dragging(wagon.id).map(|limit| ends(&limit)).unwrap_or_default())
             data-sensors=(ends(&limits.sensors)) data-filter=(ends(&limits.filter)) {
             div .heading {
                 h2 #h-trends { "Trends" }
@@ -271,6 +299,12 @@ fn behind(wagon: &WagonView) -> Markup {
         dl #behind .pairs {
             dt { "Samples taken in" } dd { (wagon.samples) }
             dt { "Samples that never arrived" } dd { (wagon.samples_missed) }
+            dt { "Faulty sensors" }
+            dd .loud[!wagon.faulty_sensors.is_empty()] {
+                @if wagon.faulty_sensors.is_empty() { "none" } @else { (wagon.faulty_sensors.join(", ")) }
+            }
+            dt { "Brake applications" }
+            dd { (wagon.brake_applications) @if let Some(at) = &wagon.brake_applied_at { ", latest " (instant(at)) } }
             dt { "Outputs refused by the filter's gate" } dd { (wagon.outputs_rejected) }
             @match &wagon.estimator {
                 Some(process) => (estimator(process)),

@@ -34,6 +34,8 @@ impl Form {
     pub const PERCENT: Self = Self { factor: 100.0, digits: 0, unit: "\u{202f}%" };
     pub const TENTHS: Self = Self { factor: 1.0, digits: 2, unit: "" };
     pub const COUNT: Self = Self { factor: 1.0, digits: 0, unit: "" };
+    pub const SECONDS: Self = Self { factor: 1.0, digits: 1, unit: "\u{202f}s" };
+    pub const KILONEWTON: Self = Self { factor: 1e-3, digits: 1, unit: "\u{202f}kN" };
 
     pub fn value(self, value: Option<f64>) -> String {
         let Some(value) = value else { return NOTHING.to_owned() };

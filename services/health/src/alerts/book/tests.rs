@@ -144,6 +144,19 @@ fn symptoms_of_one_cause_make_one_alert_and_what_is_explained_makes_none() {
 }
 
 #[test]
+fn what_comes_with_every_slide_must_last_longer() {
+    let mut book = book();
+    let slide = [(cause(1, None, "filter"), Grade::Watch), (cause(2, None, "sensors"), Grade::Watch)];
+    play(&mut book, 0.0, 25.0, &slide);
+    assert_eq!(book.list(), Vec::new(), "a slide of 25 s raises nothing");
+    play(&mut book, 25.0, 28.0, &[(cause(3, None, "sensors"), Grade::Act)]);
+    assert_eq!(book.list().len(), 1, "a dead sensor is told at once");
+    play(&mut book, 28.0, 200.0, &slide);
+    let causes: Vec<String> = book.list().into_iter().map(|alert| alert.cause).collect();
+    assert!(causes.contains(&"filter".to_owned()), "what stays is told: {causes:?}");
+}
+
+#[test]
 fn many_wagons_with_one_fault_become_one_alert_and_few_stay_apart() {
     let mut book = book();
     let weak = |count: u32| -> Vec<(Cause, Grade)> {

@@ -3,10 +3,13 @@
 // nothing arrives. Renders nothing itself.
 
 const SILENCE_MS = 4000; // a second passes between two events; after this the connection counts as lost
+const PATIENCE_MS = 15000; // a connection that is being made may take so long: on a slow machine it does
+const GRACE_MS = 5000; // the page that has just come is as fresh as its connection would be
+const HIDDEN_MS = 60000; // a page that nobody sees gives its connection back: browsers allow six to a service
 const RETRY_MS = [500, 1000, 2000, 3000, 5000];
 
 const byId = (id) => document.getElementById(id);
-const link = { source: null, heard: performance.now(), tries: 0, timer: 0, live: false, version: null };
+const link = { source: null, heard: performance.now(), tries: 0, timer: 0, live: false, greeted: false, version: null, unseen: 0 };
 
 /** Makes `old` like `fresh` and touches only what differs, so that focus, selection and listeners stay. */
 function morph(old, fresh) {
@@ -96,7 +99,7 @@ function heard() {
   link.heard = performance.now();
   if (link.live) return;
   const again = link.tries > 0;
-  Object.assign(link, { live: true, tries: 0 });
+  Object.assign(link, { live: true, tries: 0, greeted: true });
   document.body.classList.remove("is-lost");
   byId("lost").hidden = true;
   say("live", "live");
@@ -120,7 +123,21 @@ function connect() {
     heard();
   });
   source.addEventListener("beat", heard);
-  source.onerror = retry;
+  source.onerror = () => {
+    if (link.source !== source) return;
+    retry();
+    askForLogin();
+  };
+}
+
+/** A stream does not say why it was refused; if it was for want of a login, the reader is led there. */
+async function askForLogin() {
+  try {
+    const answer = await fetch("/api/v1/train", { headers: { accept: "application/json" } });
+    if (answer.status === 401) location.assign(`/login?next=${encodeURIComponent(location.pathname)}`);
+  } catch {
+    // Nobody answers: the connection is lost, and that is said already.
+  }
 }
 
 function retry() {
@@ -131,6 +148,13 @@ function retry() {
   link.timer = setTimeout(connect, RETRY_MS[Math.min(link.tries, RETRY_MS.length - 1)]);
   link.tries += 1;
   tick();
+}
+
+/** Nobody looks: lets go of the connection; looking again brings it back at once. */
+function rest() {
+  clearTimeout(link.timer);
+  if (link.source) link.source.close();
+  Object.assign(link, { source: null, live: false });
 }
 
 function words(seconds) {
@@ -144,10 +168,11 @@ function words(seconds) {
 /** Once a second: is the connection alive, and how old is what stands here? */
 function tick() {
   const silent_ms = performance.now() - link.heard;
-  if (link.source && silent_ms > SILENCE_MS && performance.now() - link.opened > SILENCE_MS) return retry();
+  const patience_ms = link.live ? SILENCE_MS : PATIENCE_MS;
+  if (link.source && silent_ms > patience_ms && performance.now() - link.opened > patience_ms) return retry();
   if (link.live) return;
   const silent_s = silent_ms / 1000;
-  if (silent_s < 2) return say("connecting", "connecting");
+  if (silent_ms < (link.greeted ? 2000 : GRACE_MS)) return say("connecting", "connecting");
   say("lost", `not connected ${words(silent_s)}`);
   document.body.classList.add("is-lost");
   const banner = byId("lost");
@@ -167,5 +192,9 @@ setInterval(tick, 1000);
 addEventListener("online", connect);
 addEventListener("pagehide", () => link.source && link.source.close());
 addEventListener("pageshow", (event) => event.persisted && connect());
-document.addEventListener("visibilitychange", () => !document.hidden && !link.live && connect());
+document.addEventListener("visibilitychange", () => {
+  clearTimeout(link.unseen);
+  if (document.hidden) link.unseen = setTimeout(rest, HIDDEN_MS);
+  else if (!link.source || !link.live) connect();
+});
 connect();

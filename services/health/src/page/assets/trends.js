@@ -20,6 +20,12 @@
         lines: [with95({ name: "asymmetry", field: "asymmetry" })] },
       { title: "Adhesion", about: "available: a lower bound unless a wheelset slides; band: 95 % interval", floor: 0,
         lines: [with95({ name: "available", field: "adhesion_available" }), { name: "used", field: "adhesion_utilised" }] },
+      { title: "Pad friction at standard conditions", about: "band: 95 % interval", limits: limits(data.friction),
+        lines: [with95({ name: "wagon", field: "brake_friction_standard" })] },
+      { title: "Drag when released", about: "beyond running resistance; band: 95 % interval", factor: 1e-3, digits: 1, unit: "kN", limits: limits(data.dragging, 1e-3),
+        lines: [with95({ name: "drag", field: "dragging" })] },
+      { title: "Brake builds up in", about: "to 90 % of its force", digits: 1, unit: "s", floor: 0, limits: limits(data.response),
+        lines: [{ name: "time", field: "response", band: "interval", bandName: "spread" }] },
       { title: "Low or very low rail", about: "probability", ...percent, ceiling: 100, lines: [{ name: "low", field: "rail_low" }, { name: "very low", field: "rail_very_low" }] },
       { title: "Braking with slide protection", about: "share of the latest braking; band: extremes", ...percent, limits: limits(data.wsp, 100),
         lines: [extremes({ name: "share", field: "wsp_share" })] },
@@ -88,6 +94,52 @@
     document.addEventListener("visibilitychange", load, { once: true });
   }
 
+  const OUTLOOK_MS = 60000;
+  const EVENTS_MS = 15000;
+
+  /** Calls `work` now and again and again, but not while nobody looks. */
+  function again(work, period) {
+    const round = async () => {
+      try {
+        await work();
+      } catch {
+        // The connection is lost: the banner says so, the next round tries again.
+      }
+      setTimeout(() => (document.hidden ? document.addEventListener("visibilitychange", round, { once: true }) : round()), period);
+    };
+    round();
+  }
+
+  /** The table of trends comes rendered. */
+  async function outlook() {
+    const answer = await fetch(`/wagons/${section.dataset.wagon}/outlook`);
+    if (answer.ok) return place({ outlook: await answer.text() });
+    const problem = await answer.json().catch(() => ({}));
+    document.getElementById("outlook").replaceChildren(line("p", "calm", `No trends: ${problem.detail || answer.status}`));
+  }
+
+  function line(kind, name, text) {
+    return Object.assign(document.createElement(kind), { className: name, textContent: text });
+  }
+
+  async function events() {
+    const host = document.getElementById("events");
+    const answer = await fetch(`/api/v1/events?wagon=${section.dataset.wagon}&limit=12`, { headers: { accept: "application/json" } });
+    const body = await answer.json().catch(() => ({}));
+    if (!answer.ok) return host.replaceChildren(line("p", "calm", `No events: ${body.detail || answer.status}`));
+    const list = line("ul", "course", "");
+    for (const event of body.events) {
+      const item = document.createElement("li");
+      const time = line("time", "", event.at);
+      time.setAttribute("datetime", event.at);
+      const set = event.wheelset ? `wheelset ${event.wheelset}: ` : "";
+      item.append(time, ` ${set}${event.text}`);
+      list.append(item);
+    }
+    localise(list);
+    host.replaceChildren(body.events.length ? list : line("p", "calm", "Nothing has happened to this wagon yet."));
+  }
+
   function choose(button) {
     state.range = Number(button.dataset.range);
     for (const other of section.querySelectorAll("[data-range]")) other.setAttribute("aria-pressed", String(other === button));
@@ -100,5 +152,7 @@
       if (button) choose(button);
     });
     load();
+    again(outlook, OUTLOOK_MS);
+    again(events, EVENTS_MS);
   }
 }

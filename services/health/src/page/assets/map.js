@@ -1,0 +1,56 @@
+"use strict";
+// Adhesion along the track: the median with its 95 % band over the kilometre, low stretches shaded.
+{
+  const host = document.getElementById("map");
+  const LOW_FROM = 0.5;
+  const state = { chart: null, cells: [], timer: 0 };
+
+  /** Shades what is low, behind the axes' labels and over nothing else. */
+  function shade(u, colour) {
+    const { ctx, bbox } = u;
+    ctx.save();
+    ctx.fillStyle = colour("watch", 0.3);
+    for (const cell of state.cells) {
+      if (cell.low_probability < LOW_FROM) continue;
+      const [left, right] = [cell.from_m, cell.to_m].map((m) => u.valToPos(m / 1000, "x", true));
+      const [a, b] = [Math.max(left, bbox.left), Math.min(right, bbox.left + bbox.width)];
+      if (b > a) ctx.fillRect(a, bbox.top, b - a, bbox.height);
+    }
+    ctx.restore();
+  }
+
+  const spec = {
+    title: "Adhesion available by track position", about: "median; band: 95 % interval; shaded: probably low", positions: true, xLabel: "Track position, km",
+    floor: 0, lines: [{ name: "available", band: true }], draw: [shade],
+  };
+
+  /** Columns with a hole wherever nobody passed. */
+  function columns(view) {
+    const found = [[], [], [], []];
+    let end = null;
+    for (const cell of view.cells) {
+      if (end !== null && cell.from_m - end > 0.5 * view.cell_m) [end / 1000, null, null, null].forEach((value, i) => found[i].push(value));
+      [(cell.from_m + cell.to_m) / 2000, cell.adhesion, cell.low, cell.high].forEach((value, i) => found[i].push(value));
+      end = cell.to_m;
+    }
+    return found;
+  }
+
+  async function load() {
+    clearTimeout(state.timer);
+    try {
+      const answer = await fetch("/api/v1/train/adhesion-map", { headers: { accept: "application/json" } });
+      const view = await answer.json();
+      if (answer.ok && view.cells.length > 1) {
+        state.cells = view.cells;
+        state.chart ??= charts.make(host, spec, 190);
+        state.chart.update(columns(view));
+      }
+    } catch {
+      // The banner of the connection says so already; the next round tries again.
+    }
+    state.timer = setTimeout(() => (document.hidden ? document.addEventListener("visibilitychange", load, { once: true }) : load()), 5000);
+  }
+
+  if (host) load();
+}

@@ -1,0 +1,172 @@
+//! Where the indicators of a wagon are going, in words: a table that the page's script fetches, so that a page itself
+//! waits for no database.
+
+use super::words::{Form, NOTHING, capital, plain};
+use crate::problem::Problem;
+use crate::shared::Shared;
+use crate::trends::{self, TrendView, Verdict};
+use axum::extract::{Path, State};
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use maud::{Markup, html};
+
+/// Beyond so many days nobody plans.
+const FAR_DAYS: f64 = 730.0;
+
+/// The table of a wagon as a part of its page.
+pub(super) async fn outlook(
+    State(shared): State<Shared>,
+    Path(id): Path<String>,
+) -> Result<Response, Problem> {
+    let count = shared.latest().wagons.len();
+    let wagon = id.parse().ok().filter(|id: &u32| (1..=count).contains(&(*id as usize)));
+    let wagon =
+        wagon.ok_or_else(|| Problem::new(StatusCode::NOT_FOUND, format!("there is no wagon \"{id}\"")))?;
+    let trends = trends::of(&shared, wagon).await?;
+    let headers = [
+        (header::CONTENT_TYPE, HeaderValue::from_static("text/html; charset=utf-8")),
+        (header::CACHE_CONTROL, HeaderValue::from_static("no-store")),
+    ];
+    Ok((headers, table(&trends).into_string()).into_response())
+}
+
+/// What stands there until the script has fetched it.
+pub(super) fn placeholder() -> Markup {
+    html! { div #outlook { p .calm { "A script fetches the trends." } } }
+}
+
+fn table(trends: &[TrendView]) -> Markup {
+    let known: Vec<&TrendView> = trends.iter().filter(|trend| trend.level.is_some()).collect();
+    html! {
+        div #outlook {
+            @if known.is_empty() {
+                p .calm { "Too little is stored yet to see a trend: it takes at least eight points." }
+            } @else {
+                table .outlook {
+                    thead { tr {
+                        th scope="col" { "Indicator" } th scope="col" { "Trend" } th scope="col" .num { "Level" }
+                        th scope="col" .num { "Change a day" } th scope="col" { "95 % interval" }
+                        th scope="col" .num { "Limit" } th scope="col" { "Time left" } th scope="col" { "Behind it" }
+                    } }
+                    tbody { @for trend in known { (line(trend)) } }
+                }
+            }
+        }
+    }
+}
+
+fn line(trend: &TrendView) -> Markup {
+    let form = form(trend);
+    let per_day = Form { digits: form.digits + 1, ..form };
+    let [slope, low, high] = trend.per_day.unwrap_or_default();
+    let (verdict, arrow) = match trend.verdict {
+        Verdict::Rising => ("rising", "↗"),
+        Verdict::Falling => ("falling", "↘"),
+        Verdict::NoTrend => ("no trend", "→"),
+        Verdict::TooLittleData => ("too little data", "·"),
+    };
+    html! {
+        tr {
+            th scope="row" { (name(&trend.indicator)) }
+            td data-label="Trend" { span aria-hidden="true" { (arrow) } " " (verdict) }
+            td .num data-label="Level" { (form.value(trend.level)) }
+            td .num data-label="Change a day" { (signed(per_day, slope)) }
+            td .interval data-label="95 % interval" { (signed(per_day, low)) " to " (signed(per_day, high)) }
+            td .num data-label="Limit" { (form.value(trend.limit)) }
+            td data-label="Time left" .loud[trend.remaining_days.is_some_and(|days| days < 14.0)] { (time_left(trend)) }
+            td .aside data-label="Behind it" { (trend.points) " points, " (span(trend.span_days)) }
+        }
+    }
+}
+
+fn form(trend: &TrendView) -> Form {
+    match (trend.indicator.rsplit('.').next(), trend.unit) {
+        (Some("asymmetry" | "wsp_share" | "sensors" | "isolated"), _) => Form { digits: 1, ..Form::PERCENT },
+        (Some("dragging"), _) => Form::KILONEWTON,
+        (Some("response"), _) => Form::SECONDS,
+        (Some("filter"), _) => Form::TENTHS,
+        _ => Form::FRICTION,
+    }
+}
+
+fn signed(form: Form, value: f64) -> String {
+    let text = form.value(Some(value));
+    if value > 0.0 { format!("+{text}") } else { text }
+}
+
+/// `wheelset_1.brake_friction` as `Brake friction, wheelset 1`.
+fn name(field: &str) -> String {
+    match field.strip_prefix("wheelset_").and_then(|rest| rest.split_once('.')) {
+        Some((number, field)) => format!("{}, wheelset {number}", capital(&plain(field))),
+        None => capital(&plain(field)),
+    }
+}
+
+/// The time until it needs action, with its interval: `about 40 days (30 to 55)`.
+fn time_left(trend: &TrendView) -> String {
+    let past = |limit: f64, level: f64| match trend.verdict {
+        Verdict::Rising => level > limit,
+        Verdict::Falling => level < limit,
+        _ => false,
+    };
+    match (trend.verdict, trend.remaining_days) {
+        (Verdict::TooLittleData, _) | (_, None) if trend.limit.is_none() => NOTHING.to_owned(),
+        (Verdict::NoTrend | Verdict::TooLittleData, _) => "no end in sight".to_owned(),
+        (_, None) => {
+            let over = trend.limit.zip(trend.level).is_some_and(|(limit, level)| past(limit, level));
+            if over { "limit is passed" } else { "moves away from its limit" }.to_owned()
+        }
+        (_, Some(days)) if days > FAR_DAYS => "more than 2 years".to_owned(),
+        (_, Some(days)) => {
+            let low = trend.remaining_days_low.map_or_else(|| "?".to_owned(), span);
+            let high = trend.remaining_days_high.filter(|high| *high <= FAR_DAYS);
+            format!("about {} ({low} to {})", span(days), high.map_or_else(|| "open".to_owned(), span))
+        }
+    }
+}
+
+/// Days in the unit that reads best.
+fn span(days: f64) -> String {
+    match days {
+        days if days * 24.0 < 2.0 => format!("{:.0} min", days * 1440.0),
+        days if days < 2.0 => format!("{:.0} h", days * 24.0),
+        days => format!("{days:.0} days"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trend(verdict: Verdict, left: [Option<f64>; 3]) -> TrendView {
+        TrendView {
+            indicator: "wheelset_2.brake_friction".to_owned(),
+            unit: "",
+            verdict,
+            per_day: Some([-0.002, -0.003, -0.001]),
+            level: Some(0.31),
+            limit: Some(0.245),
+            remaining_days: left[0],
+            remaining_days_low: left[1],
+            remaining_days_high: left[2],
+            points: 240,
+            span_days: 10.0,
+        }
+    }
+
+    #[test]
+    fn the_time_left_reads_well() {
+        let said = |verdict, left| time_left(&trend(verdict, left));
+        assert_eq!(
+            said(Verdict::Falling, [Some(33.0), Some(21.7), Some(65.0)]),
+            "about 33 days (22 days to 65 days)"
+        );
+        assert_eq!(said(Verdict::Falling, [Some(1.0), Some(0.5), None]), "about 24 h (12 h to open)");
+        assert_eq!(said(Verdict::NoTrend, [None; 3]), "no end in sight");
+        assert_eq!(said(Verdict::Rising, [None; 3]), "limit is passed");
+        let mut away = trend(Verdict::Rising, [None; 3]);
+        away.limit = Some(0.49);
+        assert_eq!(time_left(&away), "moves away from its limit");
+        assert_eq!(name("wheelset_2.brake_friction"), "Brake friction, wheelset 2");
+    }
+}

@@ -1,0 +1,223 @@
+//! The train as a whole: stopping distance now against nominal, the wagons that lack force, and where the rail is low.
+
+use super::Part;
+use super::bar::bar;
+use super::limits::Limit;
+use super::words::{age, capital, chip, number};
+use crate::model::{Figure, Grade};
+use crate::shared::Shared;
+use crate::store::Snapshot;
+use crate::train::{ACT_RATIO, CapabilityView, MapCell, MapView, StopView, WATCH_RATIO};
+use maud::{Markup, html};
+
+/// A cell counts as low from this probability on.
+const LOW_FROM: f64 = 0.5;
+/// Low stretches that are listed; the worst come first when there are more.
+const MOST_STRETCHES: usize = 6;
+/// The scale of the bars: distance over nominal distance.
+const RATIO: Limit =
+    Limit { watch_high: Some(WATCH_RATIO), act_high: Some(ACT_RATIO), ..Limit::free(0.5, 2.3) };
+
+pub(super) fn parts(shared: &Shared, snapshot: &Snapshot) -> Vec<Part> {
+    let whole = &snapshot.whole;
+    vec![
+        Part::new("stops", stops(&whole.capability)),
+        Part::new("stretches", stretches(&whole.map, since_s(shared, snapshot))),
+    ]
+}
+
+/// The two cards.
+pub(super) fn cards(shared: &Shared, snapshot: &Snapshot) -> Markup {
+    let whole = &snapshot.whole;
+    html! {
+        section .card aria-labelledby="h-stop" {
+            div .heading {
+                h2 #h-stop { "Stopping distance now" }
+                a href="/indicators#stopping" { "how it is worked out" }
+            }
+            (stops(&whole.capability))
+        }
+        section .card aria-labelledby="h-map" {
+            div .heading {
+                h2 #h-map { "Adhesion along the track" }
+                a href="/indicators#map" { "how it is known" }
+            }
+            (stretches(&whole.map, since_s(shared, snapshot)))
+            div #map .map {}
+        }
+    }
+}
+
+/// Age of the snapshot, so that ages on the map go on while the service is stuck.
+fn since_s(shared: &Shared, snapshot: &Snapshot) -> f64 {
+    snapshot.taken.age_s(shared.now().monotonic_ns)
+}
+
+fn stops(capability: &CapabilityView) -> Markup {
+    html! {
+        div #stops {
+            p .stops-word { (chip(capability.grade)) " " (capital(&capability.reason)) }
+            table .stops {
+                thead { tr {
+                    th scope="col" { "From" } th scope="col" .num { "Now" } th scope="col" { "95 % interval" }
+                    th scope="col" .scale { "Against nominal" } th scope="col" .num { "Nominal" }
+                } }
+                tbody { @for stop in &capability.stops { (stop_line(stop, capability.grade)) } }
+            }
+            @if capability.worst_wagons.is_empty() {
+                p .aside { "No wagon lacks more than 5 % of its brake force." }
+            } @else {
+                p .aside {
+                    "Weakest: "
+                    @for (index, weak) in capability.worst_wagons.iter().enumerate() {
+                        @if index > 0 { "; " }
+                        a href={ "/wagons/" (weak.wagon) } { "wagon " (weak.wagon) }
+                        " " (number(100.0 * weak.brake_share, 0)) " % of its force, " (weak.lack.words())
+                    }
+                    "."
+                }
+            }
+        }
+    }
+}
+
+fn stop_line(stop: &StopView, grade: Grade) -> Markup {
+    let over = |metres: f64| Some(metres / stop.nominal_m.max(1e-9));
+    let ratio = Figure {
+        value: over(stop.distance_m),
+        low: over(stop.low_m),
+        high: over(stop.high_m),
+        grade,
+        reason: String::new(),
+    };
+    html! {
+        tr {
+            th scope="row" { (number(stop.speed_km_h, 0)) " km/h" }
+            td .num .value { (number(stop.distance_m, 0)) " m" }
+            td .interval { (number(stop.low_m, 0)) " to " (number(stop.high_m, 0)) " m" }
+            td .scale { (bar(&ratio, &RATIO)) }
+            td .num { (number(stop.nominal_m, 0)) " m" }
+        }
+    }
+}
+
+/// Neighbouring cells that are low.
+#[derive(Debug, Clone, PartialEq)]
+struct Stretch {
+    from_m: f64,
+    to_m: f64,
+    adhesion: f64,
+    low: f64,
+    high: f64,
+    sure: f64,
+    wagons: u32,
+    slides: u32,
+    age_s: f64,
+}
+
+impl Stretch {
+    fn of(cell: &MapCell) -> Self {
+        Self {
+            from_m: cell.from_m,
+            to_m: cell.to_m,
+            adhesion: cell.adhesion,
+            low: cell.low,
+            high: cell.high,
+            sure: cell.low_probability,
+            wagons: cell.wagons,
+            slides: cell.slides,
+            age_s: cell.age_s,
+        }
+    }
+
+    /// Takes in the next cell; the worst place speaks for all.
+    fn take(&mut self, cell: &MapCell) {
+        if cell.adhesion < self.adhesion {
+            (self.adhesion, self.low, self.high) = (cell.adhesion, cell.low, cell.high);
+        }
+        self.to_m = cell.to_m;
+        self.sure = self.sure.max(cell.low_probability);
+        self.wagons = self.wagons.max(cell.wagons);
+        self.slides += cell.slides;
+        self.age_s = self.age_s.min(cell.age_s);
+    }
+}
+
+fn low_stretches(map: &MapView) -> Vec<Stretch> {
+    let mut found: Vec<Stretch> = Vec::new();
+    for cell in map.cells.iter().filter(|cell| cell.low_probability >= LOW_FROM) {
+        match found.last_mut().filter(|last| (last.to_m - cell.from_m).abs() < 0.5 * map.cell_m) {
+            Some(last) => last.take(cell),
+            None => found.push(Stretch::of(cell)),
+        }
+    }
+    found
+}
+
+fn stretches(map: &MapView, since_s: f64) -> Markup {
+    let mut found = low_stretches(map);
+    let all = found.len();
+    if all > MOST_STRETCHES {
+        found.sort_by(|a, b| a.adhesion.total_cmp(&b.adhesion));
+        found.truncate(MOST_STRETCHES);
+    }
+    html! {
+        div #stretches {
+            @if map.cells.is_empty() {
+                p .calm { "No wagon has told a position and a grip yet." }
+            } @else if found.is_empty() {
+                p .calm { "No low stretch is known on the " (kilometres(map)) " km that were passed." }
+            }
+            ul .stretches {
+                @for stretch in &found {
+                    li {
+                        b { "km " (number(stretch.from_m / 1e3, 2)) " to " (number(stretch.to_m / 1e3, 2)) }
+                        ": adhesion " b { (number(stretch.adhesion, 3)) }
+                        " (" (number(stretch.low, 3)) " to " (number(stretch.high, 3)) ") at its worst, low with "
+                        (number(100.0 * stretch.sure, 0)) " %; "
+                        (stretch.wagons) @if stretch.wagons == 1 { " wagon" } @else { " wagons" } " passed"
+                        @if stretch.slides > 0 { ", wheelsets slid" }
+                        ", last " (age((stretch.age_s + since_s).floor())) " ago"
+                    }
+                }
+            }
+            @if all > found.len() { p .aside { (all - found.len()) " more, less low." } }
+        }
+    }
+}
+
+fn kilometres(map: &MapView) -> String {
+    number(map.cells.len() as f64 * map.cell_m / 1e3, 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbouring_low_cells_are_one_stretch() {
+        let cell = |index: u32, low_probability: f64, adhesion: f64| MapCell {
+            from_m: 50.0 * f64::from(index),
+            to_m: 50.0 * f64::from(index + 1),
+            adhesion,
+            low: adhesion - 0.01,
+            high: adhesion + 0.01,
+            low_probability,
+            wagons: index,
+            slides: 1,
+            age_s: f64::from(index),
+        };
+        let cells = vec![
+            cell(1, 0.1, 0.3),
+            cell(2, 0.9, 0.06),
+            cell(3, 0.8, 0.05),
+            cell(4, 0.2, 0.2),
+            cell(9, 0.7, 0.07),
+        ];
+        let found = low_stretches(&MapView { cell_m: 50.0, cells });
+        assert_eq!(found.len(), 2);
+        let first = &found[0];
+        assert_eq!((first.from_m, first.to_m, first.adhesion, first.low), (100.0, 200.0, 0.05, 0.04));
+        assert_eq!((first.sure, first.wagons, first.slides, first.age_s), (0.9, 3, 2, 2.0));
+    }
+}
