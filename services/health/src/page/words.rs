@@ -133,7 +133,9 @@ mod tests {
     #[test]
     fn numbers_and_ages_read_well() {
         let numbers = [(-0.0004, 3, "0.000"), (-1.25, 1, "−1.2"), (0.35615, 3, "0.356")];
-        numbers.map(|(value, digits, text)| assert_eq!(number(value, digits), text));
+        for (value, digits, text) in numbers {
+            assert_eq!(number(value, digits), text);
+        }
         let ages = [
             (0.2, "< 1 s"),
             (12.3, "12 s"),
@@ -142,7 +144,9 @@ mod tests {
             (7300.0, "2 h"),
             (2e5, "2 days"),
         ];
-        ages.map(|(seconds, text)| assert_eq!(age(seconds), text));
+        for (seconds, text) in ages {
+            assert_eq!(age(seconds), text);
+        }
         assert_eq!(Form::PERCENT.value(Some(0.123)), "12\u{202f}%");
     }
 }
