@@ -4,13 +4,14 @@
 //! requests ask for is serialised once a snapshot, not once a request.
 
 use crate::alerts::{AlertBook, Cause, SharedBook};
+use crate::heard;
 use crate::model::{
     Alert, AlertList, DataState, Grade, ProcessView, TrainView, WagonList, WagonRow, WagonView,
 };
 use crate::time::rfc3339;
 use crate::view::{self, Freshness};
 use axum::body::Bytes;
-use railgrip_messages::{Health, Heartbeat, ProcessKind, Stamp};
+use railgrip_messages::{Health, Heard, Heartbeat, ProcessKind, Stamp};
 use railgrip_settings::TrainSettings;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -34,6 +35,8 @@ struct Known {
     number: u32,
     name: String,
     health: Option<Box<Health>>,
+    microphone: bool,
+    heard: Option<Heard>,
 }
 
 /// The train at one instant, ready to be served.
@@ -71,6 +74,8 @@ impl Store {
             number: wagon.number,
             name: wagon.name.clone(),
             health: None,
+            microphone: settings.microphone(wagon.number).is_some(),
+            heard: None,
         };
         Self {
             train: settings.name.clone(),
@@ -95,6 +100,13 @@ impl Store {
         }
     }
 
+    /// Takes what a microphone heard.
+    pub fn take_heard(&mut self, heard: &Heard) {
+        if let Some(known) = self.wagons.iter_mut().find(|known| known.number == heard.wagon) {
+            known.heard = Some(*heard);
+        }
+    }
+
     /// Takes the heartbeat of a process.
     pub fn take_heartbeat(&mut self, beat: &Heartbeat) {
         self.heartbeats.insert((beat.process, beat.wagon), *beat);
@@ -112,7 +124,10 @@ impl Store {
             let fresh = Freshness::of(health, now_ns, self.stale_after_s);
             let estimator = self.heartbeats.get(&(ProcessKind::Estimator.code(), known.number));
             rows.push(view::row(known.number, &known.name, health, fresh));
-            wagons.push(view::wagon(known.number, &known.name, health, estimator, fresh, now_ns));
+            let mut wagon = view::wagon(known.number, &known.name, health, estimator, fresh, now_ns);
+            wagon.acoustic =
+                known.microphone.then(|| heard::acoustic(known.heard.as_ref(), now_ns, self.stale_after_s));
+            wagons.push(wagon);
         }
         let not_ready: Vec<String> = rows
             .iter()
