@@ -83,3 +83,66 @@ fn every_microphone_is_heard_or_named() {
     });
     assert!(again.is_some(), "{}", train.log());
 }
+
+#[test]
+fn the_command_line_trains_classifies_and_refuses() {
+    let folder = tempfile::Builder::new().prefix("rgears").tempdir_in("/tmp").expect("folder");
+    let path = folder.path();
+    let wet = recorded(path, "wet");
+    assert_eq!(wet.len(), 10 * 22_050);
+    let run = |words: &[&str]| {
+        let output =
+            std::process::Command::new(program!()).arg("acoustics").args(words).current_dir(path).output();
+        let output = output.expect("started");
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        (output.status.code(), text(&output.stdout), text(&output.stderr))
+    };
+    for name in ["one", "two"] {
+        let (code, said, complaint) = run(&[
+            "train",
+            "--out",
+            name,
+            "--clips",
+            "120",
+            "--epochs",
+            "2",
+            "--seed",
+            "4",
+            "--test-clips",
+            "10",
+        ]);
+        println!("{said}{complaint}");
+        assert_eq!(code, Some(0));
+        assert!(
+            said.contains("seed 4")
+                && said.contains("a rig never heard")
+                && complaint.contains("pass   2 of 2")
+        );
+    }
+    let [one, two] = ["one", "two"].map(|name| std::fs::read(path.join(name)).expect("a model"));
+    assert_eq!(one, two, "the same seed makes the same model");
+
+    let (code, _, _) = run(&["classify", "wet.wav", "--model", "one", "--out", "heard.csv"]);
+    assert_eq!(code, Some(0));
+    let text = std::fs::read_to_string(path.join("heard.csv")).expect("CSV");
+    assert!(text.starts_with("file,t_s,state,wet_probability,condition\nwet.wav,0,"), "{text}");
+    assert_eq!(text.lines().count(), 11);
+
+    let mut damaged = one;
+    *damaged.last_mut().expect("bytes") ^= 1;
+    std::fs::write(path.join("damaged"), &damaged).expect("written");
+    for (words, expected) in [
+        (vec!["classify", "wet.wav", "--model", "damaged"], "checksum"),
+        (vec!["classify", "wet.wav", "--model", "nowhere"], "nowhere"),
+        (vec!["classify", "heard.csv"], "WAV"),
+        (vec!["classify", "wet.wav", "--hysteresis", "0.7"], "--hysteresis"),
+        (vec!["train", "--out", "x", "--clips", "5"], "100"),
+        (vec!["train", "--out", "x", "--recordings", "."], "dry"),
+        (vec!["synthesise", "--out", "x.wav", "--rig", "tram"], "bogie, roller, track, traction"),
+        (vec!["synthesise", "--out", "x.wav", "--condition", "icy"], "dry or wet"),
+    ] {
+        let (code, _, complaint) = run(&words);
+        assert_eq!(code, Some(2), "{words:?}: {complaint}");
+        assert!(complaint.contains(expected), "{words:?}: {complaint}");
+    }
+}
