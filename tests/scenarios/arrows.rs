@@ -31,6 +31,7 @@ const ALLOWED: &[Row] = &[
             "railgrip-simulation",
             "railgrip-indicators",
             "railgrip-recording",
+            "railgrip-acoustics",
         ],
     ),
     (
@@ -40,6 +41,7 @@ const ALLOWED: &[Row] = &[
             "railgrip-filter",
             "railgrip-simulation",
             "railgrip-acoustics",
+            "railgrip-classifier",
             "railgrip-recording",
         ],
     ),
@@ -47,7 +49,7 @@ const ALLOWED: &[Row] = &[
 ];
 
 /// Services use what is common, never each other.
-const SERVICES: &[&str] = &["railgrip-ingest", "railgrip-estimator", "railgrip-health"];
+const SERVICES: &[&str] = &["railgrip-ingest", "railgrip-estimator", "railgrip-health", "railgrip-listener"];
 /// Members that may use everything.
 const EVERYTHING: &[&str] = &["railgrip-cli", "railgrip-tests"];
 /// Members that know no network, no channel and no runtime, directly or not.

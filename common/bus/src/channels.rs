@@ -1,6 +1,8 @@
 //! The one table of channels. Nothing else in the system names a channel, its payload or its sizes.
 
-use railgrip_messages::{Estimate, Event, Health, Heartbeat, Innovation, MotorSample, Payload, Sample};
+use railgrip_messages::{
+    AUDIO_TYPE_NAME, Estimate, Event, Health, Heard, Heartbeat, Innovation, MotorSample, Payload, Sample,
+};
 
 use crate::holder::{Creator, Kept};
 use crate::{BusError, Limits};
@@ -10,6 +12,8 @@ use crate::{BusError, Limits};
 pub enum Scope {
     /// One channel for each wagon, `name/N`.
     Wagon,
+    /// One channel for each wagon that has a microphone, `name/N`.
+    Microphone,
     /// One channel for the train; every process may publish.
     Train,
 }
@@ -48,6 +52,8 @@ pub const CHANNELS: &[Channel] = &[
     row::<Estimate>("estimates", Scope::Wagon).batched().rate(100.0, 1.0).history(1).counted(),
     row::<Innovation>("innovations", Scope::Wagon).batched().rate(100.0, 1.0).history(1).counted(),
     row::<Health>("health", Scope::Wagon).rate(5.0, 2.0).history(1),
+    audio("audio").rate(10.0, 2.0),
+    row::<Heard>("heard", Scope::Microphone).rate(1.0, 5.0).history(1),
     row::<Event>("events", Scope::Train).history(16),
     row::<Heartbeat>("heartbeats", Scope::Train).rate(1.0, 5.0).history(1),
 ];
@@ -71,6 +77,17 @@ const fn row<T: Payload>(name: &'static str, scope: Scope) -> Channel {
         wakes: false,
         counted: false,
         create: |creator, row, wagon| creator.channel::<T>(row, wagon),
+    }
+}
+
+/// Blocks of samples of any length, each with a header.
+const fn audio(name: &'static str) -> Channel {
+    Channel {
+        payload: AUDIO_TYPE_NAME,
+        item_bytes: size_of::<f32>(),
+        counted: true,
+        create: |creator, row, wagon| creator.audio(row, wagon),
+        ..row::<Heard>(name, Scope::Microphone).wakes()
     }
 }
 
@@ -110,7 +127,7 @@ impl Channel {
     /// The name of the service in iceoryx2.
     pub(crate) fn service_name(&self, wagon: u32) -> String {
         match self.scope {
-            Scope::Wagon => format!("{}/{wagon}", self.name),
+            Scope::Wagon | Scope::Microphone => format!("{}/{wagon}", self.name),
             Scope::Train => self.name.to_owned(),
         }
     }

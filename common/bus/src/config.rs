@@ -40,6 +40,8 @@ pub struct BusConfig {
     pub prefix: String,
     /// Numbers of its wagons.
     pub wagons: Vec<u32>,
+    /// Numbers of the wagons that have a microphone.
+    pub microphones: Vec<u32>,
     /// Sizes of the channels.
     pub limits: Limits,
 }
@@ -53,6 +55,7 @@ impl BusConfig {
             dir: settings.instance.dir.clone(),
             prefix: settings.instance.prefix.clone(),
             wagons: settings.wagons.iter().map(|wagon| wagon.number).collect(),
+            microphones: settings.microphones.iter().map(|microphone| microphone.wagon).collect(),
             limits: Limits::default(),
         }
     }
@@ -141,6 +144,7 @@ mod tests {
             dir: "/run/user/1000/railgrip/demo".into(),
             prefix: "rg0123abcd_".into(),
             wagons: (1..=8).collect(),
+            microphones: Vec::new(),
             limits: Limits::default(),
         }
     }

@@ -10,8 +10,9 @@ use std::time::{Duration, Instant};
 
 use iceoryx2::prelude::{Node, ipc};
 use iceoryx2::service::builder::publish_subscribe::PublishSubscribeCreateError;
-use railgrip_messages::Payload;
+use railgrip_messages::{AudioHeader, Payload};
 
+use crate::audio::AUDIO_BUFFER;
 use crate::presence::{self, Kind, Lock};
 use crate::{BusConfig, BusError, CHANNELS, Channel, Lifecycle, Scope, clock, node};
 
@@ -157,6 +158,9 @@ impl Creator<'_> {
                 Scope::Wagon => {
                     self.config.wagons.iter().try_for_each(|wagon| self.row(row, *wagon, &mut kept))?
                 }
+                Scope::Microphone => {
+                    self.config.microphones.iter().try_for_each(|wagon| self.row(row, *wagon, &mut kept))?
+                }
             }
         }
         Ok(kept)
@@ -172,7 +176,7 @@ impl Creator<'_> {
 
     fn publishers(&self, row: &Channel) -> usize {
         match row.scope {
-            Scope::Wagon => self.config.limits.publishers,
+            Scope::Wagon | Scope::Microphone => self.config.limits.publishers,
             Scope::Train => self.config.wagons.len() + SPARE_PUBLISHERS,
         }
     }
@@ -190,6 +194,27 @@ impl Creator<'_> {
             .max_nodes(self.publishers(row) + limits.subscribers + SPARE_NODES)
             .history_size(row.history)
             .subscriber_max_buffer_size(limits.buffer)
+            .subscriber_max_borrowed_samples(1)
+            .enable_safe_overflow(true)
+            .create()
+            .map_err(|error: PublishSubscribeCreateError| BusError::transport(&name, "create it", error))?;
+        Ok(Box::new(service))
+    }
+
+    /// Creates a channel of audio blocks.
+    pub(crate) fn audio(&self, row: &Channel, wagon: u32) -> Result<Kept, BusError> {
+        let name = row.service_name(wagon);
+        let limits = &self.config.limits;
+        let service = self
+            .node
+            .service_builder(&node::service_name(&name)?)
+            .publish_subscribe::<[f32]>()
+            .user_header::<AudioHeader>()
+            .max_publishers(self.publishers(row))
+            .max_subscribers(limits.subscribers)
+            .max_nodes(self.publishers(row) + limits.subscribers + SPARE_NODES)
+            .history_size(row.history)
+            .subscriber_max_buffer_size(AUDIO_BUFFER)
             .subscriber_max_borrowed_samples(1)
             .enable_safe_overflow(true)
             .create()
@@ -287,6 +312,7 @@ mod tests {
             dir: folder.path().into(),
             prefix: format!("rgm{}_", std::process::id()),
             wagons: vec![1],
+            microphones: Vec::new(),
             limits: crate::Limits::default(),
         };
         let samples = channel("samples").expect("row");

@@ -28,6 +28,7 @@
 //! * **batch**: the slice of items that one message carries.
 //! * **history**: the last batches of a publisher, delivered to those who join late.
 
+mod audio;
 pub mod bare;
 mod channels;
 mod clock;
@@ -40,6 +41,7 @@ mod open;
 mod ports;
 mod presence;
 
+pub use audio::{AudioPublisher, AudioSubscriber, MAX_AUDIO_BLOCK};
 pub use channels::{CHANNELS, Channel, Scope, channel};
 pub use clock::{monotonic_ns, now};
 pub use config::{BusConfig, Limits};
@@ -49,6 +51,7 @@ pub use lifecycle::Lifecycle;
 pub use open::Bus;
 pub use ports::{
     EstimatePublisher, EstimateSubscriber, EventPublisher, EventSubscriber, HealthPublisher,
-    HealthSubscriber, HeartbeatPublisher, HeartbeatSubscriber, InnovationPublisher, InnovationSubscriber,
-    MotorPublisher, MotorSubscriber, Publisher, SamplePublisher, SampleSubscriber, Subscriber, Wake,
+    HealthSubscriber, HeardPublisher, HeardSubscriber, HeartbeatPublisher, HeartbeatSubscriber,
+    InnovationPublisher, InnovationSubscriber, MotorPublisher, MotorSubscriber, Publisher, SamplePublisher,
+    SampleSubscriber, Subscriber, Wake,
 };

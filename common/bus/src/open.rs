@@ -9,14 +9,16 @@ use iceoryx2::prelude::{
 };
 use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError;
 use iceoryx2::service::port_factory::{event, publish_subscribe};
-use railgrip_messages::{NO_WAGON, Payload, ProcessKind};
+use railgrip_messages::{AUDIO_TYPE_NAME, AudioHeader, NO_WAGON, Payload, ProcessKind};
 
-use crate::ports::{Publisher, Subscriber};
+use crate::audio::MAX_AUDIO_BLOCK;
+use crate::ports::{Publisher, Subscriber, waking};
 use crate::presence::{self, Kind, Lock};
 use crate::{
-    BusConfig, BusError, Channel, EstimatePublisher, EstimateSubscriber, EventPublisher, EventSubscriber,
-    HealthPublisher, HealthSubscriber, HeartbeatPublisher, HeartbeatSubscriber, InnovationPublisher,
-    InnovationSubscriber, MotorPublisher, MotorSubscriber, SamplePublisher, SampleSubscriber, channel, node,
+    AudioPublisher, AudioSubscriber, BusConfig, BusError, Channel, EstimatePublisher, EstimateSubscriber,
+    EventPublisher, EventSubscriber, HealthPublisher, HealthSubscriber, HeardPublisher, HeardSubscriber,
+    HeartbeatPublisher, HeartbeatSubscriber, InnovationPublisher, InnovationSubscriber, MotorPublisher,
+    MotorSubscriber, SamplePublisher, SampleSubscriber, channel, node,
 };
 
 /// How long to wait for a holder that is still creating, and for places of dead processes to come free.
@@ -24,6 +26,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 const RETRY: Duration = Duration::from_millis(10);
 
 type Data<T> = publish_subscribe::PortFactory<ipc::Service, [T], ()>;
+type Audio = publish_subscribe::PortFactory<ipc::Service, [f32], AudioHeader>;
 
 /// The membership of one process in a train; gives out ports.
 pub struct Bus {
@@ -143,6 +146,51 @@ impl Bus {
         self.subscriber("innovations", wagon)
     }
 
+    /// Sends the audio of the microphone of one wagon.
+    ///
+    /// # Errors
+    /// As for every port.
+    pub fn audio_publisher(&self, wagon: u32) -> Result<AudioPublisher, BusError> {
+        let (name, data) = self.audio(wagon)?;
+        let port = patiently(&name, "publisher", || {
+            data.publisher_builder()
+                .initial_max_slice_len(MAX_AUDIO_BLOCK)
+                .max_loaned_samples(1)
+                .allocation_strategy(AllocationStrategy::Static)
+                .backpressure_strategy(BackpressureStrategy::DiscardData)
+                .create()
+        })?;
+        let notifier = self.notifier(&name)?;
+        Ok(AudioPublisher::new(name, port, notifier))
+    }
+
+    /// Receives the audio of the microphone of one wagon.
+    ///
+    /// # Errors
+    /// As for every port.
+    pub fn audio_subscriber(&self, wagon: u32) -> Result<AudioSubscriber, BusError> {
+        let (name, data) = self.audio(wagon)?;
+        let waking = waking(&name, self.listener(&name)?)?;
+        let port = patiently(&name, "subscriber", || data.subscriber_builder().create())?;
+        Ok(AudioSubscriber::new(name, port, waking))
+    }
+
+    /// Sends what the microphone of one wagon heard.
+    ///
+    /// # Errors
+    /// As for every port.
+    pub fn heard_publisher(&self, wagon: u32) -> Result<HeardPublisher, BusError> {
+        self.publisher("heard", wagon)
+    }
+
+    /// Receives what the microphone of one wagon heard.
+    ///
+    /// # Errors
+    /// As for every port.
+    pub fn heard_subscriber(&self, wagon: u32) -> Result<HeardSubscriber, BusError> {
+        self.subscriber("heard", wagon)
+    }
+
     /// Sends the indicators of one wagon.
     ///
     /// # Errors
@@ -227,6 +275,28 @@ impl Bus {
     fn event(&self, name: &str) -> Result<event::PortFactory<ipc::Service>, BusError> {
         let service_name = node::service_name(name)?;
         patiently(name, "process", || self.node.service_builder(&service_name).event().open())
+    }
+
+    fn audio(&self, wagon: u32) -> Result<(String, Audio), BusError> {
+        let missing =
+            |name: &str| BusError::NoChannel { channel: name.to_owned(), train: self.config.train.clone() };
+        let row = channel("audio").ok_or_else(|| missing("audio"))?;
+        let name = row.service_name(wagon);
+        let service_name = node::service_name(&name)?;
+        let opened = patiently(&name, "process", || {
+            let builder = self.node.service_builder(&service_name).publish_subscribe::<[f32]>();
+            match builder.user_header::<AudioHeader>().open() {
+                Err(PublishSubscribeOpenError::IncompatibleTypes) => Ok(Err(BusError::Version {
+                    channel: name.clone(),
+                    ours: AUDIO_TYPE_NAME.to_owned(),
+                    theirs: "another payload".to_owned(),
+                })),
+                Err(PublishSubscribeOpenError::DoesNotExist) => Ok(Err(missing(&name))),
+                Err(error) => Err(error),
+                Ok(data) => Ok(Ok(data)),
+            }
+        })?;
+        opened.map(|data| (name, data))
     }
 
     fn data<T: Payload>(

@@ -10,7 +10,9 @@ use iceoryx2::prelude::{
     CallbackProgression, SignalHandlingMode, WaitSet, WaitSetBuilder, WaitSetGuard, ipc,
 };
 use iceoryx2::waitset::WaitSetAttachmentError;
-use railgrip_messages::{Estimate, Event, Health, Heartbeat, Innovation, MotorSample, Payload, Sample};
+use railgrip_messages::{
+    Estimate, Event, Health, Heard, Heartbeat, Innovation, MotorSample, Payload, Sample,
+};
 
 use crate::BusError;
 
@@ -34,6 +36,10 @@ pub type InnovationSubscriber = Subscriber<Innovation>;
 pub type HealthPublisher = Publisher<Health>;
 /// Receives the indicators of one wagon.
 pub type HealthSubscriber = Subscriber<Health>;
+/// Sends what the microphone of one wagon heard.
+pub type HeardPublisher = Publisher<Heard>;
+/// Receives what the microphone of one wagon heard.
+pub type HeardSubscriber = Subscriber<Heard>;
 /// Sends events.
 pub type EventPublisher = Publisher<Event>;
 /// Receives events.
@@ -115,7 +121,7 @@ pub struct Subscriber<T: Payload> {
 }
 
 /// What wakes a reader.
-struct Bell {
+pub(crate) struct Bell {
     listener: Listener<ipc::Service>,
     waitset: WaitSet<ipc::Service>,
 }
@@ -125,12 +131,48 @@ type Attachment<'a> = WaitSetGuard<'a, 'a, ipc::Service>;
 self_cell::self_cell!(
     /// The bell with its listener attached to its wait set. The attachment borrows both; attaching anew for each wait
     /// would cost ten system calls a wake-up.
-    struct Waking {
+    pub(crate) struct Waking {
         owner: Bell,
         #[not_covariant]
         dependent: Attachment,
     }
 );
+
+/// Attaches a listener to a wait set of its own.
+pub(crate) fn waking(name: &str, listener: Listener<ipc::Service>) -> Result<Waking, BusError> {
+    let waitset = WaitSetBuilder::new()
+        .signal_handling_mode(SignalHandlingMode::Disabled)
+        .create::<ipc::Service>()
+        .map_err(|error| BusError::transport(name, "prepare to wait", error))?;
+    Waking::try_new(Bell { listener, waitset }, attach)
+        .map_err(|error| BusError::transport(name, "prepare to wait", error))
+}
+
+/// Sleeps until the bell rings or `timeout` is over; without a bell it only sleeps.
+pub(crate) fn wait_on(waking: Option<&Waking>, name: &str, timeout: Duration) -> Result<Wake, BusError> {
+    let Some(Bell { waitset, .. }) = waking.map(Waking::borrow_owner) else {
+        std::thread::sleep(timeout);
+        return Ok(Wake::Timeout);
+    };
+    let mut wake = Wake::Timeout;
+    waitset
+        .wait_and_process_once_with_timeout(
+            |_| {
+                wake = Wake::Data;
+                CallbackProgression::Continue
+            },
+            timeout,
+        )
+        .map_err(|error| BusError::transport(name, "wait", error))?;
+    Ok(wake)
+}
+
+/// Takes note of all that rang so far.
+pub(crate) fn hush(waking: Option<&Waking>, name: &str) -> Result<(), BusError> {
+    let Some(waking) = waking else { return Ok(()) };
+    let heard = waking.borrow_owner().listener.try_wait(|_| {});
+    heard.map(|_| ()).map_err(|error| BusError::transport(name, "receive", error))
+}
 
 fn attach<'a>(bell: &'a Bell) -> Result<Attachment<'a>, WaitSetAttachmentError> {
     bell.waitset.attach_notification(&bell.listener)
@@ -138,15 +180,15 @@ fn attach<'a>(bell: &'a Bell) -> Result<Attachment<'a>, WaitSetAttachmentError> 
 
 /// Counts what is missing in a running number.
 #[derive(Debug, Default)]
-struct Sequence {
+pub(crate) struct Sequence {
     next: Option<u64>,
-    missed: u64,
+    pub(crate) missed: u64,
     restarts: u64,
 }
 
 impl Sequence {
     /// A number ahead of the expected one is a gap; one behind it is a source that began again.
-    fn take(&mut self, sequence: u64) {
+    pub(crate) fn take(&mut self, sequence: u64) {
         match self.next {
             Some(next) if sequence > next => self.missed += sequence - next,
             Some(next) if sequence < next => self.restarts += 1,
@@ -163,17 +205,7 @@ impl<T: Payload> Subscriber<T> {
         listener: Option<Listener<ipc::Service>>,
         counted: bool,
     ) -> Result<Self, BusError> {
-        let waking = match listener {
-            None => None,
-            Some(listener) => {
-                let waitset = WaitSetBuilder::new()
-                    .signal_handling_mode(SignalHandlingMode::Disabled)
-                    .create::<ipc::Service>()
-                    .map_err(|error| BusError::transport(&name, "prepare to wait", error))?;
-                let waking = Waking::try_new(Bell { listener, waitset }, attach);
-                Some(waking.map_err(|error| BusError::transport(&name, "prepare to wait", error))?)
-            }
-        };
+        let waking = listener.map(|listener| waking(&name, listener)).transpose()?;
         Ok(Self { name, port, waking, sequence: counted.then(Sequence::default) })
     }
 
@@ -182,22 +214,7 @@ impl<T: Payload> Subscriber<T> {
     /// # Errors
     /// If the system refuses to wait.
     pub fn wait(&self, timeout: Duration) -> Result<Wake, BusError> {
-        let Some(Bell { waitset, .. }) = self.waking.as_ref().map(Waking::borrow_owner) else {
-            std::thread::sleep(timeout);
-            return Ok(Wake::Timeout);
-        };
-        let failed = |error: &dyn std::fmt::Debug| BusError::transport(&self.name, "wait", error);
-        let mut wake = Wake::Timeout;
-        waitset
-            .wait_and_process_once_with_timeout(
-                |_| {
-                    wake = Wake::Data;
-                    CallbackProgression::Continue
-                },
-                timeout,
-            )
-            .map_err(|error| failed(&error))?;
-        Ok(wake)
+        wait_on(self.waking.as_ref(), &self.name, timeout)
     }
 
     /// Hands every batch that waits to `take`, oldest first, and says how many items there were.
@@ -206,9 +223,7 @@ impl<T: Payload> Subscriber<T> {
     /// If a publisher cannot be reached; what was received before stays valid.
     pub fn receive(&mut self, mut take: impl FnMut(&[T])) -> Result<usize, BusError> {
         let failed = |error: &dyn std::fmt::Debug| BusError::transport(&self.name, "receive", error);
-        if let Some(waking) = &self.waking {
-            waking.borrow_owner().listener.try_wait(|_| {}).map_err(|error| failed(&error))?;
-        }
+        hush(self.waking.as_ref(), &self.name)?;
         let mut items = 0;
         while let Some(batch) = self.port.receive().map_err(|error| failed(&error))? {
             let batch = batch.payload();

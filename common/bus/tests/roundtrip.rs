@@ -5,8 +5,8 @@
 
 use std::time::{Duration, Instant};
 
-use railgrip_bus::{Bus, BusConfig, BusError, Holder, Limits, Wake, now};
-use railgrip_messages::{Event, EventKind, Health, ProcessKind, Sample, Text};
+use railgrip_bus::{Bus, BusConfig, BusError, Holder, Limits, MAX_AUDIO_BLOCK, Wake, now};
+use railgrip_messages::{AudioHeader, Event, EventKind, Health, ProcessKind, Sample, Text};
 
 const WAGONS: u32 = 3;
 
@@ -24,6 +24,7 @@ fn everything_a_channel_promises() {
         dir: folder.path().into(),
         prefix: format!("rgb{}_", std::process::id()),
         wagons: (1..=WAGONS).collect(),
+        microphones: vec![2],
         limits: Limits { max_batch: 8, buffer: 16, ..Limits::default() },
     };
 
@@ -40,6 +41,7 @@ fn everything_a_channel_promises() {
     slow_reader_misses_and_counts(&bus);
     late_joiner_gets_history(&bus);
     small_channels_work(&bus);
+    audio_of_any_length_arrives(&bus);
     a_crowd_of_restarts_finds_its_place(&bus);
 
     let prefix = config.prefix.clone();
@@ -119,6 +121,33 @@ fn late_joiner_gets_history(bus: &Bus) {
     let mut seen = Vec::new();
     late.receive(|batch| seen.extend(batch.iter().map(|health| health.sequence))).expect("receive");
     assert_eq!(seen, [5], "exactly the last value");
+}
+
+fn audio_of_any_length_arrives(bus: &Bus) {
+    let mut listener = bus.audio_subscriber(2).expect("subscriber");
+    let microphone = bus.audio_publisher(2).expect("publisher");
+    let header =
+        |sequence| AudioHeader { sequence, wagon: 2, sample_rate_hz: 22_050, ..AudioHeader::default() };
+    for (sequence, length) in [2205, 1, MAX_AUDIO_BLOCK].into_iter().enumerate() {
+        let samples: Vec<f32> = (0..length).map(|n| n as f32).collect();
+        microphone.publish(header(sequence as u64), &samples).expect("publish");
+    }
+    microphone.publish(header(9), &[0.5; MAX_AUDIO_BLOCK + 1]).expect_err("too long");
+    microphone.publish(header(4), &[0.5]).expect("publish");
+    assert_eq!(listener.wait(Duration::from_secs(5)).expect("wait"), Wake::Data);
+    let mut seen = Vec::new();
+    let take = |header: &AudioHeader, samples: &[f32]| {
+        seen.push((header.sequence, samples.len(), samples.last().copied()));
+    };
+    listener.receive(take).expect("receive");
+    let last = MAX_AUDIO_BLOCK as f32 - 1.0;
+    assert_eq!(
+        seen,
+        [(0, 2205, Some(2204.0)), (1, 1, Some(0.0)), (2, MAX_AUDIO_BLOCK, Some(last)), (4, 1, Some(0.5))]
+    );
+    assert_eq!(listener.missed(), 1);
+    let error = bus.audio_subscriber(1).err().expect("wagon 1 has no microphone");
+    assert!(error.to_string().contains("audio/1"), "{error}");
 }
 
 fn small_channels_work(bus: &Bus) {

@@ -3,7 +3,7 @@
 use crate::Condition;
 use crate::recipe::{Circumstances, Recipe, draw};
 use railgrip_acoustics::synthesis::Synthesiser;
-use railgrip_acoustics::{FeatureExtractor, Features, SAMPLE_RATE_HZ};
+use railgrip_acoustics::{AudioState, FeatureExtractor, Features, SAMPLE_RATE_HZ};
 use rayon::prelude::*;
 
 /// One clip as the network sees it.
@@ -34,6 +34,17 @@ pub fn examples(recipes: &[Recipe]) -> Vec<Example> {
         Some(Example { features, condition: recipe.condition })
     };
     recipes.par_iter().map(one).collect::<Vec<_>>().into_iter().flatten().collect()
+}
+
+/// The whole seconds of a recording whose condition is known; windows that are silent or clipped are left out.
+pub fn of_recording(audio: &[f32], condition: Condition) -> Vec<Example> {
+    let Ok(extractor) = FeatureExtractor::new(SAMPLE_RATE_HZ) else { return Vec::new() };
+    let windows = audio.as_chunks::<{ SAMPLE_RATE_HZ as usize }>().0;
+    let heard = windows.iter().filter_map(|window| match extractor.extract(window) {
+        Ok((features, AudioState::Good)) => Some(Example { features, condition }),
+        _ => None,
+    });
+    heard.collect()
 }
 
 /// Draws and hears `count` clips.

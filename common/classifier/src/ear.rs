@@ -29,7 +29,21 @@ pub enum Hearing {
 }
 
 impl Hearing {
-    /// The words for people and files.
+    /// The name in files and on interfaces.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Heard => "heard",
+            Self::WrongSampleRate => "wrong_sample_rate",
+            Self::SilentMicrophone => "silent_microphone",
+            Self::Clipped => "clipped",
+            Self::NotFinite => "not_finite",
+            Self::TooShort => "too_short",
+            Self::Standstill => "standstill",
+            Self::Unfamiliar => "unfamiliar",
+        }
+    }
+
+    /// The words for people.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Heard => "heard",

@@ -29,7 +29,7 @@ pub use error::ModelError;
 pub use file::Provenance;
 pub use judge::Confusion;
 pub use model::Model;
-pub use train::{Training, train};
+pub use train::{Training, train, train_from, train_on};
 
 /// What the network tells apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]

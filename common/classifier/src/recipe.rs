@@ -5,6 +5,7 @@
 //! `railgrip-acoustics` show that no single feature tells the conditions apart.
 
 use crate::Condition;
+use railgrip_acoustics::synthesis::rig::any;
 use railgrip_acoustics::synthesis::{Rig, Rolling, Scene, Surroundings, dry_level_db};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
@@ -12,6 +13,10 @@ use rand_pcg::Pcg64Mcg;
 
 /// Rigs from which the network learns; the traction rig stays unheard, to see what happens at a new place.
 pub const TRAINING_RIGS: [&str; 3] = ["bogie", "roller", "track"];
+/// The rigs by name whose held-out speeds and noise levels judge a model.
+pub const TEST_RIGS: [&str; 3] = ["bogie", "roller", "track"];
+/// Name that stands for a rig of random size and shape, another one every time.
+pub const ANY_RIG: &str = "any";
 /// The rig that is never heard in training.
 pub const UNHEARD_RIG: &str = "traction";
 /// Levels of background over the dry rolling noise at the same speed that training uses, dB; each ± 2 dB.
@@ -73,7 +78,8 @@ pub struct Recipe {
 /// Draws `count` recipes, half of them wet.
 pub fn draw(circumstances: &Circumstances, count: usize, seed: u64) -> Vec<Recipe> {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let rigs: Vec<Rig> = circumstances.rigs.iter().filter_map(|name| Rig::named(name)).collect();
+    let known = |name: &&str| *name == ANY_RIG || Rig::named(name).is_some();
+    let rigs: Vec<&str> = circumstances.rigs.iter().copied().filter(|name| known(name)).collect();
     if rigs.is_empty() {
         return Vec::new();
     }
@@ -81,7 +87,8 @@ pub fn draw(circumstances: &Circumstances, count: usize, seed: u64) -> Vec<Recip
         .map(|number| {
             let condition = if number % 2 == 0 { Condition::Dry } else { Condition::Wet };
             // Neighbours differ in condition, so rigs change every two clips.
-            let rig = rigs[number / 2 % rigs.len()].clone().varied(&mut random);
+            let name = rigs[number / 2 % rigs.len()];
+            let rig = Rig::named(name).unwrap_or_else(|| any(&mut random)).varied(&mut random);
             one(rig, condition, circumstances, &mut random)
         })
         .collect()

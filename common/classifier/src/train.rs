@@ -4,7 +4,7 @@ use crate::dataset::{self, Example};
 use crate::file::Provenance;
 use crate::model::Standard;
 use crate::network::Learner;
-use crate::recipe::{Circumstances, TRAINING_RIGS};
+use crate::recipe::Circumstances;
 use crate::{Condition, Model, ModelError};
 use railgrip_acoustics::{FEATURES, Features};
 use rand::{RngExt, SeedableRng};
@@ -48,14 +48,54 @@ const LEAST_CLIPS: usize = 100;
 ///
 /// # Errors
 /// Fewer than 100 clips; what the library of tensors refuses.
-pub fn train(training: &Training, mut progress: impl FnMut(usize, f64)) -> Result<Model, ModelError> {
+pub fn train(training: &Training, progress: impl FnMut(usize, f64)) -> Result<Model, ModelError> {
+    train_on(training, &Circumstances::training(), progress)
+}
+
+/// The same with other circumstances than the usual ones.
+///
+/// # Errors
+/// As [`train`].
+pub fn train_on(
+    training: &Training,
+    circumstances: &Circumstances,
+    progress: impl FnMut(usize, f64),
+) -> Result<Model, ModelError> {
     if training.clips < LEAST_CLIPS {
         return Err(ModelError::TooFew { clips: training.clips, least: LEAST_CLIPS });
     }
     let mut random = Pcg64Mcg::seed_from_u64(training.seed);
-    let mut examples =
-        dataset::synthesise(&Circumstances::training(), training.clips, random.random_range(0..u64::MAX));
-    shuffle(&mut examples, &mut random);
+    let examples = dataset::synthesise(circumstances, training.clips, random.random_range(0..u64::MAX));
+    let rigs = circumstances.rigs.iter().map(|rig| (*rig).to_owned()).collect();
+    learn(examples, rigs, training, &mut random, progress)
+}
+
+/// Learns from examples that are there already, recordings for instance; `rigs` says for people where they come from.
+///
+/// # Errors
+/// As [`train`].
+pub fn train_from(
+    examples: Vec<Example>,
+    rigs: Vec<String>,
+    training: &Training,
+    progress: impl FnMut(usize, f64),
+) -> Result<Model, ModelError> {
+    if examples.len() < LEAST_CLIPS {
+        return Err(ModelError::TooFew { clips: examples.len(), least: LEAST_CLIPS });
+    }
+    let clips = examples.len();
+    let mut random = Pcg64Mcg::seed_from_u64(training.seed);
+    learn(examples, rigs, &Training { clips, ..*training }, &mut random, progress)
+}
+
+fn learn(
+    mut examples: Vec<Example>,
+    rigs: Vec<String>,
+    training: &Training,
+    random: &mut Pcg64Mcg,
+    mut progress: impl FnMut(usize, f64),
+) -> Result<Model, ModelError> {
+    shuffle(&mut examples, random);
     let aside = examples.split_off(((1.0 - SET_ASIDE) * examples.len() as f64) as usize);
     let features: Vec<Features> = examples.iter().map(|example| example.features).collect();
     let standard = Standard::of(&features);
@@ -63,16 +103,16 @@ pub fn train(training: &Training, mut progress: impl FnMut(usize, f64)) -> Resul
     let aside_rows: Vec<[f32; FEATURES]> =
         aside.iter().map(|example| standard.apply(&example.features)).collect();
 
-    let mut learner = Learner::new(&mut random, WEIGHT_DECAY)?;
+    let mut learner = Learner::new(random, WEIGHT_DECAY)?;
     let mut order: Vec<usize> = (0..rows.len()).collect();
     let mut best = (f64::INFINITY, 0.0, learner.layers()?);
     for epoch in 0..training.epochs {
-        shuffle(&mut order, &mut random);
+        shuffle(&mut order, random);
         let share = epoch as f64 / training.epochs as f64;
         let rate = LEARNING_RATE * (0.01 + 0.99 * 0.5 * (1.0 + (PI * share).cos()));
         for batch in order.chunks(BATCH) {
             let jittered: Vec<[f32; FEATURES]> =
-                batch.iter().map(|index| jittered(&rows[*index], &mut random)).collect();
+                batch.iter().map(|index| jittered(&rows[*index], random)).collect();
             let classes: Vec<u32> = batch.iter().map(|index| class(&examples[*index])).collect();
             learner.step(&jittered, &classes, rate)?;
         }
@@ -86,7 +126,7 @@ pub fn train(training: &Training, mut progress: impl FnMut(usize, f64)) -> Resul
         seed: training.seed,
         clips: training.clips,
         epochs: training.epochs,
-        rigs: TRAINING_RIGS.map(str::to_owned).to_vec(),
+        rigs,
         validation_accuracy: best.1,
     };
     Ok(Model::of(standard, &best.2, provenance))

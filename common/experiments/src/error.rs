@@ -27,4 +27,10 @@ pub enum ExperimentError {
     /// A record that cannot be smoothed.
     #[error(transparent)]
     Smoother(#[from] railgrip_filter::core::SmootherError),
+    /// A classifier that cannot be used.
+    #[error(transparent)]
+    Classifier(#[from] railgrip_classifier::ModelError),
+    /// Audio that cannot be used.
+    #[error(transparent)]
+    Audio(#[from] railgrip_acoustics::AudioError),
 }

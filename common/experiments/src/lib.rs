@@ -84,6 +84,11 @@ pub static EXPERIMENTS: &[Experiment] = &[
         run: bogie::transition_experiment,
     },
     Experiment {
+        name: "shrestha-acoustics",
+        about: "Shrestha et al. 2021, Fig. 11: dry or wet by ear, accuracy and confusion on noise never heard",
+        run: bogie::acoustics_experiment,
+    },
+    Experiment {
         name: "shrestha-stopping",
         about: "Shrestha et al. 2021, Figs. 18 to 20: stops with no, a conventional and the proposed controller",
         run: bogie::stopping_experiment,

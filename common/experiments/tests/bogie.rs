@@ -32,6 +32,13 @@ fn water_is_survived() {
 }
 
 #[test]
+fn the_network_hears_the_water() {
+    let report = run("shrestha-acoustics");
+    println!("{}", report.markdown("shrestha-acoustics"));
+    assert!(report.all_met());
+}
+
+#[test]
 fn stops_are_the_papers() {
     let report = run("shrestha-stopping");
     println!("{}", report.markdown("shrestha-stopping"));

@@ -109,6 +109,32 @@ codes! {
 }
 
 codes! {
+    /// What came of listening to a second of audio.
+    HearingState {
+        /// The listener has just begun.
+        Starting = 0, "starting";
+        /// Classified; only this comes with a probability.
+        Heard = 1, "heard";
+        /// Another sample rate than the features are defined for.
+        WrongSampleRate = 2, "wrong_sample_rate";
+        /// No sound: the microphone is off or dead.
+        SilentMicrophone = 3, "silent_microphone";
+        /// Overdriven.
+        Clipped = 4, "clipped";
+        /// Samples that are not finite numbers.
+        NotFinite = 5, "not_finite";
+        /// Less than a window.
+        TooShort = 6, "too_short";
+        /// The vehicle stands: nothing rolls.
+        Standstill = 7, "standstill";
+        /// Nothing like it was in training.
+        Unfamiliar = 8, "unfamiliar";
+        /// No audio arrives.
+        NoAudio = 9, "no_audio";
+    }
+}
+
+codes! {
     /// Which kind of process speaks.
     ProcessKind {
         /// Creates and keeps the channels.
@@ -121,6 +147,8 @@ codes! {
         Health = 4, "health";
         /// Writes channels to recordings.
         Record = 5, "record";
+        /// Listens to the microphone of one wagon.
+        Listener = 6, "listener";
     }
 }
 
@@ -151,6 +179,8 @@ codes! {
         FilterRestarted = 11, "filter restarted";
         /// The model does not explain the data of a wagon for long; values: ratio of the innovations, seconds.
         ModelMismatch = 12, "model mismatch";
+        /// What a microphone hears has changed: its state, or the condition of the rail.
+        HearingChanged = 13, "hearing changed";
     }
 }
 
@@ -165,6 +195,9 @@ mod tests {
         }
         for grade in Grade::ALL {
             assert_eq!(Grade::from_code(grade.code()), Some(*grade));
+        }
+        for state in HearingState::ALL {
+            assert_eq!(HearingState::from_code(state.code()), Some(*state));
         }
         assert_eq!(ProcessKind::from_code(0), None);
         assert_eq!(Condition::from_code(4), None);

@@ -11,6 +11,8 @@
 //! | [`MotorSample`] | `motors/N` | one instant of the motor of rig N, 1 kHz or more, in batches |
 //! | [`Estimate`] | `estimates/N` | what the filter makes of each sample, in batches |
 //! | [`Innovation`] | `innovations/N` | what the filter expected and what came, in batches |
+//! | [`AudioHeader`] and samples | `audio/N` | a block of audio of the microphone of wagon N, of any length |
+//! | [`Heard`] | `heard/N` | what was made of a second of it |
 //! | [`Health`] | `health/N` | the indicators of wagon N, a few times a second |
 //! | [`Event`] | `events` | something happened that people care about |
 //! | [`Heartbeat`] | `heartbeats` | a process is alive, with its counters |
@@ -22,6 +24,7 @@
 //! * **sequence**: counts the samples of one wagon without gaps; a gap at the reader is a lost sample.
 //! * signs: forward is positive; braking gives negative adhesion and negative creepage (slide), traction positive (spin).
 
+mod audio;
 mod codes;
 mod estimate;
 mod event;
@@ -32,7 +35,8 @@ mod sample;
 mod stamp;
 mod text;
 
-pub use codes::{Condition, EstimateState, EventKind, Grade, ProcessKind};
+pub use audio::{AUDIO_TYPE_NAME, AudioHeader, Heard};
+pub use codes::{Condition, EstimateState, EventKind, Grade, HearingState, ProcessKind};
 pub use estimate::{Estimate, Innovation, MAX_OUTPUTS, flags};
 pub use event::{Event, NO_WHEELSET};
 pub use health::{Health, Indicator, WheelsetHealth};

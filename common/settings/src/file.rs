@@ -3,6 +3,7 @@
 use crate::alerts::{AlertTable, CapabilityTable, DeliveryTable};
 use crate::doors::{AuditTable, LimitsTable, TlsTable};
 use crate::history::HistoryTable;
+use crate::microphones::{AcousticTable, MicrophoneTable};
 use railgrip_filter::EstimatorConfig;
 use railgrip_indicators::IndicatorSettings;
 use serde::Deserialize;
@@ -15,6 +16,10 @@ pub(crate) struct TrainFile {
     pub train: TrainTable,
     #[serde(default)]
     pub wagon: Vec<WagonTable>,
+    #[serde(default)]
+    pub microphone: Vec<MicrophoneTable>,
+    #[serde(default)]
+    pub acoustics: AcousticTable,
     #[serde(default)]
     pub instance: InstanceTable,
     pub source: SourceTable,

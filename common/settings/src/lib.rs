@@ -10,6 +10,7 @@ mod error;
 mod file;
 mod history;
 mod instance;
+mod microphones;
 mod place;
 pub mod plant;
 mod runs;
@@ -22,6 +23,7 @@ pub use error::SettingsError;
 pub use file::LogFormat;
 pub use history::{HistorySettings, TierLimits};
 pub use instance::Instance;
+pub use microphones::{AcousticSettings, AudioSource, MicrophoneSettings};
 pub use plant::RigProgramme;
 pub use runs::ReplayRun;
 pub use train::{

@@ -4,6 +4,7 @@ use crate::alerts::{AlertSettings, CapabilitySettings, DeliverySettings};
 use crate::doors::DoorSettings;
 use crate::file::{LogFormat, SourceKind, SourceTable, TrainFile};
 use crate::history::HistorySettings;
+use crate::microphones::{self, AcousticSettings, MicrophoneSettings};
 use crate::place::ConfigText;
 use crate::plant::{self, RigProgramme};
 use crate::runs::{self, ReplayRun};
@@ -40,6 +41,10 @@ pub struct TrainSettings {
     pub name: String,
     /// The wagons from the front; wagon number `n` stands at index `n − 1`.
     pub wagons: Vec<WagonSettings>,
+    /// The microphones; a wagon has one or none.
+    pub microphones: Vec<MicrophoneSettings>,
+    /// How they are listened to.
+    pub acoustics: AcousticSettings,
     /// Where this instance keeps its channels and files.
     pub instance: Instance,
     /// Where samples come from.
@@ -202,6 +207,10 @@ impl TrainSettings {
             }
         })?;
         let wagons = wagons(&at, &form, &source)?;
+        let base = folder(file);
+        let microphones =
+            microphones::microphones(&at, &form.microphone, wagons.len() as u32, &source, &base)?;
+        let acoustics = form.acoustics.check(&at, &base)?;
         form.indicators
             .check()
             .map_err(|wrong| at.refuse(&format!("indicators.{}", wrong.key), wrong.value, wrong.allowed))?;
@@ -218,6 +227,8 @@ impl TrainSettings {
             file: file.to_owned(),
             doors,
             wagons,
+            microphones,
+            acoustics,
             source,
             batch_s: at.within("samples.batch_ms", form.samples.batch_ms, 0.0..=1000.0)? * 1e-3,
             estimator: form.estimator,
@@ -249,6 +260,12 @@ impl TrainSettings {
             name,
             logging: LoggingSettings { level: form.logging.level, format: form.logging.format },
         })
+    }
+
+    /// The microphone of that wagon.
+    #[must_use]
+    pub fn microphone(&self, wagon: u32) -> Option<&MicrophoneSettings> {
+        self.microphones.iter().find(|microphone| microphone.wagon == wagon)
     }
 
     /// The wagon of that number.

@@ -10,7 +10,7 @@ use railgrip_filter::{EstimatorConfig, EstimatorInput, WagonEstimator};
 use railgrip_vehicle::{VehicleParameters, WagonInput, WagonModel, WagonState};
 
 use crate::output::say;
-use crate::{CliError, bench_train, bench_transport};
+use crate::{CliError, bench_acoustics, bench_train, bench_transport};
 
 /// The vehicle that is timed.
 const VEHICLE: &str = include_str!("../../../config/vehicle.toml");
@@ -29,11 +29,14 @@ pub(crate) struct Args {
     /// Measure a train of 64 wagons at 1 kHz, and its HTTP service under load, instead
     #[arg(long, conflicts_with = "transport")]
     train: bool,
+    /// Measure listening to one second of audio instead
+    #[arg(long, conflicts_with_all = ["transport", "train"])]
+    acoustics: bool,
 }
 
 /// One line of the table.
 #[derive(Debug, serde::Serialize)]
-struct Line {
+pub(crate) struct Line {
     what: &'static str,
     nanoseconds: f64,
     reference: &'static str,
@@ -54,9 +57,13 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         }
         return Ok(());
     }
-    let path = std::path::Path::new("built-in vehicle");
-    let vehicle = railgrip_settings::vehicle::parse(path, VEHICLE).map_err(CliError::failed)?;
-    let lines = filter_lines(&vehicle)?;
+    let lines = if args.acoustics {
+        bench_acoustics::lines()?
+    } else {
+        let path = std::path::Path::new("built-in vehicle");
+        let vehicle = railgrip_settings::vehicle::parse(path, VEHICLE).map_err(CliError::failed)?;
+        filter_lines(&vehicle)?
+    };
     if args.json {
         say(&serde_json::to_string_pretty(&lines).map_err(CliError::failed)?);
         return Ok(());
@@ -82,7 +89,7 @@ fn run_transport(json: bool) -> Result<(), CliError> {
 }
 
 /// Nanoseconds of one call: the best of several rounds, which is what the machine can do undisturbed.
-fn time(mut call: impl FnMut()) -> f64 {
+pub(crate) fn time(mut call: impl FnMut()) -> f64 {
     let started = Instant::now();
     let (mut best, mut batch) = (f64::INFINITY, 64_u32);
     while started.elapsed().as_secs_f64() < SECONDS_A_LINE {
@@ -118,7 +125,12 @@ fn filter_lines(vehicle: &VehicleParameters) -> Result<Vec<Line>, CliError> {
     Ok(lines)
 }
 
-fn line(what: &'static str, nanoseconds: f64, reference: &'static str, reference_nanoseconds: f64) -> Line {
+pub(crate) fn line(
+    what: &'static str,
+    nanoseconds: f64,
+    reference: &'static str,
+    reference_nanoseconds: f64,
+) -> Line {
     Line { what, nanoseconds, reference, reference_nanoseconds, ratio: nanoseconds / reference_nanoseconds }
 }
 

@@ -68,6 +68,17 @@ impl From<railgrip_estimator::EstimatorError> for CliError {
     }
 }
 
+impl From<railgrip_listener::ListenerError> for CliError {
+    fn from(error: railgrip_listener::ListenerError) -> Self {
+        use railgrip_listener::ListenerError;
+        match error {
+            ListenerError::Bus(error) => error.into(),
+            ListenerError::NoMicrophone { .. } | ListenerError::Model(_) => Self::bad_input(error),
+            ListenerError::Classify(_) | ListenerError::Audio(_) => Self::failed(error),
+        }
+    }
+}
+
 impl From<railgrip_health::HealthError> for CliError {
     fn from(error: railgrip_health::HealthError) -> Self {
         match error {

@@ -3,7 +3,9 @@
 //! `up` supervises; `hold`, `ingest`, `estimator` and `health` are the processes that it (or systemd) starts; the rest
 //! are tools. Exit codes: 0 done, 1 failed, 2 bad input or config.
 
+mod acoustics;
 mod bench;
+mod bench_acoustics;
 mod bench_train;
 mod bench_transport;
 mod blind;
@@ -51,6 +53,8 @@ enum Command {
     Ingest(services::IngestArgs),
     /// Estimate one wagon
     Estimator(services::EstimatorArgs),
+    /// Listen to the microphone of one wagon
+    Listener(services::ListenerArgs),
     /// Serve the indicators over HTTP
     Health(services::HealthArgs),
     /// Show what the HTTP service of a running train says
@@ -63,6 +67,8 @@ enum Command {
     Estimate(estimate::Args),
     /// Run a published experiment, with its table and its figures
     Experiment(experiment::Args),
+    /// Train, ask and feed the classifier of rolling noise
+    Acoustics(acoustics::Args),
     /// Measure the speed of the parts on this machine
     Bench(bench::Args),
     /// The other end of `railgrip bench --transport`
@@ -81,12 +87,14 @@ impl Command {
             Self::Hold(args) => hold::run(&args),
             Self::Ingest(args) => services::ingest(&args),
             Self::Estimator(args) => services::estimator(&args),
+            Self::Listener(args) => services::listener(&args),
             Self::Health(args) => services::health(&args),
             Self::Status(args) => status::run(&args),
             Self::Token(args) => token::run(&args),
             Self::Record(args) => record::run(&args),
             Self::Estimate(args) => estimate::run(&args),
             Self::Experiment(args) => experiment::run(&args),
+            Self::Acoustics(args) => acoustics::run(&args),
             Self::Bench(args) => bench::run(&args),
             Self::BenchPeer(args) => bench_transport::peer(&args),
             Self::Gap(args) => gap::run(&args),

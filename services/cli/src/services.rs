@@ -22,6 +22,16 @@ pub(crate) struct EstimatorArgs {
     wagon: u32,
 }
 
+/// Listen to the microphone of one wagon.
+#[derive(Debug, clap::Args)]
+pub(crate) struct ListenerArgs {
+    #[command(flatten)]
+    train: TrainArgs,
+    /// Number of the wagon, 1 first
+    #[arg(long, value_name = "N")]
+    wagon: u32,
+}
+
 /// Serve the indicators over HTTP.
 #[derive(Debug, clap::Args)]
 pub(crate) struct HealthArgs {
@@ -43,6 +53,12 @@ pub(crate) fn estimator(args: &EstimatorArgs) -> Result<(), CliError> {
     }
     let _span = tracing::info_span!("estimator", wagon = args.wagon).entered();
     runner::run(|lifecycle| railgrip_estimator::run(&train.settings, args.wagon, lifecycle))
+}
+
+pub(crate) fn listener(args: &ListenerArgs) -> Result<(), CliError> {
+    let train = args.train.load()?;
+    let _span = tracing::info_span!("listener", wagon = args.wagon).entered();
+    runner::run(|lifecycle| railgrip_listener::run(&train.settings, args.wagon, lifecycle))
 }
 
 pub(crate) fn health(args: &HealthArgs) -> Result<(), CliError> {

@@ -7,7 +7,8 @@ use crate::model::WagonRow;
 use crate::shared::{Shared, StreamEvent};
 use crate::store::{self, Snapshot, Store};
 use railgrip_bus::{
-    Bus, BusConfig, BusError, HealthSubscriber, HeartbeatPublisher, HeartbeatSubscriber, Lifecycle, now,
+    Bus, BusConfig, BusError, HealthSubscriber, HeardSubscriber, HeartbeatPublisher, HeartbeatSubscriber,
+    Lifecycle, now,
 };
 use railgrip_messages::{Heartbeat, NO_WAGON, ProcessKind};
 use railgrip_settings::TrainSettings;
@@ -110,6 +111,7 @@ impl Post {
 struct Ends {
     bus: Bus,
     health: Vec<HealthSubscriber>,
+    heard: Vec<HeardSubscriber>,
     heartbeats: HeartbeatSubscriber,
     own: HeartbeatPublisher,
     sequence: u64,
@@ -120,8 +122,11 @@ impl Ends {
         let bus = Bus::open(BusConfig::of(settings), ProcessKind::Health, NO_WAGON)?;
         let wagons = settings.wagons.iter();
         let health = wagons.map(|wagon| bus.health_subscriber(wagon.number)).collect::<Result<_, _>>()?;
+        let microphones = settings.microphones.iter();
+        let heard =
+            microphones.map(|microphone| bus.heard_subscriber(microphone.wagon)).collect::<Result<_, _>>()?;
         let (heartbeats, own) = (bus.heartbeat_subscriber()?, bus.heartbeat_publisher()?);
-        Ok(Self { bus, health, heartbeats, own, sequence: 0 })
+        Ok(Self { bus, health, heard, heartbeats, own, sequence: 0 })
     }
 
     fn receive(&mut self, store: &mut Store, recorder: Option<&Recorder>) -> Result<(), BusError> {
@@ -134,6 +139,9 @@ impl Ends {
                     }
                 }
             })?;
+        }
+        for subscriber in &mut self.heard {
+            subscriber.receive(|batch| batch.iter().for_each(|heard| store.take_heard(heard)))?;
         }
         self.heartbeats.receive(|batch| batch.iter().for_each(|beat| store.take_heartbeat(beat)))?;
         Ok(())

@@ -8,6 +8,7 @@ pub mod alerts;
 mod collect;
 pub mod delivery;
 pub mod doors;
+mod heard;
 pub mod history;
 pub mod metrics;
 pub mod model;

@@ -96,6 +96,7 @@ struct OfWagons {
     faulty: Gauges<OfWagon>,
     nis: Gauges<OfWagon>,
     wsp: Gauges<OfWagon>,
+    heard_wet: Gauges<OfWagon>,
     samples: Counters<OfWagon>,
     missed: Counters<OfWagon>,
     wheelset_friction: Gauges<OfWheelset>,
@@ -143,6 +144,7 @@ impl OfWagons {
                 "filter_innovation_ratio",
                 "Mean normalised innovation squared over its degrees of freedom",
             ),
+            heard_wet: gauge(r, "heard_wet_probability_ratio", "Probability by ear that the rail is wet"),
             wsp: gauge(r, "wsp_active_ratio", "Share of the latest braking with slide protection"),
             samples: counter(r, "samples_received", "Samples taken in"),
             missed: counter(r, "samples_missed", "Samples that never arrived"),
@@ -175,6 +177,7 @@ impl OfWagons {
                 self.wheelset_friction.get_or_create(&label).set(value);
             }
         }
+        set(&self.heard_wet, view.acoustic.as_ref().and_then(|acoustic| acoustic.wet_probability));
         if !live {
             return;
         }

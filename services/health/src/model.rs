@@ -70,6 +70,43 @@ impl DataState {
     }
 }
 
+/// What the microphone of a wagon hears, window by window of one second. Advice only: nothing drives a brake.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct AcousticView {
+    /// `heard`, or why there is no probability: `starting`, `no_audio`, `silent_microphone`, `clipped`,
+    /// `wrong_sample_rate`, `not_finite`, `too_short`, `standstill`, `unfamiliar`; `silent` if its listener is.
+    pub state: String,
+    /// Age of the last window, s; `null` before the first.
+    pub age_s: Option<f64>,
+    /// When its last sample was taken, RFC 3339.
+    pub acquired_at: Option<String>,
+    /// Probability that the rail is wet; `null` unless `heard`.
+    pub wet_probability: Option<f64>,
+    /// Condition assigned; `null` unless `heard`.
+    pub condition: Option<Condition>,
+    /// Level under full scale, dB.
+    pub level_db: Option<f64>,
+    /// Blocks of audio that never arrived.
+    pub missed: u64,
+    /// What the decision-maker makes of it with slip and adhesion as measured; `null` while they say nothing.
+    pub decision: Option<DecisionView>,
+}
+
+/// Heard condition set beside measured slip and adhesion (Shrestha et al., section 3.3).
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct DecisionView {
+    /// Condition to go by.
+    pub condition: Option<Condition>,
+    /// True if curve and measurement differ by more than 0.2, so that the decision before stands.
+    pub kept: bool,
+    /// Adhesion to go by.
+    pub adhesion: f64,
+    /// Slip at which the curve of that condition peaks at this speed.
+    pub optimum_slip: f64,
+    /// Adhesion there.
+    pub optimum_adhesion: f64,
+}
+
 /// Condition of the rail.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
@@ -319,6 +356,8 @@ pub struct WagonView {
     pub adhesion_available_is_lower_bound: bool,
     /// Condition of the rail.
     pub rail: RailView,
+    /// What its microphone hears; `null` without one.
+    pub acoustic: Option<AcousticView>,
     /// Slides counted on all wheelsets.
     pub slides: Figure,
     /// Share of the latest braking with any slide protection.

@@ -4,6 +4,7 @@
 //! requests ask for is serialised once a snapshot, not once a request.
 
 use crate::alerts::{AlertBook, Cause, SharedBook};
+use crate::heard;
 use crate::model::{
     Alert, AlertList, DataState, Grade, ProcessView, TrainView, WagonList, WagonRow, WagonView,
 };
@@ -16,7 +17,7 @@ use railgrip_indicators::IndicatorSettings;
 use railgrip_indicators::belief::{Evidence, Rail};
 use railgrip_indicators::stopping::BrakedWagon;
 use railgrip_indicators::track::TrackMap;
-use railgrip_messages::{Health, Heartbeat, ProcessKind, Stamp, WheelsetHealth};
+use railgrip_messages::{Health, Heard, Heartbeat, ProcessKind, Stamp, WheelsetHealth};
 use railgrip_settings::{CapabilitySettings, TrainSettings};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -55,6 +56,8 @@ struct Known {
     /// Adhesion available on dry, wet, low and very low rail.
     rail: [f64; 4],
     health: Option<Box<Health>>,
+    microphone: bool,
+    heard: Option<Heard>,
 }
 
 /// The train at one instant, ready to be served.
@@ -110,6 +113,8 @@ impl Store {
                 [rail.dry, rail.wet, rail.low, 0.5 * rail.low]
             },
             health: None,
+            microphone: settings.microphone(wagon.number).is_some(),
+            heard: None,
         };
         let rail = settings.wagons.first().map_or([0.30, 0.12, 0.06], |wagon| {
             let rail = &wagon.vehicle.rail;
@@ -149,6 +154,13 @@ impl Store {
         }
     }
 
+    /// Takes what a microphone heard.
+    pub fn take_heard(&mut self, heard: &Heard) {
+        if let Some(known) = self.wagons.iter_mut().find(|known| known.number == heard.wagon) {
+            known.heard = Some(*heard);
+        }
+    }
+
     /// Takes the heartbeat of a process.
     pub fn take_heartbeat(&mut self, beat: &Heartbeat) {
         self.heartbeats.insert((beat.process, beat.wagon), *beat);
@@ -172,6 +184,8 @@ impl Store {
                 self.neighbours.amend(&mut row, &mut wagon, &self.indicators);
             }
             rows.push(row);
+            wagon.acoustic =
+                known.microphone.then(|| heard::acoustic(known.heard.as_ref(), now_ns, self.stale_after_s));
             wagons.push(wagon);
         }
         let not_ready: Vec<String> = rows

@@ -177,6 +177,7 @@ pub(crate) fn wagon(
         adhesion_available: figure(&health.adhesion_available, fresh),
         adhesion_available_is_lower_bound: health.adhesion_available_is_bound != 0,
         rail: rail(health, fresh),
+        acoustic: None,
         slides: figure(&health.slides, fresh),
         wsp_share: figure(&health.wsp_share, fresh),
         sensors: figure(&health.sensors, fresh),

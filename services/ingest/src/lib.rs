@@ -10,11 +10,13 @@
 //! * **tick**: one round of the loop; all that is due by then leaves as one batch a wagon.
 
 pub mod feed;
+mod microphones;
 mod outbox;
 mod pace;
 pub mod validate;
 
 use crate::feed::{Arrival, Next};
+use crate::microphones::Microphones;
 use crate::outbox::Outbox;
 use crate::pace::Pace;
 use railgrip_bus::{
@@ -63,7 +65,9 @@ pub struct Counters {
 /// Input that cannot be read, or channels that cannot be used.
 pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), IngestError> {
     let mut feed = feed::open(settings)?;
+    let prepared = microphones::prepare(settings)?;
     let bus = Bus::open(BusConfig::of(settings), ProcessKind::Ingest, 0)?;
+    let mut microphones = Microphones::open(&bus, prepared)?;
     let mut outboxes = settings
         .wagons
         .iter()
@@ -87,6 +91,7 @@ pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), Ingest
         for outbox in &mut outboxes {
             reporter.counters.published += outbox.send()?;
         }
+        microphones.send_due(until_s, feed.as_ref(), &pace);
         if let Some(skipped_s) = pace.catch_up(until_s) {
             tracing::warn!(skipped_s, "ingest was stopped or starved; the schedule goes on from here");
         }

@@ -1,5 +1,6 @@
 //! Wheels and what they roll on.
 
+use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 
@@ -198,6 +199,59 @@ pub fn roller() -> Rig {
         roughness_db: -1.0,
         microphone_m: 0.6,
         wet_damping: 4.0,
+    }
+}
+
+/// Wheel radii that [`any`] never draws, m: that of the traction rig lies in the middle, so that it stays unheard.
+pub const UNHEARD_RADII_M: (f64, f64) = (0.12, 0.19);
+/// Smallest and largest wheel that [`any`] draws, m.
+const ANY_RADII_M: (f64, f64) = (0.08, 0.55);
+
+/// A rig of any size, load, speed and shape: what a network must hear if it shall not learn single rigs by heart.
+///
+/// Masses, loads and speeds grow with the wheel as between the rigs of this file (powers 2.6, 2.1 and 1.7 of its
+/// radius), each with a spread of its own; modes lie up to a fifth beside those of the usual shape.
+pub fn any(random: &mut Pcg64Mcg) -> Rig {
+    let wheel_radius_m = loop {
+        let radius_m = ANY_RADII_M.0 * (ANY_RADII_M.1 / ANY_RADII_M.0).powf(random.random_range(0.0..1.0));
+        if !(UNHEARD_RADII_M.0..=UNHEARD_RADII_M.1).contains(&radius_m) {
+            break radius_m;
+        }
+    };
+    let mut spread = |octaves: f64| random.random_range(-octaves..octaves).exp2();
+    let size = wheel_radius_m / 0.1;
+    let wheel_mass_kg = 9.0 * size.powf(2.6) * spread(0.6);
+    let on_track = wheel_radius_m > 0.3 && spread(1.0) > 1.0;
+    let support = if on_track {
+        Support::Track {
+            bending_n_m2: 5e6 * spread(0.5),
+            mass_kg_m: 55.0 * spread(0.2),
+            stiffness_n_m2: 1e8 * spread(1.5),
+            loss_factor: 0.2 * spread(0.7),
+        }
+    } else {
+        roller_support(1.5 * wheel_radius_m * spread(0.6), 3.5 * wheel_mass_kg * spread(1.0))
+    };
+    let top_m_s = 4.5 * size.powf(1.7) * spread(0.7);
+    let mut modes = wheel_modes(wheel_radius_m * spread(0.15));
+    for mode in &mut modes {
+        mode.frequency_hz *= spread(0.26);
+        mode.mass_kg *= spread(0.7);
+        mode.loss_factor *= spread(0.3);
+        mode.radial_share = (mode.radial_share * spread(0.7)).min(1.0);
+    }
+    Rig {
+        name: "any",
+        wheel_radius_m,
+        wheel_mass_kg,
+        modes,
+        support,
+        curvature_m: 0.6 * wheel_radius_m * spread(0.4),
+        load_n: 2000.0 * size.powf(2.1) * spread(0.7),
+        speed_m_s: (0.07 * top_m_s, top_m_s),
+        roughness_db: 3.0 + 4.0 * spread(0.8).log2() / 0.8,
+        microphone_m: 0.15 * size.powf(0.95) * spread(0.7),
+        wet_damping: 4.0 * spread(0.3),
     }
 }
 

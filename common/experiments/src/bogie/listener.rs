@@ -1,8 +1,8 @@
 //! What stands for the acoustic classifier in the experiments: it hears the true condition with a stated accuracy.
 //!
 //! Every window of 1 s gives one probability of "dry". It is a logistic function of a normal number whose mean lies on
-//! the true side, so far from zero that the stated share of windows falls on that side. A classifier of real audio fits
-//! the same trait.
+//! the true side, so far from zero that the stated share of windows falls on that side. [`super::ear`] hears the rig's
+//! noise by the product's own network instead.
 
 use railgrip_filter::models::bogie_rig::RailListener;
 use rand::SeedableRng;
@@ -14,6 +14,29 @@ pub const WINDOW_S: f64 = 1.0;
 
 /// Spread of the logit. Chosen: most windows are heard with a probability beyond 0.9.
 const LOGIT_SIGMA: f64 = 1.8;
+
+/// How the rig rolls at one instant.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moment {
+    /// Speed of the rollers' rim, m/s.
+    pub v_m_s: f64,
+    /// Slip of the wheelset that slips most.
+    pub slip: f64,
+    /// 0 dry to 1 wet.
+    pub wetness: f64,
+}
+
+/// A listener beside the rig.
+pub trait RigListener: RailListener {
+    /// What there is to be heard at an instant, 100 times a second.
+    fn pass(&mut self, moment: &Moment);
+}
+
+impl RigListener for SimulatedListener {
+    fn pass(&mut self, moment: &Moment) {
+        self.pass_dryness(if moment.wetness < 0.5 { 1.0 } else { 0.0 });
+    }
+}
 
 /// A classifier of stated accuracy.
 #[derive(Clone, Debug)]
@@ -33,7 +56,7 @@ impl SimulatedListener {
     }
 
     /// The rail at an instant of the window: 1 dry, 0 wet.
-    pub fn pass(&mut self, dryness: f64) {
+    pub fn pass_dryness(&mut self, dryness: f64) {
         self.dryness_sum += dryness;
         self.instants += 1.0;
     }
@@ -87,7 +110,7 @@ mod tests {
             let mut right = 0.0;
             for window in 0..4000 {
                 let dryness = f64::from(window % 2);
-                listener.pass(dryness);
+                listener.pass_dryness(dryness);
                 let heard = listener.dry_probability(f64::from(window + 1)).unwrap();
                 right += f64::from(u8::from((heard > 0.5) == (dryness > 0.5))) / 4000.0;
             }

@@ -5,9 +5,9 @@
 //! and asks the brakes for a pressure.
 
 use super::controller::{BrakeController, Control};
-use super::listener::SimulatedListener;
+use super::listener::{Moment, RigListener, SimulatedListener};
 use railgrip_filter::models::bogie_rig::{
-    BogieEstimate, BogieFilter, BogieNoise, BogieSample, Decision, DecisionMaker, RailListener,
+    BogieEstimate, BogieFilter, BogieNoise, BogieSample, Decision, DecisionMaker,
 };
 use railgrip_vehicle::bogie_rig::{
     BogieParameters, BogieRig, BogieRigStep, BogieSensors, ContactLaw, HydraulicBrake, RailCondition,
@@ -144,7 +144,7 @@ struct Loop<'a> {
     filter: BogieFilter,
     maker: DecisionMaker,
     controller: BrakeController,
-    listener: SimulatedListener,
+    listener: Box<dyn RigListener + 'a>,
     random: Pcg64Mcg,
     level: [f64; 2],
     step: BogieRigStep,
@@ -159,7 +159,12 @@ struct Loop<'a> {
 
 /// Runs a test until the rollers stand, a ramp is done, or its time is over.
 pub fn simulate(setup: &Setup) -> Vec<Instant> {
-    let mut run = Loop::new(setup);
+    simulate_with(setup, SimulatedListener::new(setup.accuracy, setup.seed))
+}
+
+/// The same with another listener; lend it to ask it afterwards.
+pub fn simulate_with<'a>(setup: &'a Setup, listener: impl RigListener + 'a) -> Vec<Instant> {
+    let mut run = Loop::new(setup, Box::new(listener));
     let p = &setup.parameters;
     let inner = (p.sensors.sample_period_s / STEP_S).round() as u64;
     let mut instants = Vec::new();
@@ -180,7 +185,7 @@ pub fn simulate(setup: &Setup) -> Vec<Instant> {
 }
 
 impl<'a> Loop<'a> {
-    fn new(setup: &'a Setup) -> Self {
+    fn new(setup: &'a Setup, listener: Box<dyn RigListener + 'a>) -> Self {
         let p = &setup.parameters;
         let rig = BogieRig::new(p.clone());
         let mut random = Pcg64Mcg::seed_from_u64(setup.seed);
@@ -202,7 +207,7 @@ impl<'a> Loop<'a> {
             filter: BogieFilter::new(p.clone(), BogieNoise::default()),
             maker: DecisionMaker::new(dry, wet, p.wheelset_load_n[0], begin),
             controller: BrakeController::new(setup.control, setup.preset_torque_nm),
-            listener: SimulatedListener::new(setup.accuracy, setup.seed),
+            listener,
             rig,
             random,
             level: [1.0; 2],
@@ -225,7 +230,12 @@ impl<'a> Loop<'a> {
     fn instant(&mut self, time_s: f64) -> Instant {
         let sample = self.sample(time_s);
         let estimate = self.filter.step(&sample);
-        self.listener.pass(if self.wetness < 0.5 { 1.0 } else { 0.0 });
+        let slip = self.rig.slip(&self.step.state);
+        self.listener.pass(&Moment {
+            v_m_s: self.rig.v_m_s(&self.step.state),
+            slip: slip[0].max(slip[1]),
+            wetness: self.wetness,
+        });
         let heard = self.listener.dry_probability(time_s);
         let v = if estimate.v_m_s.is_finite() { estimate.v_m_s } else { self.setup.v_m_s };
         let decision = self.maker.decide(estimate.slip(), v, estimate.adhesion_utilised(), heard);

@@ -10,10 +10,10 @@ use rayon::prelude::*;
 use std::path::Path;
 
 /// Brakes on, s: the paper's.
-const BRAKE_S: f64 = 15.0;
+pub(super) const BRAKE_S: f64 = 15.0;
 
 /// Water, s: the paper's.
-const WATER_S: f64 = 50.0;
+pub(super) const WATER_S: f64 = 50.0;
 
 /// Seeds of every figure that is a mean; the first is drawn.
 const SEEDS: std::ops::Range<u64> = 2021..2029;
@@ -21,7 +21,7 @@ const SEEDS: std::ops::Range<u64> = 2021..2029;
 /// Accuracy of the listener. Chosen; a classifier's own figure goes here.
 const ACCURACY: f64 = 0.95;
 
-fn setup(control: Control, accuracy: f64, seed: u64) -> Setup {
+pub(super) fn setup(control: Control, accuracy: f64, seed: u64) -> Setup {
     let parameters = BogieParameters::default();
     let preset_torque_nm = 0.2 * parameters.wheelset_load_n[0] * parameters.wheel_radius_m;
     Setup {

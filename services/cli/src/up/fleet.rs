@@ -43,6 +43,10 @@ impl Fleet {
             let number = wagon.to_string();
             others.push(unit(format!("estimator {number}"), &["estimator", "--wagon", &number]));
         }
+        for wagon in &bus.microphones {
+            let number = wagon.to_string();
+            others.push(unit(format!("listener {number}"), &["listener", "--wagon", &number]));
+        }
         others.push(unit("ingest".into(), &["ingest"]).with_stdin(reads_stdin).may_finish());
         let address_file = settings.instance.http_address_file();
         let _ = std::fs::remove_file(&address_file);

@@ -4,7 +4,7 @@ use super::bar::bar;
 use super::limits::{Limit, Limits};
 use super::words::{Form, NOTHING, capital, chip, data_age, energy, icon, instant, maybe, number};
 use super::{Part, alerts, outlook, train};
-use crate::model::{DataState, Figure, Grade, ProcessView, RailView, WagonView, WheelsetView};
+use crate::model::{AcousticView, DataState, Figure, Grade, ProcessView, RailView, WagonView, WheelsetView};
 use crate::store::Snapshot;
 use maud::{Markup, html};
 
@@ -192,7 +192,37 @@ fn indicators(wagon: &WagonView, limits: &Limits) -> Markup {
         Row::new("Filter (1 is ideal)", "filter", &wagon.filter, Form::TENTHS).on(limits.filter),
         Row::new("Model over time", "model", &wagon.model, Form::TENTHS).on(limits.filter),
     ];
-    html! { div #indicators { (indicator_table(&rows, &rail(&wagon.rail))) } }
+    let last = html! {
+        (rail(&wagon.rail))
+        @if let Some(acoustic) = &wagon.acoustic { (sound(acoustic)) }
+    };
+    html! { div #indicators { (indicator_table(&rows, &last)) } }
+}
+
+/// What the microphone hears.
+fn sound(acoustic: &AcousticView) -> Markup {
+    let probability = acoustic.wet_probability.map(|wet| format!("wet {:.0} %", 100.0 * wet));
+    let state = match acoustic.state.as_str() {
+        "heard" => "The last second of audio was heard".to_owned(),
+        "silent" => "The listener says nothing".to_owned(),
+        state => format!("Microphone: {}", state.replace('_', " ")),
+    };
+    let advice = acoustic.decision.as_ref().map(|decision| {
+        format!(
+            "; advice: adhesion peaks at slip {:.3}, {:.2} there",
+            decision.optimum_slip, decision.optimum_adhesion
+        )
+    });
+    html! {
+        tr {
+            th scope="row" { "Rail by ear" }
+            td .num .value { (super::words::condition(acoustic.condition)) }
+            td .interval { (probability.unwrap_or_else(|| NOTHING.to_owned())) }
+            td .scale {}
+            td .grade {}
+            td .why { (state) (advice.unwrap_or_default()) }
+        }
+    }
 }
 
 /// The rail's condition as shares of one bar.

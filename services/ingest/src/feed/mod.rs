@@ -54,8 +54,24 @@ pub enum Next {
     Ended,
 }
 
+/// How a simulated wagon or rig rolls: what its microphone would hear comes from that.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rolls {
+    /// Speed, m/s.
+    pub speed_m_s: f64,
+    /// Creepage of the leading wheelset, magnitude.
+    pub creepage: f64,
+    /// 0 dry to 1 wet.
+    pub wetness: f64,
+}
+
 /// A source of samples.
 pub trait Feed {
+    /// How a wagon (counted from 0) rolls now; nothing where that is not simulated.
+    fn rolls(&self, _wagon: usize) -> Option<Rolls> {
+        None
+    }
+
     /// Hands over, in order, everything that is due up to `until_s` seconds after the start.
     fn take_due(&mut self, until_s: f64, sink: &mut dyn FnMut(Arrival<'_>)) -> Next;
 
@@ -94,6 +110,9 @@ pub enum InputError {
         /// What can be done.
         allowed: &'static str,
     },
+    /// A recording of a microphone is wrong.
+    #[error(transparent)]
+    Audio(#[from] railgrip_acoustics::wav::WavError),
     /// The simulated train cannot be built.
     #[error(transparent)]
     Scenario(#[from] railgrip_simulation::ScenarioError),
@@ -111,7 +130,9 @@ pub fn open(settings: &TrainSettings) -> Result<Box<dyn Feed>, InputError> {
         Source::Simulate { scenario, seed, sample_rate_hz, speed } => {
             Box::new(Simulated::new(scenario, &vehicles, *seed, *sample_rate_hz, *speed)?)
         }
-        Source::Replay { runs, speed, repeat } => Box::new(Replay::open(runs, &vehicles, &plants, *speed, *repeat)?),
+        Source::Replay { runs, speed, repeat } => {
+            Box::new(Replay::open(runs, &vehicles, &plants, *speed, *repeat)?)
+        }
         Source::Rig { programme, seed, speed, repeat } => {
             Box::new(Rigs::new(*programme, *seed, settings.wagons.len(), *speed, *repeat))
         }

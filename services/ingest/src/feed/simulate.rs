@@ -1,8 +1,8 @@
 //! The simulated train as a source.
 
-use super::{Arrival, Feed, InputError, Next};
-use railgrip_simulation::{Scenario, Train};
-use railgrip_vehicle::VehicleParameters;
+use super::{Arrival, Feed, InputError, Next, Rolls};
+use railgrip_simulation::{Scenario, Train, WagonTruth};
+use railgrip_vehicle::{RailClass, VehicleParameters};
 
 /// A simulated train that runs in step with the clock.
 pub struct Simulated {
@@ -10,6 +10,8 @@ pub struct Simulated {
     next_s: f64,
     speed: f64,
     name: String,
+    radius_m: Vec<f64>,
+    rolls: Vec<Rolls>,
 }
 
 impl Simulated {
@@ -25,11 +27,30 @@ impl Simulated {
         speed: f64,
     ) -> Result<Self, InputError> {
         let train = Train::new(scenario, vehicles, seed, sample_rate_hz)?;
-        Ok(Self { train, next_s: 0.0, speed, name: scenario.name.clone() })
+        let radius_m = vehicles.iter().map(|vehicle| vehicle.wheelset.radius_m).collect();
+        Ok(Self { train, next_s: 0.0, speed, name: scenario.name.clone(), radius_m, rolls: Vec::new() })
+    }
+}
+
+/// Dry rails are seldom bone-dry; contaminated ones are mostly wet.
+fn rolls(truth: &WagonTruth, radius_m: f64) -> Rolls {
+    let speed_m_s = truth.row.v_m_s.abs();
+    let rim_m_s = truth.wheel_speed_rad_s[0] * radius_m;
+    Rolls {
+        speed_m_s,
+        creepage: ((rim_m_s - truth.row.v_m_s).abs() / speed_m_s.max(0.5)).clamp(0.001, 1.0),
+        wetness: match truth.rail {
+            RailClass::Dry => 0.05,
+            RailClass::Wet | RailClass::Low => 0.9,
+        },
     }
 }
 
 impl Feed for Simulated {
+    fn rolls(&self, wagon: usize) -> Option<Rolls> {
+        self.rolls.get(wagon).copied()
+    }
+
     fn take_due(&mut self, until_s: f64, sink: &mut dyn FnMut(Arrival<'_>)) -> Next {
         while self.next_s <= until_s {
             let sample = self.train.step();
@@ -38,6 +59,9 @@ impl Feed for Simulated {
                 let (row, wheelsets) = (&sample.row, sample.wheelsets);
                 sink(Arrival::Row { wagon, row, wheelsets, due_s, begins: false });
             }
+            self.rolls.clear();
+            let wagons = sample.wagons.iter().zip(&self.radius_m);
+            self.rolls.extend(wagons.map(|(sample, radius_m)| rolls(&sample.truth, *radius_m)));
             self.next_s = due_s + self.train.sample_period_s();
         }
         Next::More

@@ -1,0 +1,157 @@
+//! Microphones: which wagon has one, where its audio comes from, and how it is listened to.
+
+use crate::SettingsError;
+use crate::place::ConfigText;
+use crate::train::Source;
+use railgrip_acoustics::synthesis::{Rig, rig_names};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// How listeners listen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AcousticSettings {
+    /// File of the model; absent: the one that is part of the program.
+    pub model: Option<PathBuf>,
+    /// A probability within so much of 0.5 keeps the condition before; 0 as in the paper.
+    pub hysteresis: f64,
+}
+
+/// One microphone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MicrophoneSettings {
+    /// The wagon that it hears.
+    pub wagon: u32,
+    /// Where its audio comes from.
+    pub audio: AudioSource,
+}
+
+/// Where audio comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum AudioSource {
+    /// Synthesised from how the simulated wagon or rig rolls.
+    Synthesised {
+        /// What it sounds like: the name of a rig.
+        rig: &'static str,
+        /// Background over the dry rolling noise at half the rig's highest speed, dB.
+        noise_db: f64,
+        /// Seed of the noise.
+        seed: u64,
+    },
+    /// WAV files, one after the other.
+    Recordings {
+        /// In the order in which they are heard.
+        files: Vec<PathBuf>,
+        /// Begin again at the end.
+        repeat: bool,
+    },
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct AcousticTable {
+    model: Option<String>,
+    hysteresis: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MicrophoneTable {
+    wagon: u32,
+    rig: Option<String>,
+    noise_db: Option<f64>,
+    seed: Option<u64>,
+    recordings: Option<Vec<String>>,
+    #[serde(rename = "loop")]
+    repeat: Option<bool>,
+}
+
+impl AcousticTable {
+    pub(crate) fn check(&self, at: &ConfigText<'_>, base: &Path) -> Result<AcousticSettings, SettingsError> {
+        Ok(AcousticSettings {
+            model: self.model.as_ref().map(|file| base.join(file)),
+            hysteresis: at.within("acoustics.hysteresis", self.hysteresis, 0.0..=0.49)?,
+        })
+    }
+}
+
+/// Checks the `[[microphone]]` tables of a train with so many wagons.
+pub(crate) fn microphones(
+    at: &ConfigText<'_>,
+    tables: &[MicrophoneTable],
+    wagons: u32,
+    source: &Source,
+    base: &Path,
+) -> Result<Vec<MicrophoneSettings>, SettingsError> {
+    let mut found: Vec<MicrophoneSettings> = Vec::with_capacity(tables.len());
+    for (number, table) in (1..).zip(tables) {
+        let key = |name: &str| format!("microphone.{number}.{name}");
+        if !(1..=wagons).contains(&table.wagon) {
+            return Err(at.refuse(&key("wagon"), table.wagon, format!("1 to {wagons}")));
+        }
+        if found.iter().any(|other| other.wagon == table.wagon) {
+            return Err(at.refuse(&key("wagon"), table.wagon, "a wagon without a microphone so far"));
+        }
+        let audio = match &table.recordings {
+            Some(patterns) => recordings(at, &key, table, patterns, base)?,
+            None => synthesised(at, &key, table, source)?,
+        };
+        found.push(MicrophoneSettings { wagon: table.wagon, audio });
+    }
+    Ok(found)
+}
+
+fn recordings(
+    at: &ConfigText<'_>,
+    key: &dyn Fn(&str) -> String,
+    table: &MicrophoneTable,
+    patterns: &[String],
+    base: &Path,
+) -> Result<AudioSource, SettingsError> {
+    let others = [
+        ("rig", table.rig.is_some()),
+        ("noise_db", table.noise_db.is_some()),
+        ("seed", table.seed.is_some()),
+    ];
+    if let Some((name, _)) = others.into_iter().find(|(_, given)| *given) {
+        return Err(at.refuse(&key(name), "given", "nothing here beside `recordings`"));
+    }
+    let mut files = Vec::new();
+    for pattern in patterns {
+        let full = base.join(pattern);
+        let found = glob::glob(&full.to_string_lossy())
+            .map_err(|error| at.refuse(&key("recordings"), pattern, error.msg))?;
+        let mut found: Vec<PathBuf> = found.filter_map(Result::ok).filter(|path| path.is_file()).collect();
+        if found.is_empty() {
+            let allowed = format!("WAV files or globs; {} finds none", full.display());
+            return Err(at.refuse(&key("recordings"), format!("{pattern:?}"), allowed));
+        }
+        found.sort();
+        files.append(&mut found);
+    }
+    if files.is_empty() {
+        return Err(at.refuse(&key("recordings"), "empty", "one WAV file or more"));
+    }
+    Ok(AudioSource::Recordings { files, repeat: table.repeat.unwrap_or(true) })
+}
+
+fn synthesised(
+    at: &ConfigText<'_>,
+    key: &dyn Fn(&str) -> String,
+    table: &MicrophoneTable,
+    source: &Source,
+) -> Result<AudioSource, SettingsError> {
+    if !matches!(source, Source::Simulate { .. } | Source::Rig { .. }) {
+        let allowed = "WAV files; noise is synthesised for simulated wagons and rigs only";
+        return Err(at.refuse(&key("recordings"), "absent", allowed));
+    }
+    if table.repeat.is_some() {
+        return Err(at.refuse(&key("loop"), "given", "nothing here without `recordings`"));
+    }
+    let name = table.rig.as_deref().unwrap_or("track");
+    let rig = Rig::named(name).ok_or_else(|| at.refuse(&key("rig"), format!("{name:?}"), rig_names()))?;
+    Ok(AudioSource::Synthesised {
+        rig: rig.name,
+        noise_db: at.within(&key("noise_db"), table.noise_db.unwrap_or(-25.0), -100.0..=40.0)?,
+        seed: table.seed.unwrap_or(1),
+    })
+}
