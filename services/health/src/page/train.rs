@@ -2,7 +2,7 @@
 
 use super::words::{Form, NOTHING, capital, chip, condition, data_age, icon, maybe, number};
 use super::{Part, alerts, stopping};
-use crate::model::{DataState, Grade, TrainView, WagonRow, WagonView};
+use crate::model::{DataState, Figure, Grade, TrainView, WagonRow, WagonView};
 use crate::shared::Shared;
 use crate::store::Snapshot;
 use maud::{Markup, html};
@@ -18,7 +18,8 @@ pub(super) fn parts(shared: &Shared, snapshot: &Snapshot) -> Vec<Part> {
     ];
     parts.extend(tiles(snapshot, None));
     parts.extend(stopping::parts(shared, snapshot));
-    parts.extend(snapshot.rows.iter().map(|row| Part::new(format!("r-{}", row.id), line(row))));
+    let pairs = snapshot.rows.iter().zip(&snapshot.wagons);
+    parts.extend(pairs.map(|(row, wagon)| Part::new(format!("r-{}", row.id), line(row, wagon))));
     parts
 }
 
@@ -38,7 +39,7 @@ pub(super) fn body(shared: &Shared, snapshot: &Snapshot) -> Markup {
         }
         section .card aria-labelledby="h-all" {
             div .heading { h2 #h-all { "All wagons" } }
-            (table(&snapshot.rows))
+            (table(snapshot))
         }
     }
 }
@@ -156,7 +157,7 @@ fn about(row: &WagonRow) -> Markup {
     }
 }
 
-fn table(rows: &[WagonRow]) -> Markup {
+fn table(snapshot: &Snapshot) -> Markup {
     html! {
         table .wagons {
             thead { tr {
@@ -172,12 +173,21 @@ fn table(rows: &[WagonRow]) -> Markup {
                 th scope="col" .num { "Data age" }
                 th scope="col" .why { "Why" }
             } }
-            tbody { @for row in rows { (line(row)) } }
+            tbody {
+                @for (row, wagon) in snapshot.rows.iter().zip(&snapshot.wagons) { (line(row, wagon)) }
+            }
         }
     }
 }
 
-fn line(row: &WagonRow) -> Markup {
+/// Half of the 95 % interval, behind its figure.
+fn half(figure: &Figure, form: Form) -> Markup {
+    let ends = figure.low.zip(figure.high).filter(|(low, high)| low < high);
+    let half = ends.filter(|_| figure.value.is_some()).map(|(low, high)| 0.5 * (high - low));
+    html! { @if half.is_some() { small .half { " ±" (form.value(half)) } } }
+}
+
+fn line(row: &WagonRow, wagon: &WagonView) -> Markup {
     let wheels = match (row.wsp_active, row.sliding) {
         (Some(true), _) => "WSP acts",
         (_, Some(true)) => "slide",
@@ -193,8 +203,12 @@ fn line(row: &WagonRow) -> Markup {
         tr id={ "r-" (row.id) } class={ "s-" (row.state.word()) } {
             th scope="row" { a href={ "/wagons/" (row.id) } { b { (row.id) } " " (row.name) } }
             td data-label="Grade" { (chip(row.grade)) }
-            td .num data-label="Pad friction" { (maybe(row.brake_friction, 3)) }
-            td .num data-label="Front − rear" { (Form::PERCENT.value(row.asymmetry)) }
+            td .num data-label="Pad friction" {
+                (maybe(row.brake_friction, 3)) (half(&wagon.brake_friction, Form::FRICTION))
+            }
+            td .num data-label="Front − rear" {
+                (Form::PERCENT.value(row.asymmetry)) (half(&wagon.asymmetry, Form::PERCENT))
+            }
             td data-label="Rail" { (condition(row.condition)) }
             td .num data-label="Grip used" { (maybe(row.adhesion_utilised, 3)) }
             td .num data-label="Grip there" { (bound) (maybe(row.adhesion_available, 3)) }

@@ -15,7 +15,7 @@ pub(super) fn parts(id: u32, limits: &Limits, snapshot: &Snapshot) -> Vec<Part> 
     let Some(wagon) = snapshot.wagons.iter().find(|wagon| wagon.id == id) else { return Vec::new() };
     let mut parts = vec![
         Part::new("verdict", verdict(wagon)),
-        Part::new("facts", facts(wagon)),
+        Part::new("facts", facts(wagon, snapshot)),
         Part::new("indicators", indicators(wagon, limits)),
         Part::new("wheelsets", wheelsets(wagon, limits)),
         Part::new("wagon-alerts", alerts::of_wagon(snapshot, id)),
@@ -34,7 +34,7 @@ pub(super) fn body(id: u32, limits: &Limits, snapshot: &Snapshot) -> Markup {
             (train::drawing(snapshot, Some(id)))
             (step("next", "Next wagon", "›", (id < count).then(|| id + 1)))
         }
-        div .lead { (verdict(wagon)) (facts(wagon)) }
+        div .lead { (verdict(wagon)) (facts(wagon, snapshot)) }
         section .card aria-labelledby="h-ind" {
             div .heading { h2 #h-ind { "Indicators of the wagon" } (key()) }
             (indicators(wagon, limits))
@@ -50,10 +50,6 @@ pub(super) fn body(id: u32, limits: &Limits, snapshot: &Snapshot) -> Markup {
         (trends(wagon, limits))
         div .columns {
             section .card aria-labelledby="h-own" { h2 #h-own { "Alerts of this wagon" } (alerts::of_wagon(snapshot, id)) }
-            section .card aria-labelledby="h-events" {
-                h2 #h-events { "Latest events" }
-                div #events data-wagon=(id) { p .calm { "A script fetches the events." } }
-            }
             section .card aria-labelledby="h-behind" { h2 #h-behind { "Behind the figures" } (behind(wagon)) }
         }
     }
@@ -89,12 +85,16 @@ fn verdict(wagon: &WagonView) -> Markup {
     }
 }
 
-fn facts(wagon: &WagonView) -> Markup {
+fn facts(wagon: &WagonView, snapshot: &Snapshot) -> Markup {
     let now = wagon.now.as_ref();
+    let alerts =
+        snapshot.alerts.alerts.iter().filter(|alert| alert.active && alert.wagons.contains(&wagon.id));
+    let since = alerts.map(|alert| alert.raised_at.as_str()).min();
     html! {
         dl #facts .facts {
             div { dt { "Speed" } dd { (maybe(now.map(|now| 3.6 * now.v_m_s), 0)) small { " km/h" } } }
             div { dt { "Track position" } dd { (maybe(now.map(|now| now.position_m / 1e3), 2)) small { " km" } } }
+            div { dt { "Alert since" } dd .since { @match since { Some(at) => (instant(at)), None => (NOTHING) } } }
             div { dt { "Braking so far" } dd { (number(wagon.braking_s, 0)) small { " s" } } }
             div .loud[wagon.state != DataState::Live] {
                 dt { "Age of the data" }

@@ -153,6 +153,6 @@
     });
     load();
     again(outlook, OUTLOOK_MS);
-    again(events, EVENTS_MS);
+    if (document.getElementById("events")) again(events, EVENTS_MS);
   }
 }
