@@ -10,7 +10,7 @@ use railgrip_filter::{EstimatorConfig, EstimatorInput, WagonEstimator};
 use railgrip_vehicle::{VehicleParameters, WagonInput, WagonModel, WagonState};
 
 use crate::output::say;
-use crate::{CliError, bench_train, bench_transport};
+use crate::{CliError, bench_history, bench_http, bench_train, bench_transport};
 
 /// The vehicle that is timed.
 const VEHICLE: &str = include_str!("../../../config/vehicle.toml");
@@ -29,6 +29,12 @@ pub(crate) struct Args {
     /// Measure a train of 64 wagons at 1 kHz, and its HTTP service under load, instead
     #[arg(long, conflicts_with = "transport")]
     train: bool,
+    /// Measure the HTTP service of 64 wagons on one thread instead
+    #[arg(long, conflicts_with_all = ["transport", "train"])]
+    http: bool,
+    /// Measure what the history writes and how fast it answers instead
+    #[arg(long, conflicts_with_all = ["transport", "train", "http"])]
+    history: bool,
 }
 
 /// One line of the table.
@@ -54,6 +60,22 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         }
         return Ok(());
     }
+    if args.http {
+        let report = bench_http::run()?;
+        if args.json {
+            return json(&report);
+        }
+        bench_http::show(&report);
+        return Ok(());
+    }
+    if args.history {
+        let report = bench_history::run()?;
+        if args.json {
+            return json(&report);
+        }
+        bench_history::show(&report);
+        return Ok(());
+    }
     let path = std::path::Path::new("built-in vehicle");
     let vehicle = railgrip_settings::vehicle::parse(path, VEHICLE).map_err(CliError::failed)?;
     let lines = filter_lines(&vehicle)?;
@@ -68,6 +90,11 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
             line.what, line.nanoseconds, line.reference, line.reference_nanoseconds, line.ratio
         ));
     }
+    Ok(())
+}
+
+fn json(report: &impl serde::Serialize) -> Result<(), CliError> {
+    say(&serde_json::to_string_pretty(report).map_err(CliError::failed)?);
     Ok(())
 }
 

@@ -4,6 +4,8 @@
 //! are tools. Exit codes: 0 done, 1 failed, 2 bad input or config.
 
 mod bench;
+mod bench_history;
+mod bench_http;
 mod bench_train;
 mod bench_transport;
 mod blind;
@@ -11,7 +13,9 @@ mod error;
 mod estimate;
 mod experiment;
 mod gap;
+mod history;
 mod hold;
+mod load;
 mod local_http;
 mod logging;
 mod output;
@@ -55,6 +59,8 @@ enum Command {
     Status(status::Args),
     /// Make, list and end tokens of the HTTP service
     Token(token::Args),
+    /// Export what a train remembers to CSV or Parquet
+    History(history::Args),
     /// Write what a running train measures to recordings
     Record(record::Args),
     /// Estimate adhesion and pad friction of a recording
@@ -82,6 +88,7 @@ impl Command {
             Self::Health(args) => services::health(&args),
             Self::Status(args) => status::run(&args),
             Self::Token(args) => token::run(&args),
+            Self::History(args) => history::run(&args),
             Self::Record(args) => record::run(&args),
             Self::Estimate(args) => estimate::run(&args),
             Self::Experiment(args) => experiment::run(&args),

@@ -7,6 +7,7 @@
 pub mod alerts;
 mod collect;
 pub mod delivery;
+mod docs;
 pub mod doors;
 pub mod history;
 pub mod metrics;
@@ -19,6 +20,7 @@ pub mod store;
 mod stream;
 pub mod time;
 mod view;
+mod web;
 
 use crate::doors::{Doors, LocalDoor};
 use crate::shared::Shared;

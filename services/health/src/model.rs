@@ -167,6 +167,10 @@ pub struct WagonList {
     pub generated_at: String,
     /// One line a wagon, front first.
     pub wagons: Vec<WagonRow>,
+    /// Where the next page is; absent on the last one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    pub next: Option<String>,
 }
 
 /// What a live wagon does now.
@@ -251,6 +255,10 @@ pub struct WheelsetView {
     pub slide_s: f64,
     /// Share of the latest braking with slide protection.
     pub wsp_share: Figure,
+    /// Pad friction referred to standard conditions: speed, pressing force, disc temperature.
+    pub brake_friction_standard: Figure,
+    /// Share of the latest braking during which this wheelset had no brake while the others had, 0 to 1.
+    pub isolated: Figure,
 }
 
 /// A process of the train.
@@ -323,6 +331,18 @@ pub struct WagonView {
     pub sensors: Figure,
     /// Mean normalised innovation squared over its degrees of freedom; 1 is ideal.
     pub filter: Figure,
+    /// Pad friction referred to standard conditions: speed, pressing force, disc temperature.
+    pub brake_friction_standard: Figure,
+    /// Time from the first pressing force to 90 % of its level, s, median of the latest brake applications.
+    pub response: Figure,
+    /// Retarding force while the brakes are released, beyond running resistance, N.
+    pub dragging: Figure,
+    /// Share of the latest braking during which the worst wheelset had no brake while others had, 0 to 1.
+    pub isolated: Figure,
+    /// Adhesion in slides with sand over adhesion in slides without.
+    pub sanding: Figure,
+    /// Whether the model explains the data for long: mean normalised innovation squared over its degrees of freedom.
+    pub model: Figure,
     /// Braking so far, s.
     pub braking_s: f64,
     /// Samples taken in.

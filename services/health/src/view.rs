@@ -181,6 +181,12 @@ pub(crate) fn wagon(
         wsp_share: figure(&health.wsp_share, fresh),
         sensors: figure(&health.sensors, fresh),
         filter: figure(&health.filter, fresh),
+        brake_friction_standard: figure(&health.brake_friction_standard, fresh),
+        response: figure(&health.response, fresh),
+        dragging: figure(&health.dragging, fresh),
+        isolated: figure(&health.isolated, fresh),
+        sanding: figure(&health.sanding, fresh),
+        model: figure(&health.model, fresh),
         braking_s: rounded(health.braking_s),
         samples: health.samples,
         samples_missed: health.missed,
@@ -223,6 +229,8 @@ fn wheelset(id: u32, health: &WheelsetHealth, fresh: Freshness) -> WheelsetView 
         slide_energy_j: rounded(health.slide_energy_j),
         slide_s: rounded(health.slide_s),
         wsp_share: figure(&health.wsp_share, fresh),
+        brake_friction_standard: figure(&health.brake_friction_standard, fresh),
+        isolated: figure(&health.isolated, fresh),
     }
 }
 

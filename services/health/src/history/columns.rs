@@ -80,6 +80,14 @@ const OF_WAGON: &[OfWagon] = &[
     ("sensors", "", false, |health| judged(&health.sensors)),
     ("filter", "", false, |health| judged(&health.filter)),
     ("braking", "s", false, |health| only(health.braking_s)),
+    ("brake_friction_standard", "", true, |health| judged(&health.brake_friction_standard)),
+    ("response", "s", true, |health| judged(&health.response)),
+    ("dragging", "N", true, |health| judged(&health.dragging)),
+    ("isolated", "", false, |health| judged(&health.isolated)),
+    ("sanding", "", true, |health| judged(&health.sanding)),
+    ("model", "", false, |health| judged(&health.model)),
+    ("pressing_force", "N", false, |health| only(health.pressing_force_n)),
+    ("sand", "", false, |health| only(health.sanding_now)),
 ];
 
 const OF_WHEELSET: &[OfWheelset] = &[
@@ -90,6 +98,11 @@ const OF_WHEELSET: &[OfWheelset] = &[
     ("slide_energy", "J", false, |health, index| only(health.wheelset[index].slide_energy_j)),
     ("slide_time", "s", false, |health, index| only(health.wheelset[index].slide_s)),
     ("wsp_share", "", false, |health, index| judged(&health.wheelset[index].wsp_share)),
+    ("brake_friction_standard", "", true, |health, index| {
+        judged(&health.wheelset[index].brake_friction_standard)
+    }),
+    ("isolated", "", false, |health, index| judged(&health.wheelset[index].isolated)),
+    ("adhesion_utilised", "", true, |health, index| judged(&health.wheelset[index].adhesion_utilised)),
 ];
 
 /// Everything that is remembered of wagons with at most so many wheelsets.
