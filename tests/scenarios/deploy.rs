@@ -44,6 +44,27 @@ fn systemd_accepts_the_units() {
     assert!(broken.contains("WatchdogSeconds"), "the check must see a wrong key: {broken}");
 }
 
+#[test]
+fn prometheus_accepts_rules_their_tests_and_the_config() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../deploy/prometheus");
+    let promtool = std::env::var("PROMTOOL").unwrap_or_else(|_| "promtool".to_owned());
+    let run = |words: &[&str]| Command::new(&promtool).args(words).current_dir(&folder).output().ok();
+    if run(&["--version"]).is_none() {
+        println!("SKIPPED: no promtool here (Debian package prometheus)");
+        return;
+    }
+    for words in [
+        &["check", "rules", "railgrip.rules.yml"][..],
+        &["test", "rules", "railgrip.rules.test.yml"],
+        &["check", "config", "--syntax-only", "prometheus.yml"],
+    ] {
+        let output = run(words).expect("as before");
+        let said = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
+        println!("{said}");
+        assert!(output.status.success(), "promtool {words:?}: {said}");
+    }
+}
+
 /// A holder that talks to a systemd of ours.
 struct Served {
     train: TrainUnderTest,

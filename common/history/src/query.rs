@@ -101,24 +101,50 @@ impl Reader {
         to_s: i64,
         step_s: i64,
     ) -> Result<Vec<Point>, HistoryError> {
-        let step_s = step_s.max(1);
         let mut points: Vec<Point> = Vec::new();
         self.at_one_instant(|reader| {
-            reader.each(Self::tier(step_s), wagon, columns, from_s, to_s, |at, bucket| {
-                let unix_s = from_s + (at - from_s).div_euclid(step_s) * step_s;
-                match points.last_mut() {
-                    Some(last) if last.unix_s == unix_s => {
-                        let cells = std::mem::take(&mut last.cells);
-                        let mut whole = Bucket { samples: last.samples, cells };
-                        whole.merge(&bucket);
-                        (last.samples, last.cells) = (whole.samples, whole.cells);
-                    }
-                    _ => points.push(Point { unix_s, samples: bucket.samples, cells: bucket.cells }),
-                }
+            reader.steps(wagon, columns, from_s, to_s, step_s, |point| {
+                points.push(point);
                 Ok::<_, HistoryError>(())
             })
         })?;
         Ok(points)
+    }
+
+    /// Hands the steps of a query to `take` one by one, in the order of time.
+    ///
+    /// # Errors
+    /// The database refuses or holds a damaged block, or `take` fails.
+    pub fn steps<E: From<HistoryError>>(
+        &self,
+        wagon: u32,
+        columns: &[&str],
+        from_s: i64,
+        to_s: i64,
+        step_s: i64,
+        mut take: impl FnMut(Point) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let step_s = step_s.max(1);
+        let mut open: Option<Point> = None;
+        self.each(Self::tier(step_s), wagon, columns, from_s, to_s, |at, bucket| {
+            let unix_s = from_s + (at - from_s).div_euclid(step_s) * step_s;
+            match &mut open {
+                Some(last) if last.unix_s == unix_s => {
+                    let cells = std::mem::take(&mut last.cells);
+                    let mut whole = Bucket { samples: last.samples, cells };
+                    whole.merge(&bucket);
+                    (last.samples, last.cells) = (whole.samples, whole.cells);
+                }
+                _ => {
+                    let next = Point { unix_s, samples: bucket.samples, cells: bucket.cells };
+                    if let Some(done) = open.replace(next) {
+                        take(done)?;
+                    }
+                }
+            }
+            Ok::<_, E>(())
+        })?;
+        open.map_or(Ok(()), take)
     }
 
     /// Hands the buckets of one wagon and tier from `from_s` to before `to_s` to `take`, in the order of time.

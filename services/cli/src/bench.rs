@@ -10,7 +10,7 @@ use railgrip_filter::{EstimatorConfig, EstimatorInput, WagonEstimator};
 use railgrip_vehicle::{VehicleParameters, WagonInput, WagonModel, WagonState};
 
 use crate::output::say;
-use crate::{CliError, bench_acoustics, bench_train, bench_transport};
+use crate::{CliError, bench_acoustics, bench_history, bench_http, bench_train, bench_transport};
 
 /// The vehicle that is timed.
 const VEHICLE: &str = include_str!("../../../config/vehicle.toml");
@@ -32,6 +32,12 @@ pub(crate) struct Args {
     /// Measure listening to one second of audio instead
     #[arg(long, conflicts_with_all = ["transport", "train"])]
     acoustics: bool,
+    /// Measure the HTTP service of 64 wagons on one thread instead
+    #[arg(long, conflicts_with_all = ["transport", "train", "acoustics"])]
+    http: bool,
+    /// Measure what the history writes and how fast it answers instead
+    #[arg(long, conflicts_with_all = ["transport", "train", "acoustics", "http"])]
+    history: bool,
 }
 
 /// One line of the table.
@@ -57,6 +63,22 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         }
         return Ok(());
     }
+    if args.http {
+        let report = bench_http::run()?;
+        if args.json {
+            return json(&report);
+        }
+        bench_http::show(&report);
+        return Ok(());
+    }
+    if args.history {
+        let report = bench_history::run()?;
+        if args.json {
+            return json(&report);
+        }
+        bench_history::show(&report);
+        return Ok(());
+    }
     let lines = if args.acoustics {
         bench_acoustics::lines()?
     } else {
@@ -75,6 +97,11 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
             line.what, line.nanoseconds, line.reference, line.reference_nanoseconds, line.ratio
         ));
     }
+    Ok(())
+}
+
+fn json(report: &impl serde::Serialize) -> Result<(), CliError> {
+    say(&serde_json::to_string_pretty(report).map_err(CliError::failed)?);
     Ok(())
 }
 

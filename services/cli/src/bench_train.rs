@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
+use crate::load::Load;
 use crate::output::say;
 use crate::{CliError, process_figures as figures};
 
@@ -34,14 +35,6 @@ pub(crate) struct Report {
     cpu_percent_of_one_core: f64,
     http: Load,
     bare_http: Load,
-}
-
-/// Requests to one service.
-#[derive(Debug, Clone, Copy, serde::Serialize)]
-struct Load {
-    requests_a_second: f64,
-    p50_us: f64,
-    p99_us: f64,
 }
 
 /// Starts the train, watches it, loads its HTTP service, stops it.
@@ -183,31 +176,9 @@ fn samples(agent: &ureq::Agent, base: &str) -> Result<(u64, u64), CliError> {
 
 /// Clients that ask again as soon as they have an answer.
 fn load(url: &str) -> Result<Load, CliError> {
-    let client = || {
-        let agent = agent();
-        let (started, mut took_us) = (Instant::now(), Vec::new());
-        while started.elapsed() < LOAD {
-            let asked = Instant::now();
-            text(&agent, url)?;
-            took_us.push(asked.elapsed().as_secs_f64() * 1e6);
-        }
-        Ok::<_, CliError>(took_us)
-    };
-    let answers: Vec<Result<Vec<f64>, CliError>> = std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..CLIENTS).map(|_| scope.spawn(client)).collect();
-        threads
-            .into_iter()
-            .map(|thread| thread.join().unwrap_or_else(|_| Err(CliError::failed("a client failed"))))
-            .collect()
-    });
-    let mut took_us: Vec<f64> = answers.into_iter().collect::<Result<Vec<_>, _>>()?.concat();
-    took_us.sort_by(f64::total_cmp);
-    let at = |share: f64| took_us[((took_us.len() - 1) as f64 * share) as usize];
-    Ok(Load {
-        requests_a_second: took_us.len() as f64 / LOAD.as_secs_f64(),
-        p50_us: at(0.5),
-        p99_us: at(0.99),
-    })
+    let rest = url.trim_start_matches("http://");
+    let (address, path) = rest.split_once('/').unwrap_or((rest, ""));
+    crate::load::run(address.parse().map_err(CliError::failed)?, &format!("/{path}"), CLIENTS, LOAD)
 }
 
 /// The same load on a handler that does nothing but answer.

@@ -6,6 +6,8 @@
 mod acoustics;
 mod bench;
 mod bench_acoustics;
+mod bench_history;
+mod bench_http;
 mod bench_train;
 mod bench_transport;
 mod blind;
@@ -14,7 +16,9 @@ mod estimate;
 mod estimate_columns;
 mod experiment;
 mod gap;
+mod history;
 mod hold;
+mod load;
 mod local_http;
 mod logging;
 mod output;
@@ -61,6 +65,8 @@ enum Command {
     Status(status::Args),
     /// Make, list and end tokens of the HTTP service
     Token(token::Args),
+    /// Export what a train remembers to CSV or Parquet
+    History(history::Args),
     /// Write what a running train measures to recordings
     Record(record::Args),
     /// Estimate adhesion and pad friction of a recording
@@ -91,6 +97,7 @@ impl Command {
             Self::Health(args) => services::health(&args),
             Self::Status(args) => status::run(&args),
             Self::Token(args) => token::run(&args),
+            Self::History(args) => history::run(&args),
             Self::Record(args) => record::run(&args),
             Self::Estimate(args) => estimate::run(&args),
             Self::Experiment(args) => experiment::run(&args),

@@ -3,6 +3,7 @@
 use crate::alerts::journal::Journal;
 use crate::delivery;
 use crate::history::Recorder;
+use crate::history::watch::{self, Watch};
 use crate::model::WagonRow;
 use crate::shared::{Shared, StreamEvent};
 use crate::store::{self, Snapshot, Store};
@@ -10,6 +11,7 @@ use railgrip_bus::{
     Bus, BusConfig, BusError, HealthSubscriber, HeardSubscriber, HeartbeatPublisher, HeartbeatSubscriber,
     Lifecycle, now,
 };
+use railgrip_history::Event;
 use railgrip_messages::{Heartbeat, NO_WAGON, ProcessKind};
 use railgrip_settings::TrainSettings;
 use std::sync::Arc;
@@ -39,16 +41,26 @@ pub(crate) fn collect(
     let mut store = Store::new(settings);
     let post = Post::open(settings, shared, &store);
     let mut streamer = Streamer::default();
+    let mut watch = Watch::default();
+    let tell = |event| {
+        if let Some(recorder) = &recorder {
+            recorder.take_event(event);
+        }
+    };
+    tell(of_service("service_started"));
     let refresh = Duration::from_secs_f64(settings.http.refresh_s);
     let started = Instant::now();
     let (mut renewed, mut checked, mut beaten) = (None::<Instant>, started, None::<Instant>);
     let elapsed =
         |since: Option<Instant>, period: Duration| since.is_none_or(|since| since.elapsed() >= period);
     while !lifecycle.should_stop() {
-        ends.receive(&mut store, recorder.as_ref())?;
+        ends.receive(&mut store, recorder.as_ref(), &mut watch)?;
         if elapsed(renewed, refresh) {
             renewed = Some(Instant::now());
+            store.set_history_trouble(shared.history().and_then(|history| history.trouble()));
             let snapshot = Arc::new(store.snapshot(now()));
+            snapshot.news.iter().for_each(|alert| tell(watch::of_alert(alert, snapshot.taken.unix_ns)));
+            watch.gone(snapshot.taken.monotonic_ns, snapshot.taken.unix_ns).into_iter().for_each(tell);
             shared.replace(Arc::clone(&snapshot));
             if snapshot.book.lock().version() != snapshot.alert_version {
                 // Somebody acknowledged one in between.
@@ -67,8 +79,20 @@ pub(crate) fn collect(
         }
         std::thread::sleep(POLL);
     }
+    tell(of_service("service_stopped"));
     post.close();
     Ok(())
+}
+
+/// A start or stop of this service.
+fn of_service(kind: &str) -> Event {
+    Event {
+        unix_ms: now().unix_ns.div_euclid(1_000_000),
+        kind: kind.to_owned(),
+        cause: "health".to_owned(),
+        text: format!("{} (process {})", kind.replace('_', " "), std::process::id()),
+        ..Event::default()
+    }
 }
 
 /// Alerts on the disk, and the threads that deliver them.
@@ -129,7 +153,17 @@ impl Ends {
         Ok(Self { bus, health, heard, heartbeats, own, sequence: 0 })
     }
 
-    fn receive(&mut self, store: &mut Store, recorder: Option<&Recorder>) -> Result<(), BusError> {
+    fn receive(
+        &mut self,
+        store: &mut Store,
+        recorder: Option<&Recorder>,
+        watch: &mut Watch,
+    ) -> Result<(), BusError> {
+        let tell = |event| {
+            if let Some(recorder) = recorder {
+                recorder.take_event(event);
+            }
+        };
         for subscriber in &mut self.health {
             subscriber.receive(|batch| {
                 for health in batch {
@@ -137,13 +171,19 @@ impl Ends {
                     if let Some(recorder) = recorder {
                         recorder.take(health);
                     }
+                    watch.health(health).into_iter().for_each(tell);
                 }
             })?;
         }
         for subscriber in &mut self.heard {
             subscriber.receive(|batch| batch.iter().for_each(|heard| store.take_heard(heard)))?;
         }
-        self.heartbeats.receive(|batch| batch.iter().for_each(|beat| store.take_heartbeat(beat)))?;
+        self.heartbeats.receive(|batch| {
+            for beat in batch {
+                store.take_heartbeat(beat);
+                watch.heartbeat(beat).into_iter().for_each(tell);
+            }
+        })?;
         Ok(())
     }
 

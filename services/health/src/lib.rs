@@ -7,6 +7,7 @@
 pub mod alerts;
 mod collect;
 pub mod delivery;
+mod docs;
 pub mod doors;
 mod heard;
 pub mod history;
@@ -23,6 +24,7 @@ pub mod time;
 pub mod train;
 pub mod trends;
 mod view;
+mod web;
 
 use crate::doors::{Doors, LocalDoor};
 use crate::shared::Shared;

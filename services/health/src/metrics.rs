@@ -1,5 +1,6 @@
 //! Prometheus metrics. Names carry base units; what is stale is left out, but for its age.
 
+use crate::history::HistoryStatus;
 use crate::model::{Condition, DataState, Grade, ProcessView, WagonView};
 use crate::shared::Shared;
 use crate::store::Snapshot;
@@ -57,12 +58,14 @@ struct OfGrade {
 )))]
 pub(crate) async fn metrics(State(shared): State<Shared>) -> Response {
     let kind = HeaderValue::from_static("application/openmetrics-text; version=1.0.0; charset=utf-8");
-    ([(header::CONTENT_TYPE, kind)], text(&shared.latest(), shared.requests())).into_response()
+    let history = shared.history().map(|history| history.status());
+    ([(header::CONTENT_TYPE, kind)], text(&shared.latest(), shared.requests(), history.as_ref()))
+        .into_response()
 }
 
 /// The metrics of a snapshot.
 #[must_use]
-pub fn text(snapshot: &Snapshot, requests: u64) -> String {
+pub fn text(snapshot: &Snapshot, requests: u64, history: Option<&HistoryStatus>) -> String {
     let mut registry = Registry::with_prefix("railgrip");
     let mut wagons = OfWagons::register(&mut registry);
     snapshot.wagons.iter().for_each(|wagon| wagons.fill(wagon));
@@ -77,10 +80,38 @@ pub fn text(snapshot: &Snapshot, requests: u64) -> String {
     let served: Counter<u64> = Counter::default();
     served.inc_by(requests);
     registry.register("http_requests", "Requests answered", served);
+    if let Some(status) = history {
+        of_history(&mut registry, status);
+    }
     let mut text = String::new();
     // Writing into a string cannot fail.
     let _ = encode(&mut text, &registry);
     text
+}
+
+/// How well the train remembers.
+fn of_history(registry: &mut Registry, status: &HistoryStatus) {
+    let mut gauge = |name: &str, help: &str, value: f64| {
+        let gauge = Gauge::<f64, AtomicU64>::default();
+        gauge.set(value);
+        registry.register(name, help, gauge);
+    };
+    gauge("history_up", "1 if the history is written", f64::from(u8::from(status.trouble.is_none())));
+    gauge("history_size_bytes", "Size of the database of the history", status.size_bytes as f64);
+    if let Some(unix_s) = status.written_until_unix_s {
+        let help = "Up to here everything that arrived is on the medium, Unix time";
+        gauge("history_written_until_timestamp_seconds", help, unix_s as f64);
+    }
+    let counters = [
+        ("history_flushes", "Writes of the history", status.flushes),
+        ("history_written_bytes", "Bytes of blocks written to the history", status.written_bytes),
+        ("history_dropped", "Records lost because the disk refused them or was too slow", status.dropped),
+    ];
+    for (name, help, value) in counters {
+        let counter: Counter<u64> = Counter::default();
+        counter.inc_by(value);
+        registry.register(name, help, counter);
+    }
 }
 
 struct OfWagons {

@@ -204,6 +204,10 @@ pub struct WagonList {
     pub generated_at: String,
     /// One line a wagon, front first.
     pub wagons: Vec<WagonRow>,
+    /// Where the next page is; absent on the last one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    pub next: Option<String>,
 }
 
 /// What a live wagon does now.
@@ -292,6 +296,10 @@ pub struct WheelsetView {
     pub slide_s: f64,
     /// Share of the latest braking with slide protection.
     pub wsp_share: Figure,
+    /// Pad friction referred to standard conditions: speed, pressing force, disc temperature.
+    pub brake_friction_standard: Figure,
+    /// Share of the latest braking during which this wheelset had no brake while the others had, 0 to 1.
+    pub isolated: Figure,
 }
 
 /// A process of the train.

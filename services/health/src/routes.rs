@@ -1,12 +1,15 @@
 //! The HTTP interface: one handler a route, the router, and its OpenAPI description.
 
-use crate::model::{AlertList, Check, TrainView, WagonList, WagonView};
+use crate::history::query::{parameters, refuse, value};
+use crate::model::{Check, DataState, Grade, TrainView, WagonList, WagonRow, WagonView};
 use crate::problem::Problem;
 use crate::shared::Shared;
-use crate::{history, metrics, page, stream};
+use crate::store::Snapshot;
+use crate::web::pages::{MOST, Page, link};
+use crate::{docs, history, metrics, page, stream, web};
 use axum::Json;
 use axum::body::Bytes;
-use axum::extract::{Path, State};
+use axum::extract::{Path, RawQuery, State};
 use axum::http::{HeaderValue, Method, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
 use utoipa::OpenApi;
@@ -36,7 +39,10 @@ pub fn router(shared: Shared) -> axum::Router {
         .routes(routes!(wagon))
         .routes(routes!(history::routes::history))
         .routes(routes!(crate::trends::trends))
-        .routes(routes!(alerts))
+        .routes(routes!(history::routes::overview))
+        .routes(routes!(history::export::route::export))
+        .routes(routes!(history::events::events))
+        .routes(routes!(crate::alerts::routes::alerts))
         .routes(routes!(crate::alerts::routes::alert))
         .routes(routes!(crate::alerts::routes::acknowledge))
         .routes(routes!(crate::alerts::routes::shelve))
@@ -46,20 +52,29 @@ pub fn router(shared: Shared) -> axum::Router {
         .routes(routes!(metrics::metrics))
         .routes(routes!(openapi))
         .split_for_parts();
-    let _ = shared.openapi().set(api.to_json().unwrap_or_default().into());
-    router
+    let _ = shared.openapi().set(docs::describe(&api).into());
+    let router = router
         .merge(page::routes())
+        .route("/docs", axum::routing::get(docs::page))
+        .route("/docs.css", axum::routing::get(docs::style))
         .method_not_allowed_fallback(wrong_method)
         .fallback(nowhere)
-        .with_state(shared)
+        .with_state(shared);
+    web::around(router)
 }
 
 fn as_json(body: Bytes) -> Response {
-    let headers = [
-        (header::CONTENT_TYPE, HeaderValue::from_static("application/json")),
-        (header::CACHE_CONTROL, HeaderValue::from_static("no-store")),
-    ];
-    (headers, body).into_response()
+    ([(header::CONTENT_TYPE, HeaderValue::from_static("application/json"))], body).into_response()
+}
+
+/// What is the same in every answer from one snapshot has a tag that costs nothing to make.
+fn of_snapshot(snapshot: &Snapshot, body: Bytes) -> Response {
+    let tag = format!("W/\"{:x}-{:x}\"", snapshot.taken.unix_ns, snapshot.alert_version);
+    let mut response = as_json(body);
+    if let Ok(tag) = HeaderValue::from_str(&tag) {
+        response.headers_mut().insert(header::ETAG, tag);
+    }
+    response
 }
 
 /// Whether the service itself works: for a supervisor that restarts it.
@@ -92,13 +107,55 @@ async fn ready(State(shared): State<Shared>) -> (StatusCode, Json<Check>) {
 /// The train at a glance.
 #[utoipa::path(get, path = "/api/v1/train", tag = "train", responses((status = 200, body = TrainView)))]
 async fn train(State(shared): State<Shared>) -> Response {
-    as_json(shared.latest().train_json.clone())
+    let snapshot = shared.latest();
+    of_snapshot(&snapshot, snapshot.train_json.clone())
 }
 
-/// All wagons, one line each.
-#[utoipa::path(get, path = "/api/v1/wagons", tag = "wagons", responses((status = 200, body = WagonList)))]
-async fn wagons(State(shared): State<Shared>) -> Response {
-    as_json(shared.latest().rows_json.clone())
+/// All wagons, one line each, front first.
+#[utoipa::path(get, path = "/api/v1/wagons", tag = "wagons",
+    params(
+        ("grade" = Option<Grade>, Query, description = "Only of this grade"),
+        ("state" = Option<DataState>, Query, description = "Only in this state"),
+        ("limit" = Option<u32>, Query, minimum = 1, maximum = 1000, description = "At most so many; default 1000"),
+        ("after" = Option<u32>, Query, minimum = 0, description = "Only behind the wagon with this number"),
+    ),
+    responses(
+        (status = 200, body = WagonList, headers(
+            ("ETag" = String, description = "For If-None-Match"),
+            ("Link" = String, description = "The next page, rel=\"next\""))),
+        (status = 400, description = "A query parameter is wrong; the detail names it and what is allowed",
+            body = Problem, content_type = "application/problem+json"),
+    ))]
+async fn wagons(State(shared): State<Shared>, RawQuery(query): RawQuery) -> Result<Response, Problem> {
+    let snapshot = shared.latest();
+    if query.as_deref().unwrap_or_default().is_empty() {
+        return Ok(of_snapshot(&snapshot, snapshot.rows_json.clone()));
+    }
+    let pairs = parameters(query.as_deref(), &["grade", "state", "limit", "after"])?;
+    let page = Page::of(&pairs, MOST)?;
+    let one_of = |name: &str, words: &[&str]| match value(&pairs, name) {
+        Some(text) if !words.contains(&text) => Err(refuse(name, text, &words.join(", "))),
+        text => Ok(text.map(str::to_owned)),
+    };
+    let grade = one_of("grade", &["unknown", "ok", "watch", "act"])?;
+    let state = one_of("state", &["live", "stale", "silent"])?;
+    let wanted = |row: &&WagonRow| {
+        grade.as_deref().is_none_or(|grade| row.grade.word() == grade)
+            && state.as_deref().is_none_or(|state| row.state.word() == state)
+            && page.after.is_none_or(|after| u64::from(row.id) > after)
+    };
+    let mut all = snapshot.rows.iter().filter(wanted).peekable();
+    let wagons: Vec<WagonRow> = all.by_ref().take(page.limit).cloned().collect();
+    let last = wagons.last().filter(|_| all.peek().is_some());
+    let next = last.map(|last| page.next("/api/v1/wagons", &pairs, u64::from(last.id)));
+    let train = &snapshot.train;
+    let list = WagonList {
+        train: train.name.clone(),
+        generated_at: train.generated_at.clone(),
+        wagons,
+        next: next.clone(),
+    };
+    Ok(link(Json(list).into_response(), next.as_deref()))
 }
 
 /// Everything about one wagon.
@@ -115,12 +172,6 @@ async fn wagon(State(shared): State<Shared>, Path(id): Path<String>) -> Result<J
         let detail = format!("there is no wagon \"{id}\"; allowed is 1 to {}", snapshot.wagons.len());
         Problem::new(StatusCode::NOT_FOUND, detail)
     })
-}
-
-/// Alerts: active ones first, then the latest that are over.
-#[utoipa::path(get, path = "/api/v1/alerts", tag = "alerts", responses((status = 200, body = AlertList)))]
-async fn alerts(State(shared): State<Shared>) -> Json<AlertList> {
-    Json(shared.latest().alerts.clone())
 }
 
 /// This description.

@@ -45,6 +45,8 @@ pub struct Store {
     compared_ns: Option<u64>,
     /// What is said of the whole train, and when that was worked out.
     whole: Option<(u64, Arc<Whole>)>,
+    /// What is wrong with the history.
+    history: Option<String>,
 }
 
 #[derive(Debug)]
@@ -140,6 +142,7 @@ impl Store {
             neighbours: Neighbours::default(),
             compared_ns: None,
             whole: None,
+            history: None,
         }
     }
 
@@ -164,6 +167,11 @@ impl Store {
     /// Takes the heartbeat of a process.
     pub fn take_heartbeat(&mut self, beat: &Heartbeat) {
         self.heartbeats.insert((beat.process, beat.wagon), *beat);
+    }
+
+    /// Takes what is wrong with the history, if anything is.
+    pub fn set_history_trouble(&mut self, trouble: Option<String>) {
+        self.history = trouble;
     }
 
     /// What can be said now.
@@ -198,9 +206,10 @@ impl Store {
             train: self.train.clone(),
             generated_at: train.generated_at.clone(),
             wagons: rows.clone(),
+            next: None,
         };
         let book = self.alerts.lock();
-        let (alert_version, alerts) = (book.version(), AlertList { alerts: book.list() });
+        let (alert_version, alerts) = (book.version(), AlertList { alerts: book.list(), next: None });
         drop(book);
         Snapshot {
             taken: now,
@@ -271,6 +280,11 @@ impl Store {
             None => (Grade::Ok, String::new()),
         };
         book.judge(Cause { wagon: 0, wheelset: None, name: "storage" }, grade, &reason, now);
+        let (grade, reason) = match &self.history {
+            Some(trouble) => (Grade::Act, format!("nothing is remembered, all else goes on: {trouble}")),
+            None => (Grade::Ok, String::new()),
+        };
+        book.judge(Cause { wagon: 0, wheelset: None, name: "history" }, grade, &reason, now);
         book.settle(now);
         book.take_news()
     }

@@ -211,6 +211,10 @@ pub struct Alert {
 pub struct AlertList {
     /// The alerts.
     pub alerts: Vec<Alert>,
+    /// Where the next page is; absent on the last one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    pub next: Option<String>,
 }
 
 /// Somebody takes notice of an alert.
@@ -218,10 +222,18 @@ pub struct AlertList {
 #[serde(deny_unknown_fields)]
 pub struct AcknowledgeRequest {
     /// Who, for example a name or a role.
-    #[schema(min_length = 1, max_length = 100)]
+    #[schema(
+        min_length = 1,
+        max_length = 100,
+        pattern = "^[^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*[^\\s\\x00-\\x1f\\x7f-\\x9f][^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*$"
+    )]
     pub by: String,
     /// What they say.
-    #[schema(max_length = 500)]
+    #[schema(
+        min_length = 1,
+        max_length = 500,
+        pattern = "^[^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*[^\\s\\x00-\\x1f\\x7f-\\x9f][^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*$"
+    )]
     #[serde(default)]
     pub note: Option<String>,
 }
@@ -231,10 +243,18 @@ pub struct AcknowledgeRequest {
 #[serde(deny_unknown_fields)]
 pub struct ShelveRequest {
     /// Who, for example a name or a role.
-    #[schema(min_length = 1, max_length = 100)]
+    #[schema(
+        min_length = 1,
+        max_length = 100,
+        pattern = "^[^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*[^\\s\\x00-\\x1f\\x7f-\\x9f][^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*$"
+    )]
     pub by: String,
     /// Why.
-    #[schema(min_length = 1, max_length = 500)]
+    #[schema(
+        min_length = 1,
+        max_length = 500,
+        pattern = "^[^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*[^\\s\\x00-\\x1f\\x7f-\\x9f][^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*$"
+    )]
     pub why: String,
     /// For so many seconds: a minute to 30 days.
     #[schema(minimum = 60, maximum = 2_592_000)]

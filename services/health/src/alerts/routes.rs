@@ -1,14 +1,18 @@
 //! Requests about single alerts: look, acknowledge, shelve, take back.
 
 use super::Refusal;
-use super::model::{AcknowledgeRequest, Alert, AlertList, ShelveRequest};
+use super::model::{AcknowledgeRequest, Alert, AlertList, AlertState, ShelveRequest};
+use crate::history::query::{parameters, refuse, value};
+use crate::model::Grade;
 use crate::problem::Problem;
 use crate::shared::Shared;
 use crate::store::Snapshot;
+use crate::web::pages::{MOST, Page, link};
 use axum::Json;
 use axum::body::Bytes;
-use axum::extract::{Path, State};
+use axum::extract::{Path, RawQuery, State};
 use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
 use serde::de::DeserializeOwned;
 use std::sync::Arc;
 
@@ -17,10 +21,62 @@ impl From<Refusal> for Problem {
         let status = match refusal {
             Refusal::Unknown(_) => StatusCode::NOT_FOUND,
             Refusal::Over(_) | Refusal::NotShelved(_) => StatusCode::CONFLICT,
-            Refusal::Invalid(_) => StatusCode::BAD_REQUEST,
+            Refusal::Invalid(_) => StatusCode::UNPROCESSABLE_ENTITY,
         };
         Self::new(status, refusal.to_string())
     }
+}
+
+/// Alerts: active ones first, then the latest that are over.
+#[utoipa::path(get, path = "/api/v1/alerts", tag = "alerts",
+    params(
+        ("state" = Option<AlertState>, Query, description = "Only in this state"),
+        ("grade" = Option<Grade>, Query, description = "Only of this grade now"),
+        ("wagon" = Option<u32>, Query, minimum = 1, description = "Only of this wagon"),
+        ("limit" = Option<u32>, Query, minimum = 1, maximum = 1000, description = "At most so many; default 1000"),
+        ("after" = Option<u64>, Query, minimum = 0, description = "Only behind the alert with this number"),
+    ),
+    responses(
+        (status = 200, body = AlertList, headers(("Link" = String, description = "The next page, rel=\"next\""))),
+        (status = 400, description = "A query parameter is wrong; the detail names it and what is allowed",
+            body = Problem, content_type = "application/problem+json"),
+    ))]
+pub(crate) async fn alerts(
+    State(shared): State<Shared>,
+    RawQuery(query): RawQuery,
+) -> Result<Response, Problem> {
+    let pairs = parameters(query.as_deref(), &["state", "grade", "wagon", "limit", "after"])?;
+    let page = Page::of(&pairs, MOST)?;
+    let one_of = |name: &str, words: &[&str]| match value(&pairs, name) {
+        Some(text) if !words.contains(&text) => Err(refuse(name, text, &words.join(", "))),
+        text => Ok(text.map(str::to_owned)),
+    };
+    let state = one_of("state", &["active", "acknowledged", "shelved", "cleared"])?;
+    let grade = one_of("grade", &["unknown", "ok", "watch", "act"])?;
+    let wagon = match value(&pairs, "wagon") {
+        None => None,
+        Some(text) => {
+            let plain = text.bytes().all(|byte| byte.is_ascii_digit());
+            let number = text.parse::<u32>().ok().filter(|number| plain && *number > 0);
+            Some(number.ok_or_else(|| refuse("wagon", text, "the number of a wagon, 1 first"))?)
+        }
+    };
+    let wanted = |alert: &&Alert| {
+        state.as_deref().is_none_or(|state| alert.state.word() == state)
+            && grade.as_deref().is_none_or(|grade| alert.grade_now.word() == grade)
+            && wagon.is_none_or(|wagon| alert.wagon == wagon || alert.wagons.contains(&wagon))
+    };
+    let snapshot = shared.latest();
+    let mut all = snapshot.alerts.alerts.iter().filter(wanted).peekable();
+    if let Some(after) = page.after {
+        // Behind it in the order of the list; an alert that is gone meanwhile has nothing behind it.
+        let _ = all.by_ref().find(|alert| alert.id == after);
+    }
+    let alerts: Vec<Alert> = all.by_ref().take(page.limit).cloned().collect();
+    let last = alerts.last().filter(|_| all.peek().is_some());
+    let next = last.map(|last| page.next("/api/v1/alerts", &pairs, last.id));
+    let response = Json(AlertList { alerts, next: next.clone() }).into_response();
+    Ok(link(response, next.as_deref()))
 }
 
 /// One alert with its whole history.
@@ -45,10 +101,14 @@ pub(crate) async fn alert(
     request_body = AcknowledgeRequest,
     responses(
         (status = 200, body = Alert),
-        (status = 400, description = "The request makes no sense", body = Problem,
-            content_type = "application/problem+json"),
+        (status = 400, description = "The body is no JSON", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "There is no such alert", body = Problem, content_type = "application/problem+json"),
         (status = 409, description = "It is over", body = Problem, content_type = "application/problem+json"),
+        (status = 413, description = "The body is too large", body = Problem, content_type = "application/problem+json"),
+        (status = 415, description = "The body is not application/json", body = Problem,
+            content_type = "application/problem+json"),
+        (status = 422, description = "The body lacks something, or a value in it is not allowed", body = Problem,
+            content_type = "application/problem+json"),
     ))]
 pub(crate) async fn acknowledge(
     State(shared): State<Shared>,
@@ -66,10 +126,14 @@ pub(crate) async fn acknowledge(
     request_body = ShelveRequest,
     responses(
         (status = 200, body = Alert),
-        (status = 400, description = "The request makes no sense", body = Problem,
-            content_type = "application/problem+json"),
+        (status = 400, description = "The body is no JSON", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "There is no such alert", body = Problem, content_type = "application/problem+json"),
         (status = 409, description = "It is over", body = Problem, content_type = "application/problem+json"),
+        (status = 413, description = "The body is too large", body = Problem, content_type = "application/problem+json"),
+        (status = 415, description = "The body is not application/json", body = Problem,
+            content_type = "application/problem+json"),
+        (status = 422, description = "The body lacks something, or a value in it is not allowed", body = Problem,
+            content_type = "application/problem+json"),
     ))]
 pub(crate) async fn shelve(
     State(shared): State<Shared>,
@@ -87,10 +151,14 @@ pub(crate) async fn shelve(
     request_body = AcknowledgeRequest,
     responses(
         (status = 200, body = Alert),
-        (status = 400, description = "The request makes no sense", body = Problem,
-            content_type = "application/problem+json"),
+        (status = 400, description = "The body is no JSON", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "There is no such alert", body = Problem, content_type = "application/problem+json"),
         (status = 409, description = "It is over or not shelved", body = Problem,
+            content_type = "application/problem+json"),
+        (status = 413, description = "The body is too large", body = Problem, content_type = "application/problem+json"),
+        (status = 415, description = "The body is not application/json", body = Problem,
+            content_type = "application/problem+json"),
+        (status = 422, description = "The body lacks something, or a value in it is not allowed", body = Problem,
             content_type = "application/problem+json"),
     ))]
 pub(crate) async fn unshelve(
@@ -122,7 +190,7 @@ pub(crate) fn show(shared: &Shared) {
     let latest = shared.latest();
     let book = latest.book.lock();
     let renewed = Snapshot {
-        alerts: AlertList { alerts: book.list() },
+        alerts: AlertList { alerts: book.list(), next: None },
         alert_version: book.version(),
         ..Snapshot::clone(&latest)
     };
@@ -136,6 +204,7 @@ fn number(id: &str) -> Result<u64, Problem> {
 
 fn parse<T: DeserializeOwned>(body: &[u8]) -> Result<T, Problem> {
     serde_json::from_slice(body).map_err(|error| {
-        Problem::new(StatusCode::BAD_REQUEST, format!("the body is not the JSON that is expected: {error}"))
+        let status = if error.is_data() { StatusCode::UNPROCESSABLE_ENTITY } else { StatusCode::BAD_REQUEST };
+        Problem::new(status, format!("the body is not the JSON that is expected: {error}"))
     })
 }

@@ -27,7 +27,7 @@ pub(super) fn patience(symptom: &str, grade: Grade) -> f64 {
 
 /// True for causes that lie in the rail, the data path or this service, never in one wagon.
 pub(super) fn is_of_the_train(cause: &str) -> bool {
-    matches!(cause, "rail" | "silent" | "storage" | "capability")
+    matches!(cause, "rail" | "silent" | "storage" | "history" | "capability")
 }
 
 /// True if `cause` on a wagon follows from `other` on the same wagon, which needs action.
@@ -80,6 +80,9 @@ pub(super) fn advice(cause: &str, scope: Scope) -> &'static str {
             "The model does not explain this wagon: run `railgrip gap diagnose` on the recording that was kept."
         }
         ("silent", _) => "Check the data connection and the processes of these wagons.",
+        ("history", _) => {
+            "Free space on the disk, make it writable or replace it; live figures go on, their history has a gap."
+        }
         ("storage", _) => "Free space on the disk or replace it; until then nothing new is remembered.",
         ("capability", _) => "Reduce speed: the train needs more than its nominal braking distance.",
         (_, Scope::Train) => "Have a look at these wagons.",

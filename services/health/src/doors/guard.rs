@@ -4,7 +4,7 @@ use crate::doors::access::{self, Identity, Proof, Role};
 use crate::doors::audit::Record;
 use crate::doors::body::{self, Unread, Watched};
 use crate::doors::limit::Client;
-use crate::doors::{Doors, Peer, headers, login, origin, unix_s};
+use crate::doors::{Doors, Peer, cors, headers, login, origin, unix_s};
 use crate::problem::Problem;
 use axum::Router;
 use axum::body::Body;
@@ -38,7 +38,11 @@ pub fn guard(router: Router, doors: &Doors) -> Router {
 async fn pass(State(doors): State<Doors>, request: Request, next: Next) -> Response {
     let peer = request.extensions().get::<Peer>().cloned().unwrap_or_default();
     let (method, path) = (request.method().clone(), request.uri().path().to_owned());
+    let asks_first = cors::is_question(&method, request.headers());
+    let cors_origins = &doors.inner.cors_origins;
+    let from = if cors_origins.is_empty() { None } else { cors::allowed(request.headers(), cors_origins) };
     let mut response = match doors.examine(&peer, request).await {
+        Ok(_) if asks_first && from.is_some() => cors::answer(),
         Ok((request, identity)) => doors.answer(&peer, identity, request, next).await,
         Err(refused) => {
             let response = refused.refusal.response();
@@ -51,6 +55,7 @@ async fn pass(State(doors): State<Doors>, request: Request, next: Next) -> Respo
             response
         }
     };
+    cors::mark(response.headers_mut(), from, cors_origins);
     headers::secure(response.headers_mut(), peer.tls);
     response
 }

@@ -14,6 +14,7 @@
 mod access;
 mod audit;
 mod body;
+mod cors;
 mod error;
 mod guard;
 mod headers;

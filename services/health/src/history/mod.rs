@@ -6,23 +6,29 @@
 //! [`History::trouble`] says what is wrong until it is over.
 
 pub mod columns;
+pub(crate) mod events;
+pub mod export;
 pub mod query;
 pub(crate) mod routes;
 mod series;
+pub(crate) mod watch;
 mod writer;
 
+pub use events::{EventPage, EventView};
 pub use series::{HistoryView, SeriesView};
 pub use writer::{Recorder, start};
 
 use railgrip_history::{HistoryError, Reader};
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::Semaphore;
 use utoipa::ToSchema;
 
 /// Requests that may read at once; others wait.
 const READERS: usize = 2;
+/// Exports at once; others are refused.
+const EXPORTS: usize = 1;
 
 /// How the history is.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, ToSchema)]
@@ -49,6 +55,7 @@ pub struct History {
     status: Mutex<HistoryStatus>,
     idle: Mutex<Vec<Reader>>,
     pub(crate) turns: Arc<Semaphore>,
+    pub(crate) exports: Arc<Semaphore>,
 }
 
 impl History {
@@ -61,7 +68,13 @@ impl History {
             status: Mutex::default(),
             idle: Mutex::default(),
             turns: Arc::new(Semaphore::new(READERS)),
+            exports: Arc::new(Semaphore::new(EXPORTS)),
         }
+    }
+
+    /// The database file.
+    pub(crate) fn database(&self) -> &Path {
+        &self.database
     }
 
     /// What is recorded.

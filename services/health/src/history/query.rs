@@ -15,6 +15,13 @@ const STEPS_S: [i64; 14] = [1, 2, 5, 10, 30, 60, 300, 600, 1800, 3600, 10_800, 2
 /// Instants beyond are refused: the year 9999.
 const LAST_UNIX_S: i64 = 253_402_300_799;
 
+/// Instants as [`instant`] takes them, for the description of the interface.
+pub(crate) const INSTANT: &str = "^([0-9]{1,11}(\\.[0-9]{1,9})?|[0-9]{4}-((0[13578]|1[02])-(0[1-9]|[12][0-9]|3[01])|\
+    (0[469]|11)-(0[1-9]|[12][0-9]|30)|02-(0[1-9]|1[0-9]|2[0-8]))[Tt]([01][0-9]|2[0-3]):[0-5][0-9]:[0-5][0-9]\
+    (\\.[0-9]{1,9})?([Zz]|[+-]([01][0-9]|2[0-3]):[0-5][0-9]))$";
+/// Widths of steps as [`duration`] takes them.
+pub(crate) const STEP: &str = "^([1-9][0-9]{0,6}s?|[1-9][0-9]{0,4}m|[1-9][0-9]{0,2}[hd])$";
+
 /// A span of time in steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Span {
@@ -32,6 +39,11 @@ impl Span {
     pub const fn steps(&self) -> usize {
         ((self.to_s - self.from_s + self.step_s - 1) / self.step_s) as usize
     }
+}
+
+/// Values that are fine one by one, but contradict each other.
+fn contradict(detail: String) -> Problem {
+    Problem::new(StatusCode::CONFLICT, detail)
 }
 
 pub(crate) fn refuse(parameter: &str, value: &str, allowed: &str) -> Problem {
@@ -90,7 +102,10 @@ pub(crate) fn value<'a>(pairs: &'a [(String, String)], name: &str) -> Option<&'a
 pub(crate) fn instant(name: &str, text: &str) -> Result<i64, Problem> {
     // A plus that was not encoded arrives as a space.
     let repaired = text.replace(' ', "+");
-    let seconds = text.parse::<f64>().ok().or_else(|| time::parse_rfc3339(&repaired));
+    let plain = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let (whole, fraction) = text.split_once('.').unwrap_or((text, "0"));
+    let unix = (plain(whole) && plain(fraction)).then(|| text.parse::<f64>().ok()).flatten();
+    let seconds = unix.or_else(|| time::parse_rfc3339(&repaired));
     seconds
         .filter(|seconds| (0.0..=LAST_UNIX_S as f64).contains(seconds))
         .map(|seconds| seconds.floor() as i64)
@@ -100,7 +115,7 @@ pub(crate) fn instant(name: &str, text: &str) -> Result<i64, Problem> {
 }
 
 /// A duration: seconds, or a number with `s`, `m`, `h` or `d`.
-fn duration(name: &str, text: &str) -> Result<i64, Problem> {
+pub(crate) fn duration(name: &str, text: &str) -> Result<i64, Problem> {
     let (number, unit_s) = match text.char_indices().last() {
         Some((at, 's')) => (&text[..at], 1),
         Some((at, 'm')) => (&text[..at], 60),
@@ -115,17 +130,26 @@ fn duration(name: &str, text: &str) -> Result<i64, Problem> {
         .ok_or_else(|| refuse(name, text, "1 to 31536000 seconds, or a whole number with s, m, h or d"))
 }
 
-/// The span that `from`, `to` and `step` ask for.
-pub(crate) fn span(pairs: &[(String, String)], now_unix_s: i64) -> Result<Span, Problem> {
+/// Begin and end that `from` and `to` ask for; without `from`, `usual_s` before the end.
+pub(crate) fn ends(pairs: &[(String, String)], now_unix_s: i64, usual_s: i64) -> Result<(i64, i64), Problem> {
     let get = |name| value(pairs, name);
     let to_s = get("to").map(|text| instant("to", text)).transpose()?;
     let from_s = get("from").map(|text| instant("from", text)).transpose()?;
     let to_s = to_s.unwrap_or_else(|| (now_unix_s + 1).max(from_s.unwrap_or(0) + 1));
-    let from_s = from_s.unwrap_or_else(|| (to_s - USUAL_SPAN_S).max(0));
+    let from_s = from_s.unwrap_or_else(|| (to_s - usual_s).max(0));
     if from_s >= to_s {
-        let allowed = format!("an instant before `to`, which is {}", time::rfc3339(to_s * 1_000_000_000));
-        return Err(refuse("from", get("from").unwrap_or_default(), &allowed));
+        let [from, to] = [from_s, to_s].map(|unix_s| time::rfc3339(unix_s * 1_000_000_000));
+        return Err(contradict(format!(
+            "`from` is {from}; allowed is an instant before `to`, which is {to}"
+        )));
     }
+    Ok((from_s, to_s))
+}
+
+/// The span that `from`, `to` and `step` ask for.
+pub(crate) fn span(pairs: &[(String, String)], now_unix_s: i64) -> Result<Span, Problem> {
+    let get = |name| value(pairs, name);
+    let (from_s, to_s) = ends(pairs, now_unix_s, USUAL_SPAN_S)?;
     let step_s = match get("step") {
         Some(text) => duration("step", text)?,
         None => {
@@ -136,8 +160,9 @@ pub(crate) fn span(pairs: &[(String, String)], now_unix_s: i64) -> Result<Span, 
     let span = Span { from_s: from_s.div_euclid(step_s) * step_s, to_s, step_s };
     if span.steps() as i64 > MOST_STEPS {
         let least = (to_s - from_s) / MOST_STEPS + 1;
-        let allowed = format!("{least} s and more for this span: an answer has {MOST_STEPS} steps at most");
-        return Err(refuse("step", get("step").unwrap_or_default(), &allowed));
+        return Err(contradict(format!(
+            "`step` is {step_s} s; allowed are {least} s and more for this span: an answer has {MOST_STEPS} steps at most"
+        )));
     }
     Ok(span)
 }

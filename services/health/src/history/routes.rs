@@ -1,16 +1,55 @@
 //! Requests for what is remembered.
 
 use super::query::{self, Span};
-use super::{History, HistoryView};
+use super::{History, HistoryStatus, HistoryView};
 use crate::problem::Problem;
 use crate::shared::Shared;
 use crate::store::json;
+use axum::Json;
 use axum::body::Bytes;
 use axum::extract::{Path, RawQuery, State};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use railgrip_history::HistoryError;
+use serde::Serialize;
 use std::sync::Arc;
+use utoipa::ToSchema;
+
+/// How the history is, and which indicators it holds.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct HistoryOverview {
+    /// How it is.
+    pub status: HistoryStatus,
+    /// What it holds of each wagon.
+    pub indicators: Vec<IndicatorView>,
+}
+
+/// One remembered figure.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
+pub struct IndicatorView {
+    /// Its name, as in `fields`.
+    pub name: String,
+    /// Its unit; empty for a ratio, a number or a code.
+    pub unit: &'static str,
+    /// Whether an interval is remembered with it.
+    pub interval: bool,
+}
+
+/// How the history is, and which indicators it holds.
+#[utoipa::path(get, path = "/api/v1/history", tag = "history", responses(
+    (status = 200, body = HistoryOverview),
+    (status = 404, description = "There is no history", body = Problem, content_type = "application/problem+json"),
+))]
+pub(crate) async fn overview(State(shared): State<Shared>) -> Result<Json<HistoryOverview>, Problem> {
+    let history = available(&shared)?;
+    let indicator = |column: &super::columns::Column| IndicatorView {
+        name: column.name.clone(),
+        unit: column.unit,
+        interval: column.interval,
+    };
+    let indicators = history.columns().iter().map(indicator).collect();
+    Ok(Json(HistoryOverview { status: history.status(), indicators }))
+}
 
 /// Stored indicators of a wagon.
 ///
@@ -19,17 +58,20 @@ use std::sync::Arc;
 #[utoipa::path(get, path = "/api/v1/wagons/{id}/history", tag = "history",
     params(
         ("id" = u32, Path, minimum = 1, description = "Number of the wagon, 1 first"),
-        ("from" = Option<String>, Query, description = "Begin: RFC 3339 or Unix seconds; default: an hour before `to`"),
-        ("to" = Option<String>, Query, description = "End: RFC 3339 or Unix seconds; default: now"),
-        ("step" = Option<String>, Query, description = "Width of a step: seconds, or a number with s, m, h or d; default: \
-            one that gives up to 500 steps"),
-        ("fields" = Option<String>, Query, description = "Indicators, separated by commas; default: all"),
+        ("from" = Option<String>, Query, pattern = "instant",
+            description = "Begin: RFC 3339 or Unix seconds; default: an hour before `to`"),
+        ("to" = Option<String>, Query, pattern = "instant", description = "End: RFC 3339 or Unix seconds; default: now"),
+        ("step" = Option<String>, Query, pattern = "step",
+            description = "Width of a step: seconds, or a number with s, m, h or d; default: one that gives up to 500 steps"),
+        ("fields" = Option<String>, Query, pattern = "fields", description = "Indicators, separated by commas; default: all"),
     ),
     responses(
         (status = 200, body = HistoryView),
         (status = 400, description = "A query parameter is wrong; the detail names it and what is allowed",
             body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "There is no such wagon, or no history", body = Problem,
+            content_type = "application/problem+json"),
+        (status = 409, description = "`from`, `to` and `step` contradict each other", body = Problem,
             content_type = "application/problem+json"),
         (status = 503, description = "The database refuses", body = Problem, content_type = "application/problem+json"),
     ))]
@@ -53,7 +95,7 @@ fn view(history: &History, wagon: u32, span: Span, fields: Option<&[String]>) ->
 }
 
 /// The number of a wagon that there is.
-fn wagon(shared: &Shared, id: &str) -> Result<u32, Problem> {
+pub(super) fn wagon(shared: &Shared, id: &str) -> Result<u32, Problem> {
     let snapshot = shared.latest();
     let number = id.parse().ok().filter(|id: &u32| snapshot.wagons.iter().any(|wagon| wagon.id == *id));
     number.ok_or_else(|| {
@@ -62,17 +104,23 @@ fn wagon(shared: &Shared, id: &str) -> Result<u32, Problem> {
     })
 }
 
-fn available(shared: &Shared) -> Result<Arc<History>, Problem> {
+pub(super) fn available(shared: &Shared) -> Result<Arc<History>, Problem> {
     shared.history().cloned().ok_or_else(|| {
         Problem::new(StatusCode::NOT_FOUND, "this train keeps no history: [history] enabled is false")
     })
 }
 
 fn fields(history: &History, text: &str) -> Result<Vec<String>, Problem> {
-    let known = || history.columns().iter().map(|column| column.name.as_str());
     let fields: Vec<String> = text.split(',').map(str::to_owned).collect();
+    check_fields(history, &fields)?;
+    Ok(fields)
+}
+
+/// Refuses names that no indicator has.
+pub(super) fn check_fields(history: &History, fields: &[String]) -> Result<(), Problem> {
+    let known = || history.columns().iter().map(|column| column.name.as_str());
     match fields.iter().find(|field| !known().any(|name| name == field.as_str())) {
-        None => Ok(fields),
+        None => Ok(()),
         Some(unknown) => {
             let listed = known().collect::<Vec<_>>().join(", ");
             Err(query::refuse("fields", unknown, &format!("of these, separated by commas: {listed}")))
@@ -81,7 +129,7 @@ fn fields(history: &History, text: &str) -> Result<Vec<String>, Problem> {
 }
 
 /// Reads on a thread that may block, when it is this request's turn.
-async fn read<T: Send + 'static>(
+pub(super) async fn read<T: Send + 'static>(
     history: Arc<History>,
     read: impl FnOnce(&History) -> Result<T, HistoryError> + Send + 'static,
 ) -> Result<T, Problem> {

@@ -3,7 +3,7 @@
 use super::History;
 use super::columns::{self, Column};
 use railgrip_bus::now;
-use railgrip_history::{HistoryError, Limits, Retention, Store};
+use railgrip_history::{Event, HistoryError, Limits, Retention, Store};
 use railgrip_messages::Health;
 use railgrip_settings::HistorySettings;
 use std::sync::Arc;
@@ -22,10 +22,15 @@ const JUMP_S: i64 = 3600;
 /// Nor is one that, at the start, is further ahead of what is stored, s.
 const PAUSE_S: i64 = 60 * 86_400;
 
-struct Record {
+struct Figures {
     wagon: u32,
     unix_s: i64,
     values: Vec<f32>,
+}
+
+enum Record {
+    Figures(Figures),
+    Event(Event),
 }
 
 /// Takes what shall be remembered.
@@ -39,11 +44,19 @@ pub struct Recorder {
 impl Recorder {
     /// Takes a wagon's indicators; never waits.
     pub fn take(&self, health: &Health) {
-        let record = Record {
+        self.send(Record::Figures(Figures {
             wagon: health.wagon,
             unix_s: health.acquired.unix_ns.div_euclid(1_000_000_000),
             values: columns::values(&self.columns, health),
-        };
+        }));
+    }
+
+    /// Takes something that happened; never waits.
+    pub fn take_event(&self, event: Event) {
+        self.send(Record::Event(event));
+    }
+
+    fn send(&self, record: Record) {
         if self.records.try_send(record).is_err() {
             self.dropped.fetch_add(1, Ordering::Relaxed);
         }
@@ -122,7 +135,7 @@ impl Writer {
         loop {
             self.open_if_due();
             match self.receiver.recv_timeout(period.saturating_sub(flushed.elapsed())) {
-                Ok(record) => self.push(&record),
+                Ok(record) => self.push(record),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
             }
@@ -130,7 +143,7 @@ impl Writer {
                 flushed = Instant::now();
                 // What waits has arrived: only then is it true that everything until now is written.
                 while let Ok(record) = self.receiver.try_recv() {
-                    self.push(&record);
+                    self.push(record);
                 }
                 self.flush(false);
                 if pruned.is_none_or(|pruned| pruned.elapsed() >= PRUNE) {
@@ -167,10 +180,14 @@ impl Writer {
         }
     }
 
-    fn push(&mut self, record: &Record) {
+    fn push(&mut self, record: Record) {
         let Some(store) = &mut self.store else {
             self.lost += 1;
             return;
+        };
+        let record = match record {
+            Record::Figures(record) => record,
+            Record::Event(event) => return store.push_event(event),
         };
         if let Err(error) = store.push(record.wagon, record.unix_s, &record.values) {
             self.lost += 1;
@@ -184,7 +201,10 @@ impl Writer {
         match store.flush(everything) {
             Ok(flushed) => {
                 let size_bytes = store.size_bytes().unwrap_or(0);
-                let dropped = store.dropped_blocks() + self.lost + self.refused.load(Ordering::Relaxed);
+                let dropped = store.dropped_blocks()
+                    + store.dropped_events()
+                    + self.lost
+                    + self.refused.load(Ordering::Relaxed);
                 self.history.update(|status| {
                     status.written_until_unix_s = Some(until);
                     status.flushes += 1;

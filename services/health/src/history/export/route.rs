@@ -1,0 +1,181 @@
+//! The table over HTTP, sent while it is read.
+
+use super::{ExportError, Form, Wanted, write};
+use crate::history::query::{self, parameters, refuse, value};
+use crate::history::routes::{available, wagon};
+use crate::problem::Problem;
+use crate::shared::Shared;
+use crate::web::encode::takes_gzip;
+use crate::web::quality;
+use axum::body::{Body, Bytes};
+use axum::extract::{RawQuery, State};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use futures_util::stream;
+use railgrip_history::Reader;
+use std::io::{self, Write};
+use std::sync::Arc;
+use tokio::sync::mpsc::{Receiver, Sender, channel};
+
+/// Pieces of the answer that wait for a slow receiver.
+const WAITING_PIECES: usize = 8;
+/// Least length of a piece.
+const PIECE_BYTES: usize = 32 * 1024;
+/// Without `from`, so much before `to`, s.
+const USUAL_SPAN_S: i64 = 86_400;
+
+/// Stored indicators as one table, CSV or Parquet, for pandas, DuckDB and spreadsheets.
+///
+/// One row a wagon and step: `time`, `wagon`, `samples`, then for each indicator `NAME`, `NAME_low`, `NAME_high` where an
+/// interval is stored, `NAME_min`, `NAME_max`. Dots in names become `_`. Steps without samples have no row.
+#[utoipa::path(get, path = "/api/v1/history/export", tag = "history",
+    params(
+        ("format" = Option<String>, Query, description = "`csv` or `parquet`; default: by the header `Accept`, else csv",
+            pattern = "^(csv|parquet)$"),
+        ("wagon" = Option<String>, Query, description = "Numbers of wagons, separated by commas; default: all",
+            pattern = "^[1-9][0-9]{0,2}$"),
+        ("from" = Option<String>, Query, description = "Begin: RFC 3339 or Unix seconds; default: a day before `to`",
+            pattern = "instant"),
+        ("to" = Option<String>, Query, description = "End: RFC 3339 or Unix seconds; default: now",
+            pattern = "instant"),
+        ("step" = Option<String>, Query, description = "Width of a step: seconds, or a number with s, m, h or d; default 60",
+            pattern = "step"),
+        ("fields" = Option<String>, Query, pattern = "fields", description = "Indicators, separated by commas; default: all"),
+    ),
+    responses(
+        (status = 200, description = "The table", content(
+            (String = "text/csv"), (String = "application/vnd.apache.parquet"))),
+        (status = 400, description = "A query parameter is wrong; the detail names it and what is allowed",
+            body = Problem, content_type = "application/problem+json"),
+        (status = 404, description = "There is no such wagon, or no history", body = Problem,
+            content_type = "application/problem+json"),
+        (status = 409, description = "`from` and `to` contradict each other", body = Problem,
+            content_type = "application/problem+json"),
+        (status = 406, description = "Neither form is acceptable", body = Problem,
+            content_type = "application/problem+json"),
+        (status = 503, description = "The database refuses, or another export is under way", body = Problem,
+            content_type = "application/problem+json"),
+    ))]
+pub(crate) async fn export(
+    State(shared): State<Shared>,
+    headers: HeaderMap,
+    RawQuery(query): RawQuery,
+) -> Result<Response, Problem> {
+    let pairs = parameters(query.as_deref(), &["format", "wagon", "from", "to", "step", "fields"])?;
+    let form = form(&pairs, &headers)?;
+    let wagons = match value(&pairs, "wagon") {
+        None => Vec::new(),
+        Some(text) => text.split(',').map(|one| wagon(&shared, one)).collect::<Result<_, _>>()?,
+    };
+    let now_s = shared.now().unix_ns.div_euclid(1_000_000_000);
+    let (from_s, to_s) = query::ends(&pairs, now_s, USUAL_SPAN_S)?;
+    let step_s = value(&pairs, "step").map_or(Ok(60), |text| query::duration("step", text))?;
+    let fields = value(&pairs, "fields").map(|text| text.split(',').map(str::to_owned).collect());
+    let wanted = Wanted { wagons, fields, from_s, to_s, step_s };
+    let history = available(&shared)?;
+    if let Some(fields) = &wanted.fields {
+        crate::history::routes::check_fields(&history, fields)?;
+    }
+    let busy = |_| {
+        let detail = "another export is under way; try again when it is done";
+        Problem::new(StatusCode::SERVICE_UNAVAILABLE, detail)
+    };
+    let turn = Arc::clone(&history.exports).try_acquire_owned().map_err(busy)?;
+    let refused =
+        |error: &dyn std::fmt::Display| Problem::new(StatusCode::SERVICE_UNAVAILABLE, error.to_string());
+    let database = history.database().to_owned();
+    let opened = tokio::task::spawn_blocking(move || Reader::open(&database)).await;
+    let reader = opened.map_err(|error| refused(&error))?.map_err(|error| refused(&error))?;
+    let gzip = form == Form::Csv && takes_gzip(&headers);
+    let (sender, receiver) = channel(WAITING_PIECES);
+    tokio::task::spawn_blocking(move || {
+        if let Err(error) = run(&reader, &wanted, form, gzip, sender.clone()) {
+            // What has been sent cannot be taken back; a connection that breaks off says that it is not whole.
+            tracing::debug!(%error, "an export broke off");
+            let _ = sender.blocking_send(Err(io::Error::other(error.to_string())));
+        }
+        drop(turn);
+    });
+    Ok(answer(form, gzip, from_s, to_s, receiver))
+}
+
+fn answer(form: Form, gzip: bool, from_s: i64, to_s: i64, receiver: Receiver<io::Result<Bytes>>) -> Response {
+    let pieces =
+        stream::unfold(receiver, |mut receiver| async move { Some((receiver.recv().await?, receiver)) });
+    let mut response = Body::from_stream(pieces).into_response();
+    let headers = response.headers_mut();
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(form.media_type()));
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("private, no-cache"));
+    headers.insert(header::VARY, HeaderValue::from_static("Accept, Accept-Encoding"));
+    let name = format!("attachment; filename=\"railgrip-{from_s}-{to_s}.{}\"", form.word());
+    if let Ok(name) = HeaderValue::from_str(&name) {
+        headers.insert(header::CONTENT_DISPOSITION, name);
+    }
+    if gzip {
+        headers.insert(header::CONTENT_ENCODING, HeaderValue::from_static("gzip"));
+    }
+    response
+}
+
+fn run(
+    reader: &Reader,
+    wanted: &Wanted,
+    form: Form,
+    gzip: bool,
+    sender: Sender<io::Result<Bytes>>,
+) -> Result<(), ExportError> {
+    let to = Pieces { sender, piece: Vec::with_capacity(PIECE_BYTES) };
+    if gzip {
+        let mut packer = GzEncoder::new(to, Compression::fast());
+        write(reader, wanted, form, &mut packer)?;
+        packer.finish()?.flush()?;
+    } else {
+        write(reader, wanted, form, to)?;
+    }
+    Ok(())
+}
+
+/// Hands what is written to the connection, in pieces; waits while the receiver is slow.
+struct Pieces {
+    sender: Sender<io::Result<Bytes>>,
+    piece: Vec<u8>,
+}
+
+impl Write for Pieces {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.piece.extend_from_slice(bytes);
+        if self.piece.len() >= PIECE_BYTES {
+            self.flush()?;
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        if self.piece.is_empty() {
+            return Ok(());
+        }
+        let piece = std::mem::replace(&mut self.piece, Vec::with_capacity(PIECE_BYTES));
+        let gone = |_| io::Error::new(io::ErrorKind::BrokenPipe, "the receiver is gone");
+        self.sender.blocking_send(Ok(piece.into())).map_err(gone)
+    }
+}
+
+/// What `format` says, else what `Accept` prefers, else CSV.
+fn form(pairs: &[(String, String)], headers: &HeaderMap) -> Result<Form, Problem> {
+    if let Some(word) = value(pairs, "format") {
+        return Form::of_word(word).ok_or_else(|| refuse("format", word, "csv or parquet"));
+    }
+    let wish = |form: Form| {
+        let kind = form.media_type().split(';').next().unwrap_or_default();
+        quality(headers, header::ACCEPT, kind).unwrap_or(1.0)
+    };
+    // Parquet only for those who ask for it more than for CSV.
+    let (csv, parquet) = (wish(Form::Csv), wish(Form::Parquet));
+    if csv == 0.0 && parquet == 0.0 {
+        let detail = "the header `Accept` allows neither text/csv nor application/vnd.apache.parquet";
+        return Err(Problem::new(StatusCode::NOT_ACCEPTABLE, detail));
+    }
+    Ok(if parquet > csv { Form::Parquet } else { Form::Csv })
+}

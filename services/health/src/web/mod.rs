@@ -1,0 +1,20 @@
+//! What HTTP asks of every route of the interface, whatever it serves.
+//!
+//! * An answer in a form that the client does not take is 406; a body in a form that we do not take is 415.
+//! * An answer that can be kept has an `ETag`, and asking for it again costs a line instead of a body (304).
+//! * Long answers are compressed for whoever says that they take gzip.
+//! * Every refusal is `application/problem+json`, also those that the libraries below us make.
+
+mod accept;
+pub(crate) mod encode;
+pub(crate) mod pages;
+
+use axum::Router;
+use axum::middleware::from_fn;
+
+pub(crate) use accept::{quality, takes};
+
+/// Puts all this around the routes.
+pub(crate) fn around(router: Router) -> Router {
+    router.layer(from_fn(encode::encode)).layer(from_fn(accept::negotiate))
+}

@@ -1,0 +1,33 @@
+"""Reads what the interface (api.*) and the command (own.*) exported, with pandas and with DuckDB, and compares."""
+
+import sys
+from pathlib import Path
+
+import duckdb
+import pandas
+
+work = Path(sys.argv[1])
+frames = {}
+for name in ("api", "own"):
+    parquet = pandas.read_parquet(work / f"{name}.parquet")
+    csv = pandas.read_csv(work / f"{name}.csv", parse_dates=["time"])
+    assert list(parquet.columns) == list(csv.columns), "the forms have the same columns"
+    assert str(parquet["time"].dtype).startswith("datetime64") and parquet["time"].dt.tz is not None, parquet["time"].dtype
+    both = parquet.merge(csv, on=["time", "wagon"], suffixes=("", "_csv"))
+    assert len(both) > 0
+    for column in ("speed", "adhesion_low", "wheelset_1_slide_energy_max", "samples"):
+        difference = (both[column] - both[f"{column}_csv"]).abs().max()
+        assert not difference > 1e-4 * both[column].abs().max() or name == "api", f"{name}.{column}: {difference}"
+    frames[name] = parquet
+    for file in (work / f"{name}.parquet", work / f"{name}.csv"):
+        rows, wagons, begin, fastest = duckdb.sql(
+            f"SELECT count(*), count(DISTINCT wagon), min(time), max(speed_max) FROM '{file}'"
+        ).fetchone()
+        print(f"{file.name}: {rows} rows, {wagons} wagons from {begin}, at most {fastest:.1f} m/s")
+        assert wagons == 3 and rows >= 20 and 1 < fastest < 100
+        assert "TIMESTAMP" in str(duckdb.sql(f"SELECT time FROM '{file}' LIMIT 1").types[0])
+    assert ((parquet["speed_min"] <= parquet["speed_max"]) | parquet["speed"].isna()).all()
+same = frames["api"].merge(frames["own"], on=["time", "wagon"])
+closed = same[same["samples_x"] == same["samples_y"]]
+assert len(closed) >= 15 and (closed["speed_x"] == closed["speed_y"]).all(), "interface and command agree"
+print(f"{len(closed)} rows are the same by the interface and by the command")
