@@ -10,7 +10,7 @@ use railgrip_filter::{EstimatorConfig, EstimatorInput, WagonEstimator};
 use railgrip_vehicle::{VehicleParameters, WagonInput, WagonModel, WagonState};
 
 use crate::output::say;
-use crate::{CliError, bench_acoustics, bench_train, bench_transport};
+use crate::{CliError, bench_acoustics, bench_gap, bench_train, bench_transport};
 
 /// The vehicle that is timed.
 const VEHICLE: &str = include_str!("../../../config/vehicle.toml");
@@ -32,6 +32,9 @@ pub(crate) struct Args {
     /// Measure listening to one second of audio instead
     #[arg(long, conflicts_with_all = ["transport", "train"])]
     acoustics: bool,
+    /// Measure the diagnosis of the sim-to-real gap instead: its kernel, and one whole case with time and memory
+    #[arg(long, conflicts_with_all = ["transport", "train", "acoustics"])]
+    gap: bool,
 }
 
 /// One line of the table.
@@ -54,6 +57,15 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
             say(&serde_json::to_string_pretty(&report).map_err(CliError::failed)?);
         } else {
             bench_train::show(&report);
+        }
+        return Ok(());
+    }
+    if args.gap {
+        let report = bench_gap::run()?;
+        if args.json {
+            say(&serde_json::to_string_pretty(&report).map_err(CliError::failed)?);
+        } else {
+            bench_gap::show(&report);
         }
         return Ok(());
     }
