@@ -3,10 +3,10 @@
 use crate::case::{Case, OUTPUT_NAMES, OUTPUTS, Run};
 use crate::chance;
 use crate::engine::Found;
-use crate::flexible::Place;
+use crate::flexible::{Place, Scope};
 use crate::html::detail::{
-    Alarm, Axis, CandidateDetail, Curve, CurvePoint, Detail, ParameterRow, RunRow, Settings, Tie, Trace,
-    TraceWindow,
+    Alarm, Axis, CandidateDetail, Curve, CurvePoint, Detail, FreedPlace, ParameterRow, RunRow, Settings, Tie,
+    Trace, TraceWindow,
 };
 use crate::html::effect_curve::{FittedModel, effect_curve};
 use crate::metric::{Tally, sigmas};
@@ -16,6 +16,7 @@ use crate::report::{Interval, Report};
 use crate::solver::assemble;
 use crate::verdict::Judgement;
 use crate::wagon::{Models, Options};
+use crate::wander::Wander;
 
 /// Two-sided 95 % quantile of the normal distribution.
 const NORMAL_95: f64 = 1.96;
@@ -74,6 +75,7 @@ pub(crate) fn detail(
         parameters: parameters(found, models),
         candidates: candidate_details(found, report),
         ties: ties(report),
+        freed: freed(found, report),
         missing_curve: missing_curve(judgement, report),
         alarm: judgement.chance.as_ref().map(|chance| Alarm {
             statistic: "log-likelihood of whitened innovations gained by the best candidate".into(),
@@ -153,6 +155,29 @@ fn candidate_details(found: &Found, report: &Report) -> Vec<CandidateDetail> {
             })
         })
         .collect()
+}
+
+/// What freeing each place gains, before and after the effects.
+fn freed(found: &Found, report: &Report) -> Vec<FreedPlace> {
+    let same = |a: &Wander, b: &Wander| a.place == b.place && a.scope == b.scope;
+    let place = |wander: &Wander| {
+        let axis = missing_axis(wander.place);
+        let scope = match wander.scope {
+            Scope::Both => "",
+            Scope::Front => ", front wheelset",
+            Scope::Rear => ", rear wheelset",
+        };
+        let after = found.rest.iter().find(|rest| same(rest, wander)).filter(|_| !report.effects.is_empty());
+        FreedPlace {
+            place: format!("{}{scope}", axis.label.trim_start_matches("missing ")),
+            before: wander.evidence,
+            after: after.map(|rest| rest.evidence),
+            size: wander.amplitude,
+            unit: axis.unit,
+            time_s: wander.time_s,
+        }
+    };
+    found.places.iter().map(place).collect()
 }
 
 fn ties(report: &Report) -> Vec<Tie> {

@@ -31,6 +31,7 @@ pub mod regime;
 pub mod report;
 pub mod search;
 pub mod solver;
+pub mod units;
 pub mod verdict;
 pub mod wagon;
 pub mod wander;

@@ -19,6 +19,14 @@ pub enum CaseError {
         /// Number found.
         found: usize,
     },
+    /// A column cannot be in its unit.
+    #[error("{}, {source}", path.display())]
+    Units {
+        /// The file.
+        path: PathBuf,
+        /// The column, and what gives it away.
+        source: crate::units::UnitError,
+    },
     /// The vehicle has another number of wheelsets than a case knows.
     #[error("the vehicle has {found} wheelsets; a case is about a vehicle with 2")]
     VehicleWheelsets {
@@ -35,22 +43,21 @@ pub fn load(folder: &Path, vehicle: VehicleParameters) -> Result<Case, CaseError
     if vehicle.wheelsets() != WHEELSETS {
         return Err(CaseError::VehicleWheelsets { found: vehicle.wheelsets() });
     }
-    let rate_hz = vehicle.sensors.sample_rate_hz;
     let read = |part: &str| -> Result<Vec<Run>, CaseError> {
-        runs_in(&folder.join(part))?.iter().map(|file| run(file, rate_hz)).collect()
+        runs_in(&folder.join(part))?.iter().map(|file| run(file, &vehicle)).collect()
     };
     let (fit, holdout) = (read("fit")?, read("holdout")?);
     Ok(Case { vehicle, fit, holdout })
 }
 
-fn run(file: &RunFile, rate_hz: f64) -> Result<Run, CaseError> {
+fn run(file: &RunFile, vehicle: &VehicleParameters) -> Result<Run, CaseError> {
     let rail = match file.require_rail()? {
         railgrip_recording::RailClass::Dry => RailClass::Dry,
         railgrip_recording::RailClass::Wet => RailClass::Wet,
         railgrip_recording::RailClass::Low => RailClass::Low,
     };
     let mut recording = Recording::read(&file.path, Strictness::Strict)?;
-    recording.require_rate(&file.path, rate_hz)?;
+    recording.require_rate(&file.path, vehicle.sensors.sample_rate_hz)?;
     if recording.wheelsets != WHEELSETS {
         return Err(CaseError::Wheelsets { path: file.path.clone(), found: recording.wheelsets });
     }
@@ -67,5 +74,7 @@ fn run(file: &RunFile, rate_hz: f64) -> Result<Run, CaseError> {
         sanding: recording.sanding.unwrap_or_default(),
         position_m: recording.position_m.unwrap_or_default(),
     };
+    crate::units::check(&columns, vehicle)
+        .map_err(|source| CaseError::Units { path: file.path.clone(), source })?;
     Ok(Run::new(file.name.clone(), rail, &columns))
 }

@@ -1,4 +1,5 @@
-//! Where the gap of a model lies: over speed, slip, disc temperature, brake force, time since brake onset, position.
+//! Where the gap of a model lies: over speed, slip, disc temperature, brake force, time since brake onset,
+//! position, wheel angle and frequency.
 
 use crate::case::{Case, OUTPUTS, Run};
 use crate::flexible::{Covariate, along};
@@ -62,6 +63,8 @@ pub fn locate(case: &Case, calibrated: &Built, extended: &Built) -> (HeatMap, Op
         }
         groups.push(group);
     }
+    groups.extend(by_wheel_angle(case, &before, &after));
+    groups.push(by_frequency(case, calibrated, extended));
     let signals = crate::case::OUTPUT_NAMES.map(str::to_owned).to_vec();
     (HeatMap { signals, groups }, best.map(|(_, regime)| regime))
 }
@@ -137,4 +140,90 @@ fn stand_out(variable: Covariate, edges: &[f64], group: &HeatGroup) -> Option<(f
         }
     }
     best.filter(|(score, _)| score.is_finite() && *score > 0.0)
+}
+
+/// The gap by angle of the front wheel within a revolution, where there is more than a revolution.
+fn by_wheel_angle(case: &Case, before: &Errors, after: &Errors) -> Option<HeatGroup> {
+    let turn = std::f64::consts::TAU;
+    let angle = |&(r, k): &(usize, usize)| case.fit[r].samples[k].wheel_angle_rad[0];
+    let most = before.from.iter().map(angle).fold(0.0, f64::max);
+    let values: Vec<f64> = before.from.iter().map(|at| angle(at).rem_euclid(turn)).collect();
+    let edges: Vec<f64> = (0..=REGIONS).map(|k| turn * k as f64 / REGIONS as f64).collect();
+    let region = |x: f64| ((x / turn * REGIONS as f64) as usize).min(REGIONS - 1);
+    (most > turn).then(|| group(Covariate::WheelAngle, &edges, &values, &region, before, after))
+}
+
+/// Limits of the bands into which errors are split, Hz.
+const BANDS_HZ: [f64; 5] = [0.0, 0.2, 1.0, 5.0, 50.0];
+
+/// The gap by frequency: errors within each window, split by differences of running means. The bands' squares do not add up
+/// exactly to the squared gap, as running means overlap a little.
+fn by_frequency(case: &Case, calibrated: &Built, extended: &Built) -> HeatGroup {
+    let bands = BANDS_HZ.len() - 1;
+    let mut samples = 0;
+    let mut sums = [vec![vec![0.0; bands]; OUTPUTS], vec![vec![0.0; bands]; OUTPUTS]];
+    let sigma = sigmas(&case.vehicle.sensors);
+    for run in &case.fit {
+        for (sums, built) in sums.iter_mut().zip([calibrated, extended]) {
+            for window in metric::predict(built, run) {
+                for (j, sums) in sums.iter_mut().enumerate() {
+                    let error = |(k, predicted): (usize, &[f64; OUTPUTS])| {
+                        ((predicted[j] - run.samples[k].outputs[j]) / sigma[j]).clamp(-1e6, 1e6)
+                    };
+                    let mut rest: Vec<f64> = window.range.clone().zip(&window.outputs).map(error).collect();
+                    for band in (0..bands).rev() {
+                        let slow = match band {
+                            0 => vec![0.0; rest.len()],
+                            // A running mean over 0.44 / f passes half of the power at f.
+                            _ => running_mean(&rest, 0.44 / BANDS_HZ[band] / run.dt_s),
+                        };
+                        sums[band] += rest.iter().zip(&slow).map(|(x, s)| (x - s).powi(2)).sum::<f64>();
+                        rest = slow;
+                    }
+                }
+            }
+        }
+        samples += metric::windows(run).iter().map(|range| range.len()).sum::<usize>();
+    }
+    let rms = |sums: &Vec<Vec<f64>>| -> Vec<Vec<f64>> {
+        let cell = |sum: &f64| if samples > 0 { (sum / samples as f64).sqrt() } else { f64::NAN };
+        sums.iter().map(|row| row.iter().map(cell).collect()).collect()
+    };
+    HeatGroup {
+        variable: "frequency".into(),
+        unit: "Hz".into(),
+        edges: BANDS_HZ.to_vec(),
+        calibrated: rms(&sums[0]),
+        extended: rms(&sums[1]),
+        samples: vec![samples; bands],
+    }
+}
+
+/// Mean over about `width` samples around each, over fewer at the ends.
+fn running_mean(values: &[f64], width: f64) -> Vec<f64> {
+    let half = (0.5 * width).round().max(1.0) as usize;
+    let mut sums = vec![0.0; values.len() + 1];
+    for (k, value) in values.iter().enumerate() {
+        sums[k + 1] = sums[k] + value;
+    }
+    let mean = |k: usize| {
+        let (from, to) = (k.saturating_sub(half), (k + half + 1).min(values.len()));
+        (sums[to] - sums[from]) / (to - from) as f64
+    };
+    (0..values.len()).map(mean).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn running_means_split_slow_from_fast() {
+        let wave = |period: f64| (0..1000).map(move |k| (std::f64::consts::TAU * k as f64 / period).sin());
+        let power = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>() / values.len() as f64;
+        let (slow, fast): (Vec<f64>, Vec<f64>) = (wave(500.0).collect(), wave(10.0).collect());
+        let (kept, passed) = (power(&running_mean(&slow, 44.0)), power(&running_mean(&fast, 44.0)));
+        println!("power left: {kept:.3} of a slow wave, {passed:.4} of a fast one, of 0.5 each");
+        assert!(kept > 0.45 && passed < 0.01);
+    }
 }

@@ -278,11 +278,13 @@ fn next_run(effects: &[FoundEffect], judgement: &Judgement) -> Option<String> {
     ))
 }
 
-/// The vehicle file of the extended model; the file knows one level for both pads, which gets their mean.
+/// The vehicle file of the extended model: fitted nuisances, each pad's own level, and the effects found.
 fn vehicle(models: &Models) -> VehicleParameters {
     let shape = &models.extended_shape;
-    let (mut vehicle, pads) = shape.vehicle(&models.extended);
-    vehicle.brake.friction_coefficient *= pads.iter().sum::<f64>() / pads.len() as f64;
+    let (mut vehicle, factors) = shape.vehicle(&models.extended);
+    let pads: Vec<f64> = factors.iter().zip(vehicle.pad_friction()).map(|(f, pad)| f * pad).collect();
+    vehicle.brake.friction_coefficient = pads.iter().sum::<f64>() / pads.len() as f64;
+    vehicle.brake.friction_by_wheelset = Some(pads);
     for (e, effect) in shape.effects.iter().enumerate() {
         let values = effect.values(&models.extended[shape.range_of(e)]);
         let parameters =

@@ -8,8 +8,8 @@ mod bench_cases;
 use bench_cases::{CreepTruth, Layout, PLAIN, brake, creep};
 use railgrip_diagnosis::bench::{Options, Outcome, diagnose};
 use railgrip_diagnosis::html::detail::{
-    Alarm, Axis, CandidateDetail, Curve, CurvePoint, Detail, HeatGroup, HeatMap, ParameterRow, RunRow,
-    Settings, Trace, TraceWindow,
+    Alarm, Axis, CandidateDetail, Curve, CurvePoint, Detail, FreedPlace, HeatGroup, HeatMap, ParameterRow,
+    RunRow, Settings, Trace, TraceWindow,
 };
 use railgrip_diagnosis::html::{headline, render, summary};
 use railgrip_diagnosis::report::*;
@@ -241,6 +241,14 @@ fn wagon_detail() -> Detail {
                 },
             ],
         },
+        freed: vec![FreedPlace {
+            place: "share of pad friction".to_owned(),
+            before: 812.0,
+            after: Some(14.0),
+            size: 0.09,
+            unit: String::new(),
+            time_s: 10.0,
+        }],
         worst_window: Some(TraceWindow {
             run: "wet_stop.wet".to_owned(),
             window: 2,

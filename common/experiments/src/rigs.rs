@@ -178,7 +178,11 @@ pub fn roller_file(test: Test, sensors: &RigSensors) -> RollerRigFile {
         kind: "roller".into(),
         name: "roller rig".into(),
         wheelset: Wheelset { radius_m: RADIUS_M, inertia_kg_m2: INERTIA_KG_M2 * INERTIA_ERROR },
-        brake: Brake { radius_m: BRAKE_RADIUS_M, friction_coefficient: NOMINAL_PAD_FRICTION },
+        brake: Brake {
+            radius_m: BRAKE_RADIUS_M,
+            friction_coefficient: NOMINAL_PAD_FRICTION,
+            friction_by_wheelset: None,
+        },
         roller: Roller { load_n: LOAD_N, equivalent_mass_kg: MASS_KG },
         contact: nominal_model(test).constants().contact.clone(),
         rail: Rail { dry: 0.3, wet: 0.1, low: 0.05 },

@@ -6,6 +6,9 @@ use crate::models::DrivenSample;
 use railgrip_vehicle::effects::Operating;
 use railgrip_vehicle::{GRAVITY_M_S2, VehicleParameters, WagonInput, WagonModel};
 
+/// After a longer hole in the data, hidden states go on as if it had been this long, s.
+const LONGEST_CATCH_UP_S: f64 = 2.0;
+
 /// The model's laws along a run.
 #[derive(Clone, Debug)]
 pub(crate) struct Laws {
@@ -14,6 +17,8 @@ pub(crate) struct Laws {
     at: Operating,
     pub(crate) hidden: Vec<f64>,
     started: bool,
+    /// Time that the hidden states are behind, s.
+    behind_s: f64,
 }
 
 /// Time, place and track of one sample.
@@ -27,7 +32,7 @@ pub(crate) struct Place {
 impl Laws {
     pub(crate) fn new(vehicle: &VehicleParameters, model: WagonModel) -> Self {
         let period_s = 1.0 / vehicle.sensors.sample_rate_hz;
-        Self { model, period_s, at: Operating::default(), hidden: Vec::new(), started: false }
+        Self { model, period_s, at: Operating::default(), hidden: Vec::new(), started: false, behind_s: 0.0 }
     }
 
     /// Takes up hidden states of a snapshot; false if they do not fit the model.
@@ -113,6 +118,11 @@ impl Laws {
             self.at.brake_power_w[i] = (torque * speed).max(0.0);
             self.at.slip_power_w[i] = (force * (rim - estimate.v_m_s)).max(0.0);
         }
-        self.model.advance_hidden(&self.at, dt_s, &mut self.hidden);
+        // Hidden states advance by whole periods: delay lines have one place a period, and samples come a little early or late.
+        self.behind_s = (self.behind_s + dt_s).min(LONGEST_CATCH_UP_S);
+        while self.behind_s > 0.5 * self.period_s {
+            self.model.advance_hidden(&self.at, self.period_s, &mut self.hidden);
+            self.behind_s -= self.period_s;
+        }
     }
 }

@@ -323,7 +323,8 @@ impl TractionRigFile {
             pressing_force_sigma_n: 0.0,
         };
         let wheelset = Wheelset { radius_m: drive.wheel_radius_m, inertia_kg_m2 };
-        let brake = Brake { radius_m: drive.wheel_radius_m, friction_coefficient: 0.35 };
+        let brake =
+            Brake { radius_m: drive.wheel_radius_m, friction_coefficient: 0.35, friction_by_wheelset: None };
         one_wheelset(&self.name, mass_kg, wheelset, brake, &self.contact, usual_rail(), sensors)
     }
 }

@@ -63,6 +63,9 @@ pub struct Brake {
     pub radius_m: f64,
     /// Nominal coefficient between pad and disc, dimensionless.
     pub friction_coefficient: f64,
+    /// The same of each wheelset where they are known to differ, front first. Absent: all have the one above.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction_by_wheelset: Option<Vec<f64>>,
 }
 
 /// Running resistance `a + b v + k_d v|v|`.
@@ -217,6 +220,15 @@ impl VehicleParameters {
         positions
     }
 
+    /// Nominal pad friction of each wheelset.
+    pub fn pad_friction(&self) -> [f64; MAX_WHEELSETS] {
+        let mut pads = [self.brake.friction_coefficient; MAX_WHEELSETS];
+        if let Some(given) = &self.brake.friction_by_wheelset {
+            pads.iter_mut().zip(given).for_each(|(slot, &pad)| *slot = pad);
+        }
+        pads
+    }
+
     /// Checks every value against what is physically possible.
     ///
     /// # Errors
@@ -260,7 +272,24 @@ impl VehicleParameters {
             let key = "sensors.pressing_force_sigma_n";
             return Err(ParameterError { key, value: force, allowed: "0 to 100000" });
         }
+        self.check_pads()?;
         self.check_positions()
+    }
+
+    fn check_pads(&self) -> Result<(), ParameterError> {
+        let Some(pads) = &self.brake.friction_by_wheelset else { return Ok(()) };
+        let key = "brake.friction_by_wheelset";
+        if pads.len() != self.wheelsets() {
+            return Err(ParameterError {
+                key,
+                value: pads.len() as f64,
+                allowed: "one value for each wheelset",
+            });
+        }
+        match pads.iter().find(|pad| !(0.01..=1.5).contains(*pad)) {
+            Some(&value) => Err(ParameterError { key, value, allowed: "0.01 to 1.5" }),
+            None => Ok(()),
+        }
     }
 
     fn check_positions(&self) -> Result<(), ParameterError> {

@@ -10,7 +10,7 @@ use railgrip_filter::{EstimatorConfig, EstimatorInput, WagonEstimator};
 use railgrip_vehicle::{VehicleParameters, WagonInput, WagonModel, WagonState};
 
 use crate::output::say;
-use crate::{CliError, bench_acoustics, bench_history, bench_http, bench_train, bench_transport};
+use crate::{CliError, bench_acoustics, bench_gap, bench_history, bench_http, bench_train, bench_transport};
 
 /// The vehicle that is timed.
 const VEHICLE: &str = include_str!("../../../config/vehicle.toml");
@@ -38,6 +38,9 @@ pub(crate) struct Args {
     /// Measure what the history writes and how fast it answers instead
     #[arg(long, conflicts_with_all = ["transport", "train", "acoustics", "http"])]
     history: bool,
+    /// Measure the diagnosis of the sim-to-real gap instead: its kernel, and one whole case with time and memory
+    #[arg(long, conflicts_with_all = ["transport", "train", "acoustics", "http", "history"])]
+    gap: bool,
 }
 
 /// One line of the table.
@@ -77,6 +80,15 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
             return json(&report);
         }
         bench_history::show(&report);
+        return Ok(());
+    }
+    if args.gap {
+        let report = bench_gap::run()?;
+        if args.json {
+            say(&serde_json::to_string_pretty(&report).map_err(CliError::failed)?);
+        } else {
+            bench_gap::show(&report);
+        }
         return Ok(());
     }
     let lines = if args.acoustics {

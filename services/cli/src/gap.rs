@@ -50,6 +50,9 @@ struct DiagnoseArgs {
     /// Where the vehicle goes with the effects found in it
     #[arg(long, value_name = "FILE")]
     apply: Option<PathBuf>,
+    /// Vehicle onto which a law-level case is applied [default: vehicle.toml of the case, else the built-in vehicle]
+    #[arg(long, value_name = "FILE", requires = "apply")]
+    onto: Option<PathBuf>,
     /// Leave a candidate out of the library; may be repeated
     #[arg(long, value_name = "ID")]
     without: Vec<String>,
@@ -84,8 +87,11 @@ struct Answer {
     report: Report,
     detail: Detail,
     predictions: Vec<(String, railgrip_recording::Table)>,
-    vehicle: Option<VehicleParameters>,
+    vehicle: VehicleParameters,
 }
+
+/// The vehicle of `config/vehicle.toml`, for law-level cases that come without one.
+const DEFAULT_VEHICLE: &str = include_str!("../../../config/vehicle.toml");
 
 fn diagnose(args: &DiagnoseArgs) -> Result<(), CliError> {
     if !args.case.is_dir() {
@@ -105,11 +111,7 @@ fn diagnose(args: &DiagnoseArgs) -> Result<(), CliError> {
         predictions::write(&answer.predictions, folder).map_err(CliError::failed)?;
     }
     if let Some(path) = &args.apply {
-        let vehicle = answer
-            .vehicle
-            .as_ref()
-            .ok_or_else(|| CliError::bad_input("--apply: a law-level case has no vehicle to write"))?;
-        write(path, &toml::to_string(vehicle).map_err(CliError::failed)?)?;
+        write(path, &toml::to_string(&answer.vehicle).map_err(CliError::failed)?)?;
     }
     say(&html::summary(&answer.report, &answer.detail.case));
     Ok(())
@@ -124,7 +126,9 @@ fn of_wagon(args: &DiagnoseArgs) -> Result<Answer, CliError> {
     let path = args.case.join("vehicle.toml");
     let vehicle = railgrip_settings::vehicle::load(&path).map_err(CliError::bad_input)?;
     let case = load::load(&args.case, vehicle).map_err(|error| match error {
-        CaseError::Recording(_) | CaseError::Wheelsets { .. } => CliError::bad_input(error),
+        CaseError::Recording(_) | CaseError::Wheelsets { .. } | CaseError::Units { .. } => {
+            CliError::bad_input(error)
+        }
         CaseError::VehicleWheelsets { .. } => CliError::bad_input(format!("{}: {error}", path.display())),
     })?;
     let options = wagon::Options {
@@ -149,7 +153,7 @@ fn of_wagon(args: &DiagnoseArgs) -> Result<Answer, CliError> {
         report: outcome.report,
         detail: outcome.detail,
         predictions: outcome.predictions,
-        vehicle: Some(outcome.vehicle),
+        vehicle: outcome.vehicle,
     })
 }
 
@@ -160,14 +164,32 @@ fn of_bench(args: &DiagnoseArgs) -> Result<Answer, CliError> {
         version: version(),
         command: command(args),
     };
+    let vehicle = bench_vehicle(args)?;
     let outcome =
         bench::diagnose(&args.case, &options).map_err(|error: BenchError| CliError::bad_input(error))?;
+    let applied = outcome.applied.onto(&vehicle);
+    if args.apply.is_some() {
+        applied.check().map_err(CliError::failed)?;
+        for why in &outcome.applied.left_out {
+            tracing::warn!("not in the vehicle: {why}");
+        }
+    }
     Ok(Answer {
         report: outcome.report,
         detail: outcome.detail,
         predictions: outcome.predictions,
-        vehicle: None,
+        vehicle: applied,
     })
+}
+
+/// The vehicle onto which a law-level case is applied.
+fn bench_vehicle(args: &DiagnoseArgs) -> Result<VehicleParameters, CliError> {
+    let beside = Some(args.case.join("vehicle.toml")).filter(|path| path.is_file());
+    let vehicle = match args.onto.clone().or(beside) {
+        Some(path) => railgrip_settings::vehicle::load(&path),
+        None => railgrip_settings::vehicle::parse(Path::new("built-in vehicle"), DEFAULT_VEHICLE),
+    };
+    vehicle.map_err(CliError::bad_input)
 }
 
 fn check_ids(ids: &[String]) -> Result<(), CliError> {

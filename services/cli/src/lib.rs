@@ -6,6 +6,7 @@
 mod acoustics;
 mod bench;
 mod bench_acoustics;
+mod bench_gap;
 mod bench_history;
 mod bench_http;
 mod bench_train;

@@ -75,3 +75,15 @@ fn pss_mb(pid: u32) -> Option<f64> {
     let line = text.lines().find(|line| line.starts_with("Pss:"))?;
     Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? / 1024.0)
 }
+
+/// CPU time of a process so far, s.
+pub(crate) fn cpu_s(pid: u32) -> Option<f64> {
+    parent_and_cpu_s(pid).map(|(_, cpu_s)| cpu_s)
+}
+
+/// Largest resident memory of a process so far, MB.
+pub(crate) fn peak_mb(pid: u32) -> Option<f64> {
+    let text = std::fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
+    let line = text.lines().find(|line| line.starts_with("VmHWM:"))?;
+    Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? / 1024.0)
+}

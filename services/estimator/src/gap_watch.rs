@@ -8,7 +8,7 @@
 //! What the filter can absorb in a state (a changed level of pad friction, a wheel radius that looks like creepage) does
 //! not show here.
 
-use railgrip_messages::{Estimate, Innovation, Sample, flags, valid};
+use railgrip_messages::{Condition, Estimate, Innovation, Sample, flags, valid};
 use railgrip_recording::Row;
 use std::collections::VecDeque;
 
@@ -27,7 +27,7 @@ const DRIVES_FROM_NM: f64 = 200.0;
 /// One output alone is suspect when the others have less than this share of its excess.
 const ALONE_SHARE: f64 = 0.3;
 /// So much is kept for a recording, s.
-const KEPT_S: f64 = 120.0;
+pub const KEPT_S: f64 = 180.0;
 /// Samples are kept at most this often, Hz.
 const KEPT_HZ: f64 = 100.0;
 
@@ -71,6 +71,7 @@ pub struct GapWatch {
     changing_s: f64,
     kept: VecDeque<Kept>,
     wheelsets: usize,
+    rail: Condition,
 }
 
 /// A sample in little room.
@@ -80,6 +81,16 @@ struct Kept {
     position_m: f64,
     values: [f32; 15],
     valid: u32,
+    rail: Condition,
+}
+
+/// A sample that was kept, and the rail as it was taken to be then.
+#[derive(Debug, Clone, Copy)]
+pub struct KeptRow {
+    /// The sample; NaN = missing.
+    pub row: Row,
+    /// The most probable condition.
+    pub rail: Condition,
 }
 
 impl GapWatch {
@@ -97,7 +108,13 @@ impl GapWatch {
             changing_s: f64::INFINITY,
             kept: VecDeque::new(),
             wheelsets: 0,
+            rail: Condition::Dry,
         }
+    }
+
+    /// What the rail is taken to be from now on.
+    pub const fn on_rail(&mut self, rail: Condition) {
+        self.rail = rail;
     }
 
     /// Takes one sample with what the filter made of it.
@@ -210,7 +227,7 @@ impl GapWatch {
     }
 
     fn keep(&mut self, sample: &Sample) {
-        let due = self.kept.back().is_none_or(|last| sample.time_s - last.t_s > 0.9 / KEPT_HZ);
+        let due = self.kept.back().is_none_or(|last| sample.time_s - last.t_s > 0.97 / KEPT_HZ);
         if !due {
             return;
         }
@@ -226,11 +243,11 @@ impl GapWatch {
         }
         (values[13], values[14]) = (sample.grade_rad as f32, sample.sanding as f32);
         let (t_s, position_m, valid) = (sample.time_s, sample.position_m, sample.valid);
-        self.kept.push_back(Kept { t_s, position_m, values, valid });
+        self.kept.push_back(Kept { t_s, position_m, values, valid, rail: self.rail });
     }
 
-    /// The latest minutes, oldest first; NaN = missing.
-    pub fn rows(&self) -> impl ExactSizeIterator<Item = Row> + '_ {
+    /// The latest minutes, oldest first.
+    pub fn rows(&self) -> impl ExactSizeIterator<Item = KeptRow> + '_ {
         self.kept.iter().map(|kept| {
             let value = |place: usize, bit: u32| {
                 if kept.valid & bit == 0 { f64::NAN } else { rounded(f64::from(kept.values[place])) }
@@ -244,8 +261,14 @@ impl GapWatch {
             row.grade_rad = value(13, valid::GRADE);
             row.sanding = value(14, valid::SANDING);
             row.position_m = if kept.valid & valid::POSITION == 0 { f64::NAN } else { kept.position_m };
-            row
+            KeptRow { row, rail: kept.rail }
         })
+    }
+
+    /// Time of the newest sample, s.
+    #[must_use]
+    pub fn newest_s(&self) -> f64 {
+        self.kept.back().map_or(f64::NAN, |kept| kept.t_s)
     }
 
     /// Wheelsets of the rows.

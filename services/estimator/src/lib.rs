@@ -19,7 +19,7 @@ use railgrip_bus::{
     Bus, BusConfig, BusError, EstimatePublisher, EventPublisher, HealthPublisher, HeartbeatPublisher,
     InnovationPublisher, Lifecycle, monotonic_ns, now,
 };
-use railgrip_messages::{Condition, Event, EventKind, Heartbeat, NO_WHEELSET, ProcessKind, Text};
+use railgrip_messages::{Event, EventKind, Heartbeat, NO_WHEELSET, ProcessKind, Text};
 use railgrip_settings::TrainSettings;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -106,6 +106,8 @@ struct Service {
     gap_folder: PathBuf,
     gap_cases: u32,
     gap_kept: bool,
+    /// A case that is written anew when more has been seen, and when it was first written, s.
+    gap_growing: Option<(PathBuf, f64)>,
     health_timer: Timer,
     heartbeat_timer: Timer,
     snapshot_timer: Timer,
@@ -135,6 +137,7 @@ impl Service {
             gap_folder: settings.instance.dir.join("gaps"),
             gap_cases: 0,
             gap_kept: false,
+            gap_growing: None,
             health_timer: Timer::every(Duration::from_secs_f64(1.0 / reporting.health_rate_hz)),
             heartbeat_timer: Timer::every(HEARTBEAT),
             snapshot_timer: Timer::every(Duration::from_secs_f64(reporting.snapshot_period_s)),
@@ -211,7 +214,7 @@ impl Service {
             health.missed = samples.missed();
             health.published_monotonic_ns = monotonic_ns();
             self.health.publish(&[health])?;
-            self.keep_mismatch(worker, health.condition);
+            self.keep_mismatch(worker);
         }
         if self.snapshot_timer.due(instant) {
             self.save(worker);
@@ -230,24 +233,27 @@ impl Service {
         Ok(())
     }
 
-    /// Keeps the latest minutes once for each mismatch, ready to be diagnosed.
-    fn keep_mismatch(&mut self, worker: &Worker, condition: u32) {
+    /// Keeps the latest minutes for each mismatch, ready to be diagnosed: at once, and again when more has been seen.
+    fn keep_mismatch(&mut self, worker: &Worker) {
+        if let Some((case, told_s)) = &self.gap_growing
+            && worker.gap.newest_s() - told_s > gap_watch::KEPT_S / 2.0
+        {
+            if let Err(error) = gap_record::write(case, &worker.gap, &worker.vehicle) {
+                tracing::warn!(%error, "the recording of a mismatch cannot be kept");
+            }
+            self.gap_growing = None;
+        }
         let Some(mismatch) = worker.told.as_ref() else {
             self.gap_kept = false;
             return;
         };
-        if self.gap_kept || self.gap_cases >= KEPT_CASES {
+        if self.gap_kept || self.gap_growing.is_some() || self.gap_cases >= KEPT_CASES {
             return;
         }
         self.gap_kept = true;
-        let rail = match Condition::from_code(condition) {
-            Some(Condition::Low | Condition::VeryLow) => "low",
-            Some(Condition::Wet) => "wet",
-            _ => "dry",
-        };
         let seconds = now().unix_ns / 1_000_000_000;
         let case = self.gap_folder.join(format!("wagon-{}-{seconds}", self.wagon));
-        match gap_record::write(&case, &worker.gap, &worker.vehicle, rail) {
+        match gap_record::write(&case, &worker.gap, &worker.vehicle) {
             Ok(true) => {
                 self.gap_cases += 1;
                 tracing::warn!(
@@ -257,6 +263,7 @@ impl Service {
                     "the model does not explain this wagon; see it with `railgrip gap diagnose {}`",
                     case.display()
                 );
+                self.gap_growing = Some((case, worker.gap.newest_s()));
             }
             // Too little yet: the next look may have more.
             Ok(false) => self.gap_kept = false,

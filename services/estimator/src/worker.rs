@@ -6,8 +6,8 @@ use crate::timing::Histogram;
 use railgrip_filter::{Estimator, EstimatorConfig, EstimatorInput, FilterError, Plant};
 use railgrip_indicators::{IndicatorSettings, Nominal, WagonIndicators};
 use railgrip_messages::{
-    Estimate, EstimateState, Event, EventKind, Grade, Health, Innovation, MotorSample, NO_WHEELSET, Sample,
-    Stamp, Text, flags, sample_flags,
+    Condition, Estimate, EstimateState, Event, EventKind, Grade, Health, Innovation, MotorSample,
+    NO_WHEELSET, Sample, Stamp, Text, flags, sample_flags,
 };
 use railgrip_settings::TrainSettings;
 use railgrip_vehicle::VehicleParameters;
@@ -262,6 +262,7 @@ impl Worker {
 
     /// A mismatch that lasts shows in the indicator of the filter, and is told once.
     fn watch_gap(&mut self, health: &mut Health) {
+        self.gap.on_rail(Condition::from_code(health.condition).unwrap_or(Condition::Dry));
         if let Some(ratio) = self.gap.ratio() {
             let words = format!(
                 "the model explains the data: innovation ratio {ratio:.2} over the latest minute, ideal 1"

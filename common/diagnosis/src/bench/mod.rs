@@ -9,6 +9,7 @@
 //! * *score* – squared error over sigma² that a candidate removes, less ln(points) for each parameter.
 //! * *flexible discrepancy* – smooth functions of the variables, the yardstick of what could be explained ([`flexible`]).
 
+mod apply;
 mod chance;
 mod error;
 mod estimates;
@@ -27,6 +28,7 @@ mod sigma;
 mod verdict;
 mod write_up;
 
+pub use apply::Applied;
 pub use error::BenchError;
 pub use gaps::write_tables as write_predictions;
 pub use input::Kind;
@@ -67,6 +69,8 @@ pub struct Outcome {
     pub detail: Detail,
     /// The prediction file of each holdout file: name without ending, and table. See [`write_predictions`].
     pub predictions: Vec<(String, Table)>,
+    /// What was found, for a vehicle.
+    pub applied: Applied,
 }
 
 /// Everything that was found out, ready to be written up.

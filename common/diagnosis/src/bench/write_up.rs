@@ -1,6 +1,7 @@
 //! From findings to the report, its details and the prediction files.
 
 use super::Diagnosis;
+use super::apply::Applied;
 use super::error::BenchError;
 use super::estimates;
 use super::figures;
@@ -11,6 +12,7 @@ use super::search::{Chosen, LIBRARY_LEVEL, Trial};
 use super::verdict::missing_curve;
 use super::{Options, Outcome, chance, input::Nominal};
 use crate::html::detail::{Alarm, Detail, ParameterRow, Settings, Tie};
+use crate::html::words::number;
 use crate::report::{
     Candidate, FoundEffect, Gap, HoldoutGap, Location, Report, RunGap, SCHEMA, SignalGap, SignalShare,
     ThreeGaps, Unexplained, Verdict,
@@ -103,6 +105,7 @@ pub fn write_up(diagnosis: &Diagnosis, options: &Options, started: Instant) -> R
         notes: notes(diagnosis),
         runs,
         heat_map: figures::heat_map(case.kind, &fit),
+        freed: Vec::new(),
         worst_window: None,
         scatters: figures::scatters(case.kind, &holdout, variable, "holdout"),
         effect_curves: if named {
@@ -136,7 +139,8 @@ pub fn write_up(diagnosis: &Diagnosis, options: &Options, started: Instant) -> R
             )],
         },
     };
-    Ok(Outcome { report, detail, predictions: holdout.tables(case.kind)? })
+    let applied = Applied::of(&extended.model, case.nominal, &extended.fit.values);
+    Ok(Outcome { report, detail, predictions: holdout.tables(case.kind)?, applied })
 }
 
 fn effect(chosen: &Chosen, rows: &[ParameterRow], recovered: f64) -> FoundEffect {
@@ -235,7 +239,9 @@ fn subject(diagnosis: &Diagnosis) -> String {
 
 fn notes(diagnosis: &Diagnosis) -> Vec<String> {
     let noise = &diagnosis.noise;
-    let mut notes = vec![format!("Sigma {:.4} is {}.", noise.sigma, diagnosis.sigma_source)];
+    let unit = if diagnosis.case.kind == super::Kind::Creep { " N" } else { "" };
+    let sigma = number(noise.sigma);
+    let mut notes = vec![format!("Sigma {sigma}{unit} is {}.", diagnosis.sigma_source)];
     if noise.excess > 1.15 {
         notes.push(format!(
             "Points scatter {:.2} sigma about the smoothest model that follows all variables; evidence is weighed by that scatter.",

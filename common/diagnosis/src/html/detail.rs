@@ -18,6 +18,8 @@ pub struct Detail {
     pub runs: Vec<RunRow>,
     /// Gap by signal and operating region.
     pub heat_map: HeatMap,
+    /// Places of the equations that were freed one at a time, the likeliest first; may be empty.
+    pub freed: Vec<FreedPlace>,
     /// The window in which the calibrated model is worst (wagon cases).
     pub worst_window: Option<TraceWindow>,
     /// Measured points and models over a covariate (law-level cases).
@@ -81,6 +83,23 @@ pub struct HeatGroup {
     pub calibrated: Vec<Vec<f64>>,
     /// Gap of the extended model, same shape.
     pub extended: Vec<Vec<f64>>,
+}
+
+/// A place of the equations that was freed by a wandering disturbance.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FreedPlace {
+    /// In words, with its wheelset.
+    pub place: String,
+    /// Log-likelihood gained over the calibrated model.
+    pub before: f64,
+    /// Log-likelihood gained over the extended model, where there is one.
+    pub after: Option<f64>,
+    /// Size of the disturbance, one sigma.
+    pub size: f64,
+    /// Unit of the size; empty where dimensionless.
+    pub unit: String,
+    /// Correlation time, s.
+    pub time_s: f64,
 }
 
 /// A stretch of one run with the outputs of the models.

@@ -27,6 +27,7 @@ pub fn section(report: &Report, detail: &Detail) -> Markup {
                 }
             }
             @if place.signals.len() > 1 { (signals(report)) }
+            (super::places::table(detail))
             (heat(&detail.heat_map))
         }
     }

@@ -1,6 +1,6 @@
 //! The report as a short Markdown text for the terminal.
 
-use super::sentence::{evidence, headline};
+use super::sentence::{caution, evidence, headline};
 use super::words::{gap, interval, number, p_value, percent, term};
 use crate::report::{Report, ThreeGaps};
 use std::fmt::Write;
@@ -80,6 +80,9 @@ fn effects(text: &mut String, report: &Report) -> std::fmt::Result {
 fn candidates(text: &mut String, report: &Report) -> std::fmt::Result {
     if report.candidates.is_empty() {
         return Ok(());
+    }
+    if let Some(words) = caution(report) {
+        writeln!(text, "{words}\n")?;
     }
     writeln!(text, "| candidate | fit gap | gain on left-out data | p | converged |")?;
     writeln!(text, "| --- | ---: | ---: | ---: | --- |")?;

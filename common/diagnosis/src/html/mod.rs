@@ -11,6 +11,7 @@ mod facts;
 mod gaps;
 mod location;
 mod markdown;
+mod places;
 mod ranking;
 mod sentence;
 mod traces;

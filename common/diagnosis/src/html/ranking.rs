@@ -1,6 +1,7 @@
 //! The ranking of candidates, the test against chance, and groups that the data cannot separate.
 
 use super::detail::{CandidateDetail, Detail, Tie};
+use super::sentence::caution;
 use super::words::{gap, number, p_value, percent, plain};
 use crate::report::{Candidate, Report};
 use maud::{Markup, html};
@@ -18,6 +19,7 @@ pub fn section(report: &Report, detail: &Detail) -> Markup {
                     (alarm.replicates) " simulated cases; the best candidate reaches " b { (number(alarm.observed)) } " (" (alarm.statistic) ")."
                 }
             }
+            @if let Some(words) = caution(report) { p.say { b { (words) } } }
             div.scroll { table {
                 caption { "Candidates, best predictor first" }
                 thead { tr {

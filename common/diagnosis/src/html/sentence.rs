@@ -39,7 +39,8 @@ pub fn evidence(report: &Report) -> Vec<String> {
             Verdict::Unknown => {
                 ". No candidate is added to the model; the curve below shows what is missing.".to_owned()
             }
-            _ => ", and no candidate predicts left-out data better than chance would.".to_owned(),
+            _ => ", and no candidate improves on that by more than chance and small errors of form would."
+                .to_owned(),
         });
         return pieces;
     }
@@ -56,6 +57,30 @@ pub fn evidence(report: &Report) -> Vec<String> {
         format!("; the data cannot tell it from {}.", list(&tied))
     });
     pieces
+}
+
+/// Level of p below which a reader expects a finding.
+const SMALL_P: f64 = 0.05;
+
+/// What a reader of the ranking must know where nothing was found.
+pub fn caution(report: &Report) -> Option<String> {
+    if !report.effects.is_empty() || report.candidates.is_empty() {
+        return None;
+    }
+    let small = report.candidates.iter().filter(|candidate| candidate.p_value < SMALL_P).count();
+    let shares = "Gains are shares of what is left after calibration";
+    Some(match (report.verdict, small) {
+        (Verdict::None, 0) => {
+            format!("{shares}, and that is no more than chance here: none of them is a finding.")
+        }
+        (Verdict::None, _) => format!(
+            "{shares}. A small p alone is no finding: it compares with chance, and a candidate must also gain more than laws of \
+             a slightly wrong form do, and on the runs left out, too. None does here."
+        ),
+        _ => format!(
+            "{shares}. What these candidates gain is real but imitates: none recovers enough of what a free curve would."
+        ),
+    })
 }
 
 fn capital(text: &str) -> String {

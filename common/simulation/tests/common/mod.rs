@@ -10,7 +10,7 @@ pub fn coach() -> VehicleParameters {
         name: "coach".into(),
         body: Body { mass_kg: 41e3, com_height_m: 1.6, wheelbase_m: 12.0, wheelset_positions_m: None },
         wheelset: Wheelset { radius_m: 0.45, inertia_kg_m2: 140.0 },
-        brake: Brake { radius_m: 0.25, friction_coefficient: 0.35 },
+        brake: Brake { radius_m: 0.25, friction_coefficient: 0.35, friction_by_wheelset: None },
         resistance: Resistance { constant_n: 400.0, linear_n_s_per_m: 8.0, drag_n_s2_per_m2: 4.0 },
         contact: Contact {
             stiffness_n: 6.5e6,

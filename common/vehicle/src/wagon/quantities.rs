@@ -92,7 +92,7 @@ impl Constants {
             inertia_kg_m2: [parameters.wheelset.inertia_kg_m2; MAX_WHEELSETS],
             wheel_radius_m: [parameters.wheelset.radius_m; MAX_WHEELSETS],
             brake_radius_m: parameters.brake.radius_m,
-            brake_friction: [parameters.brake.friction_coefficient; MAX_WHEELSETS],
+            brake_friction: parameters.pad_friction(),
             resistance: parameters.resistance.clone(),
             contact: parameters.contact.clone(),
         }

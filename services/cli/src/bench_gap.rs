@@ -1,0 +1,220 @@
+//! `railgrip bench --gap`: the kernel of the diagnosis beside the wagon model it stands for, and a whole diagnosis of a case
+//! that the truth plant makes, in a process of its own, with its time, processor time and peak memory.
+
+use std::hint::black_box;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use railgrip_diagnosis::case::{Case, Run};
+use railgrip_diagnosis::{load, metric, parameters::Shape};
+use railgrip_truth_plant::{Case as TrueCase, Recipe, files};
+use railgrip_vehicle::{EffectEntry, WagonInput, WagonModel, WagonState};
+
+use crate::output::say;
+use crate::{CliError, process_figures as figures};
+
+/// Effect of the case that is made: one with a hidden state, which costs most.
+const EFFECT: &str = "brake_fade";
+/// Seed of the case, so that every machine diagnoses the same.
+const SEED: u64 = 11;
+/// Time spent on each line of the kernel, s.
+const SECONDS_A_LINE: f64 = 0.5;
+/// The child's figures are read this often; its peak memory is kept by the system in between.
+const LOOK_EVERY: Duration = Duration::from_millis(20);
+/// What a diagnosis may take and use.
+const AIM_S: f64 = 60.0;
+const AIM_MB: f64 = 1024.0;
+
+/// What was measured.
+#[derive(Debug, serde::Serialize)]
+pub(crate) struct Report {
+    kernel: Vec<Line>,
+    diagnosis: Diagnosis,
+}
+
+/// Time of one sample of one simulated run.
+#[derive(Debug, serde::Serialize)]
+struct Line {
+    what: &'static str,
+    nanoseconds: f64,
+    /// Over the plain model's.
+    ratio: f64,
+}
+
+/// One whole diagnosis.
+#[derive(Debug, serde::Serialize)]
+struct Diagnosis {
+    case: String,
+    runs: usize,
+    recorded_s: f64,
+    samples: usize,
+    verdict: String,
+    effects: Vec<String>,
+    wall_s: f64,
+    cpu_s: f64,
+    cores: usize,
+    peak_memory_mb: f64,
+    /// Processor time over that of simulating every recorded sample once with the plain model.
+    in_plain_simulations: f64,
+}
+
+/// Makes the case, times the kernel on it, diagnoses it.
+pub(crate) fn run() -> Result<Report, CliError> {
+    let folder = std::env::temp_dir().join(format!("railgrip-bench-gap-{}", std::process::id()));
+    let result = measure(&folder);
+    let _ = std::fs::remove_dir_all(&folder);
+    result
+}
+
+fn measure(folder: &Path) -> Result<Report, CliError> {
+    let recipe = Recipe { name: "case".into(), seed: SEED, departures: vec![EFFECT.into()] };
+    let made = TrueCase::make(&recipe).map_err(CliError::failed)?;
+    let path = folder.join("case");
+    files::write_case(&path, &made.sheet.to_toml(), &made.runs).map_err(CliError::failed)?;
+    let vehicle = railgrip_settings::vehicle::load(&path.join("vehicle.toml")).map_err(CliError::failed)?;
+    let case = load::load(&path, vehicle).map_err(CliError::failed)?;
+    let kernel = kernel(&case)?;
+    let plain_ns = kernel[0].nanoseconds;
+    let diagnosis = diagnosis(folder, &case, plain_ns)?;
+    Ok(Report { kernel, diagnosis })
+}
+
+/// Nanoseconds of one sample: the best of several rounds over a run.
+fn time(run: &Run, mut over: impl FnMut(&Run)) -> f64 {
+    let started = Instant::now();
+    let mut best = f64::INFINITY;
+    while started.elapsed().as_secs_f64() < SECONDS_A_LINE {
+        let round = Instant::now();
+        over(black_box(run));
+        best = best.min(round.elapsed().as_secs_f64() / run.len() as f64);
+    }
+    best * 1e9
+}
+
+fn kernel(case: &Case) -> Result<Vec<Line>, CliError> {
+    let Some(run) = case.fit.iter().max_by_key(|run| run.len()) else {
+        return Err(CliError::failed("the case has no run"));
+    };
+    let model = WagonModel::new(&case.vehicle).map_err(CliError::failed)?;
+    let plain = time(run, |run| plain_simulation(&model, case.vehicle.rail.adhesion(run.rail), run));
+    let mut lines = vec![Line { what: "wagon model, simulated plainly", nanoseconds: plain, ratio: 1.0 }];
+    for (what, ids) in [
+        ("kernel of the diagnosis, no effect", &[][..]),
+        ("the same with brake_fade", &["brake_fade"][..]),
+        (
+            "the same with brake_fade, brake_lag, speed_latency",
+            &["brake_fade", "brake_lag", "speed_latency"][..],
+        ),
+    ] {
+        let mut with = case.clone();
+        let entry = |id: &&str| EffectEntry { id: (*id).into(), parameters: Default::default() };
+        with.vehicle.effects = ids.iter().map(entry).collect();
+        let shape = Shape::nominal(&with);
+        let built = shape.build(&shape.start());
+        let nanoseconds = time(run, |run| {
+            black_box(metric::predict(&built, run));
+        });
+        lines.push(Line { what, nanoseconds, ratio: nanoseconds / plain });
+    }
+    Ok(lines)
+}
+
+/// The run's inputs through [`WagonModel::step`], from the first sample to the last.
+fn plain_simulation(model: &WagonModel, adhesion: f64, run: &Run) {
+    let first = &run.samples[0];
+    let mut state = WagonState { v_m_s: first.outputs[0], ..WagonState::default() };
+    state.wheel_speed_rad_s[..2].copy_from_slice(&first.outputs[1..]);
+    let mut input = WagonInput { adhesion_peak: [adhesion; 4], ..WagonInput::default() };
+    let mut acceleration_m_s2 = 0.0;
+    for sample in &run.samples {
+        input.time_s = sample.time_s;
+        input.grade_rad = sample.grade_rad;
+        input.pressing_force_n[..2].copy_from_slice(&sample.mid_pressing_force_n);
+        input.drive_torque_nm[..2].copy_from_slice(&sample.mid_drive_torque_nm);
+        let loading = model.loading(&model.operating(&state, &input), &input, run.dt_s, &[]);
+        state = model.step(&state, &loading, run.dt_s, &mut acceleration_m_s2);
+    }
+    black_box(&state);
+}
+
+fn diagnosis(folder: &Path, case: &Case, plain_ns: f64) -> Result<Diagnosis, CliError> {
+    let report = folder.join("report.json");
+    let started = Instant::now();
+    let mut child = Command::new(std::env::current_exe().map_err(CliError::failed)?)
+        .args(["gap", "diagnose"])
+        .arg(folder.join("case"))
+        .arg("--json")
+        .arg(&report)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .spawn()
+        .map_err(CliError::failed)?;
+    let (cpu_s, peak_memory_mb) = watch(&mut child)?;
+    let wall_s = started.elapsed().as_secs_f64();
+    let text = std::fs::read_to_string(&report).map_err(CliError::failed)?;
+    let report: serde_json::Value = serde_json::from_str(&text).map_err(CliError::failed)?;
+    let text = |value: &serde_json::Value| value.as_str().unwrap_or_default().to_owned();
+    let runs = || case.fit.iter().chain(&case.holdout);
+    let samples: usize = runs().map(Run::len).sum();
+    Ok(Diagnosis {
+        case: format!("{EFFECT}, seed {SEED}"),
+        runs: runs().count(),
+        recorded_s: runs().map(|run| run.len() as f64 * run.dt_s).sum(),
+        samples,
+        verdict: text(&report["verdict"]),
+        effects: report["effects"]
+            .as_array()
+            .into_iter()
+            .flatten()
+            .map(|effect| text(&effect["id"]))
+            .collect(),
+        wall_s,
+        cpu_s,
+        cores: std::thread::available_parallelism().map_or(1, usize::from),
+        peak_memory_mb,
+        in_plain_simulations: cpu_s / (1e-9 * plain_ns * samples as f64),
+    })
+}
+
+/// Processor time, s, and peak memory, MB, of a child that runs to its end.
+fn watch(child: &mut Child) -> Result<(f64, f64), CliError> {
+    let (mut cpu_s, mut peak_mb) = (0.0_f64, 0.0_f64);
+    loop {
+        if let Some(now) = figures::cpu_s(child.id()) {
+            cpu_s = cpu_s.max(now);
+        }
+        if let Some(now) = figures::peak_mb(child.id()) {
+            peak_mb = peak_mb.max(now);
+        }
+        match child.try_wait().map_err(CliError::failed)? {
+            None => std::thread::sleep(LOOK_EVERY),
+            Some(status) if status.success() => return Ok((cpu_s, peak_mb)),
+            Some(status) => return Err(CliError::failed(format!("the diagnosis ended with {status}"))),
+        }
+    }
+}
+
+/// The report for people.
+pub(crate) fn show(report: &Report) {
+    say(&format!("{:<54} {:>9} {:>7}", "one sample of one run", "ns", "ratio"));
+    for line in &report.kernel {
+        say(&format!("{:<54} {:>9.0} {:>7.2}", line.what, line.nanoseconds, line.ratio));
+    }
+    let d = &report.diagnosis;
+    say(&format!(
+        "\ndiagnosis of a case with {}: {} runs, {:.0} s, {} samples, 27 and more candidates\n  answer {} {}",
+        d.case,
+        d.runs,
+        d.recorded_s,
+        d.samples,
+        d.verdict,
+        d.effects.join(", ")
+    ));
+    say(&format!("  wall          {:>8.1} s on {} cores (aim {AIM_S:.0} s)", d.wall_s, d.cores));
+    say(&format!(
+        "  processor     {:>8.1} s = {:.0} plain simulations of every sample",
+        d.cpu_s, d.in_plain_simulations
+    ));
+    say(&format!("  peak memory   {:>8.0} MB (aim {AIM_MB:.0} MB)", d.peak_memory_mb));
+}
