@@ -59,7 +59,8 @@ fn prometheus_accepts_rules_their_tests_and_the_config() {
         &["check", "config", "--syntax-only", "prometheus.yml"],
     ] {
         let output = run(words).expect("as before");
-        let said = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
+        let said =
+            [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
         println!("{said}");
         assert!(output.status.success(), "promtool {words:?}: {said}");
     }

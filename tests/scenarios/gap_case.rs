@@ -125,7 +125,9 @@ fn a_case_is_answered_by_the_contract_and_alike_on_any_number_of_threads() {
     let folder = tempfile::tempdir().expect("folder");
     let case = case(folder.path());
     let (one, three) = (folder.path().join("one"), folder.path().join("three"));
-    [&one, &three].map(|out| std::fs::create_dir_all(out).expect("folder"));
+    for out in [&one, &three] {
+        std::fs::create_dir_all(out).expect("folder");
+    }
     let (mut first, mut second) = (diagnose(&case, &one, "1"), diagnose(&case, &three, "3"));
 
     for key in

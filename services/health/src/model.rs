@@ -296,10 +296,6 @@ pub struct WheelsetView {
     pub slide_s: f64,
     /// Share of the latest braking with slide protection.
     pub wsp_share: Figure,
-    /// Pad friction referred to standard conditions: speed, pressing force, disc temperature.
-    pub brake_friction_standard: Figure,
-    /// Share of the latest braking during which this wheelset had no brake while the others had, 0 to 1.
-    pub isolated: Figure,
 }
 
 /// A process of the train.

@@ -254,8 +254,6 @@ fn wheelset(id: u32, health: &WheelsetHealth, fresh: Freshness) -> WheelsetView 
         slide_energy_j: rounded(health.slide_energy_j),
         slide_s: rounded(health.slide_s),
         wsp_share: figure(&health.wsp_share, fresh),
-        brake_friction_standard: figure(&health.brake_friction_standard, fresh),
-        isolated: figure(&health.isolated, fresh),
     }
 }
 

@@ -34,14 +34,7 @@ impl Outbox {
     }
 
     fn new(wagon: u32, line: Line) -> Self {
-        Self {
-            wagon,
-            line,
-            sequence: 0,
-            last_time_s: f64::NEG_INFINITY,
-            begins: true,
-            failing: false,
-        }
+        Self { wagon, line, sequence: 0, last_time_s: f64::NEG_INFINITY, begins: true, failing: false }
     }
 
     /// Validates and stamps one row and puts it into the batch.

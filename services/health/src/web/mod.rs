@@ -12,7 +12,7 @@ pub(crate) mod pages;
 use axum::Router;
 use axum::middleware::from_fn;
 
-pub(crate) use accept::{quality, takes};
+pub(crate) use accept::quality;
 
 /// Puts all this around the routes.
 pub(crate) fn around(router: Router) -> Router {

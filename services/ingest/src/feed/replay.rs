@@ -145,7 +145,8 @@ mod tests {
     }
 
     fn replay(runs: &[&[f64]], repeat: bool) -> Replay {
-        let players = runs.iter().map(|times_s| Player::new(Tape::Wagon(recording(times_s)), repeat)).collect();
+        let players =
+            runs.iter().map(|times_s| Player::new(Tape::Wagon(recording(times_s)), repeat)).collect();
         Replay { players, speed: 1.0 }
     }
 

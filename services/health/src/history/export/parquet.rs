@@ -23,8 +23,9 @@ pub(super) struct Columns<W: Write + Send> {
 impl<W: Write + Send> Columns<W> {
     pub(super) fn begin(layout: &Layout, step_s: i64, to: W) -> Result<Self, ExportError> {
         let utc = LogicalType::timestamp(true, TimeUnit::MILLIS);
-        let whole =
-            |name: &str, kind| Type::primitive_type_builder(name, kind).with_repetition(Repetition::REQUIRED);
+        let whole = |name: &'static str, kind| {
+            Type::primitive_type_builder(name, kind).with_repetition(Repetition::REQUIRED)
+        };
         let mut fields = vec![
             Arc::new(whole("time", Physical::INT64).with_logical_type(Some(utc)).build()?),
             Arc::new(whole("wagon", Physical::INT32).build()?),
