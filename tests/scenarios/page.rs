@@ -138,7 +138,7 @@ fn the_pages_load_say_everything_in_words_and_renew_themselves() {
     let rows = tab.text("document.getElementById('indicators').innerText");
     for word in [
         "Pad friction",
-        "standard conditions",
+        "standardised",
         "Brake builds up in",
         "Drag when released",
         "Without a brake",

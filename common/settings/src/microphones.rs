@@ -28,7 +28,7 @@ pub struct MicrophoneSettings {
 /// Where audio comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AudioSource {
-    /// Synthesised from how the simulated wagon or rig rolls.
+    /// Synthesised from how the simulated wagon rolls.
     Synthesised {
         /// What it sounds like: the name of a rig.
         rig: &'static str,
@@ -140,8 +140,8 @@ fn synthesised(
     table: &MicrophoneTable,
     source: &Source,
 ) -> Result<AudioSource, SettingsError> {
-    if !matches!(source, Source::Simulate { .. } | Source::Rig { .. }) {
-        let allowed = "WAV files; noise is synthesised for simulated wagons and rigs only";
+    if !matches!(source, Source::Simulate { .. }) {
+        let allowed = "WAV files; noise is synthesised for a simulated train only";
         return Err(at.refuse(&key("recordings"), "absent", allowed));
     }
     if table.repeat.is_some() {
@@ -154,4 +154,52 @@ fn synthesised(
         noise_db: at.within(&key("noise_db"), table.noise_db.unwrap_or(-25.0), -100.0..=40.0)?,
         seed: table.seed.unwrap_or(1),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Overrides, TrainSettings};
+
+    fn parse(microphones: &str) -> Result<TrainSettings, SettingsError> {
+        // A config that is the default one is given the vehicle and scenario that are built in.
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/railgrip.toml");
+        let text = std::fs::read_to_string(&file).expect("the default config");
+        TrainSettings::parse(&file, &format!("{text}\n{microphones}"), &Overrides::default())
+    }
+
+    #[test]
+    fn microphones_are_read() {
+        let settings = parse("[[microphone]]\nwagon = 2\nrig = \"bogie\"\n[acoustics]\nhysteresis = 0.1\n");
+        let settings = settings.expect("good");
+        let audio = AudioSource::Synthesised { rig: "bogie", noise_db: -25.0, seed: 1 };
+        assert_eq!(settings.microphones, [MicrophoneSettings { wagon: 2, audio }]);
+        assert_eq!(settings.acoustics, AcousticSettings { model: None, hysteresis: 0.1 });
+        assert!(settings.microphone(2).is_some() && settings.microphone(1).is_none());
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_microphone_is_named() {
+        for (text, key, allowed) in [
+            ("[[microphone]]\nwagon = 9\n", "microphone.1.wagon", "1 to 8"),
+            (
+                "[[microphone]]\nwagon = 1\n[[microphone]]\nwagon = 1\n",
+                "microphone.2.wagon",
+                "without a microphone",
+            ),
+            ("[[microphone]]\nwagon = 1\nrig = \"tram\"\n", "microphone.1.rig", "bogie, roller"),
+            ("[[microphone]]\nwagon = 1\nloop = true\n", "microphone.1.loop", "without `recordings`"),
+            (
+                "[[microphone]]\nwagon = 1\nrecordings = [\"none.wav\"]\n",
+                "microphone.1.recordings",
+                "finds none",
+            ),
+            ("[acoustics]\nhysteresis = 0.5\n", "acoustics.hysteresis", "0 to 0.49"),
+            ("[acoustics]\nmodell = \"x\"\n", "modell", "unknown field"),
+        ] {
+            let error = parse(text).expect_err(text).to_string();
+            println!("{error}");
+            assert!(error.contains(key) && error.contains(allowed), "{error}");
+        }
+    }
 }

@@ -166,7 +166,9 @@ fn judge(
     };
     let (sure, now) = (largest(|stop| stop.low_m), largest(|stop| stop.distance_m));
     let (grade, words) = match sure {
-        _ if known == 0 => (Grade::Unknown, "no wagon gives news, so this rests on assumptions"),
+        _ if known == 0 => {
+            (Grade::Unknown, "no wagon has told enough of its brakes yet, so this rests on assumptions")
+        }
         _ if sure > ACT_RATIO => (Grade::Act, "needs far longer than nominal"),
         _ if sure > WATCH_RATIO => (Grade::Watch, "needs longer than nominal"),
         _ => (Grade::Ok, "nothing shows that it needs longer than nominal"),
@@ -175,7 +177,7 @@ fn judge(
         braked.iter().enumerate().filter_map(|(index, (now, _))| weak(index as u32 + 1, now, full)).collect();
     worst_wagons.sort_by(|a, b| a.brake_share.total_cmp(&b.brake_share));
     worst_wagons.truncate(MOST_WEAK);
-    let reason = format!("{words}: {:.0} % of the nominal distance at most", 100.0 * now);
+    let reason = format!("{words}: about {:.0} % of the nominal distance", 100.0 * now);
     CapabilityView { grade, reason, full_deceleration_m_s2: full, response_s, stops, worst_wagons }
 }
 

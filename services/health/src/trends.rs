@@ -18,7 +18,9 @@ const DAY_S: i64 = 86_400;
 /// Fewer points than this are too few to rely on a coarse tier: a finer one is asked.
 const ENOUGH_POINTS: usize = 24;
 /// Spans with their steps, s: the longest that holds enough points is taken.
-const SPANS: [(i64, i64); 3] = [(30 * DAY_S, 3600), (2 * DAY_S, 60), (1800, 5)];
+const SPANS: [(i64, i64); 2] = [(30 * DAY_S, 3600), (2 * DAY_S, 60)];
+/// A shorter past shows no trend, s: the figures themselves are means over minutes of braking.
+const LEAST_SPAN_S: f64 = 3600.0;
 /// Indicators of a wagon that have a trend.
 const OF_WAGON: [&str; 8] = [
     "brake_friction",
@@ -43,7 +45,7 @@ pub enum Verdict {
     Falling,
     /// Neither is certain.
     NoTrend,
-    /// There are fewer than eight points.
+    /// There are fewer than eight points, or less than an hour of them.
     TooLittleData,
 }
 
@@ -83,8 +85,8 @@ pub struct TrendList {
     pub trends: Vec<TrendView>,
 }
 
-/// Where the indicators of a wagon are going: the slope over the stored hours of 30 days (over minutes or seconds while
-/// there are few of them), with its 95 % interval, and the time until they need action.
+/// Where the indicators of a wagon are going: the slope over the stored hours of 30 days (over minutes while there
+/// are few of them), with its 95 % interval, and the time until they need action.
 #[utoipa::path(get, path = "/api/v1/wagons/{id}/trends", tag = "history",
     params(("id" = u32, Path, minimum = 1, description = "Number of the wagon, 1 first")),
     responses(
@@ -158,7 +160,7 @@ fn of_wagon(
             name,
             unit,
             limits.of_field(wagon, name).map(|limit| (limit.act_low, limit.act_high)),
-            Trend::of(&series),
+            Trend::of(&series).filter(|trend| trend.span_s >= LEAST_SPAN_S),
         )
     };
     Ok(columns.iter().enumerate().map(view).collect())

@@ -11,8 +11,7 @@ use railgrip_classifier::{Condition, Confusion, Model, ModelError, Training, tra
 use crate::CliError;
 use crate::output::{note, say};
 
-/// Train a model and judge it on speeds, noise levels and a rig that it never heard. Without options it trains the
-/// built-in model again.
+/// Train a model and judge it on speeds, noise levels and a rig that it never heard.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Where the model goes

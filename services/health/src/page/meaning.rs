@@ -340,7 +340,7 @@ fn train(limits: &Limits) -> Vec<Meaning> {
             unit: "per day; days",
             interval: "95 %, from Kendall's statistic, widened because neighbours resemble each other",
             limits: "A trend is called one only when the interval of its slope does not hold zero; \"no trend\" is an answer.".to_owned(),
-            blind: "What does not go on as it did: a pad that is changed, a season. Fewer than eight points show nothing.",
+            blind: "What does not go on as it did: a pad that is changed, a season. Fewer than eight points, or less than an hour, show nothing.",
         },
     ]
 }

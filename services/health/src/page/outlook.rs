@@ -40,7 +40,7 @@ fn table(trends: &[TrendView]) -> Markup {
     html! {
         div #outlook {
             @if known.is_empty() {
-                p .calm { "Too little is stored yet to see a trend: it takes at least eight points." }
+                p .calm { "Too little is stored yet to see a trend: it takes at least eight points over an hour." }
             } @else {
                 table .outlook {
                     thead { tr {

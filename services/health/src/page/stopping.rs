@@ -26,23 +26,28 @@ pub(super) fn parts(shared: &Shared, snapshot: &Snapshot) -> Vec<Part> {
     ]
 }
 
-/// The two cards.
-pub(super) fn cards(shared: &Shared, snapshot: &Snapshot) -> Markup {
-    let whole = &snapshot.whole;
+/// How far the train runs.
+pub(super) fn stop_card(snapshot: &Snapshot) -> Markup {
     html! {
         section .card aria-labelledby="h-stop" {
             div .heading {
                 h2 #h-stop { "Stopping distance now" }
                 a href="/indicators#stopping" { "how it is worked out" }
             }
-            (stops(&whole.capability))
+            (stops(&snapshot.whole.capability))
         }
+    }
+}
+
+/// Where the rail is low.
+pub(super) fn map_card(shared: &Shared, snapshot: &Snapshot) -> Markup {
+    html! {
         section .card aria-labelledby="h-map" {
             div .heading {
                 h2 #h-map { "Adhesion along the track" }
                 a href="/indicators#map" { "how it is known" }
             }
-            (stretches(&whole.map, since_s(shared, snapshot)))
+            (stretches(&snapshot.whole.map, since_s(shared, snapshot)))
             div #map .map {}
         }
     }

@@ -31,11 +31,14 @@ pub(super) fn body(shared: &Shared, snapshot: &Snapshot) -> Markup {
             (drawing(snapshot, None))
         }
         div .columns {
-            section .card aria-labelledby="h-todo" {
-                div .heading { h2 #h-todo { "What to do" } a href="/alerts" { "all alerts" } }
-                (alerts::todo(snapshot))
+            div .stack {
+                section .card aria-labelledby="h-todo" {
+                    div .heading { h2 #h-todo { "What to do" } a href="/alerts" { "all alerts" } }
+                    (alerts::todo(snapshot))
+                }
+                (stopping::stop_card(snapshot))
             }
-            div .stack { (stopping::cards(shared, snapshot)) }
+            (stopping::map_card(shared, snapshot))
         }
         section .card aria-labelledby="h-all" {
             div .heading { h2 #h-all { "All wagons" } }

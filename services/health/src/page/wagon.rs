@@ -173,11 +173,11 @@ fn indicators(wagon: &WagonView, limits: &Limits) -> Markup {
     let rows = [
         Row::new("Pad friction", "brake-friction", &wagon.brake_friction, Form::FRICTION)
             .on(limits.brake_friction(wagon.id)),
-        Row::new("… at standard conditions", "standard", &wagon.brake_friction_standard, Form::FRICTION)
+        Row::new("… standardised", "standard", &wagon.brake_friction_standard, Form::FRICTION)
             .on(limits.brake_friction(wagon.id)),
         Row::new("Front − rear", "asymmetry", &wagon.asymmetry, Form::PERCENT).on(limits.asymmetry),
         Row::new("Brake builds up in", "response", &wagon.response, Form::SECONDS).on(limits.response),
-        Row::new("Begins later than its place", "delay", &wagon.brake_delay, Form::SECONDS).on(limits.delay),
+        Row::new("Begins late by", "delay", &wagon.brake_delay, Form::SECONDS).on(limits.delay),
         Row::new("Drag when released", "dragging", &wagon.dragging, Form::KILONEWTON)
             .on(limits.dragging(wagon.id)),
         Row::new("Without a brake", "isolated", &wagon.isolated, Form::PERCENT).on(limits.isolated),
@@ -268,7 +268,7 @@ fn wheelsets(wagon: &WagonView, limits: &Limits) -> Markup {
 fn one(wheelset: &WheelsetView, friction: Option<Limit>, isolated: Limit, wsp: Limit) -> Markup {
     let rows = [
         Row::new("Pad friction", "brake-friction", &wheelset.brake_friction, Form::FRICTION).on(friction),
-        Row::new("… at standard conditions", "standard", &wheelset.brake_friction_standard, Form::FRICTION)
+        Row::new("… standardised", "standard", &wheelset.brake_friction_standard, Form::FRICTION)
             .on(friction),
         Row::new("Without a brake", "isolated", &wheelset.isolated, Form::PERCENT).on(isolated),
         Row::new("Adhesion used", "utilised", &wheelset.adhesion_utilised, Form::FRICTION).on(ADHESION),

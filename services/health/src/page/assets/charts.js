@@ -91,7 +91,7 @@ const charts = (() => {
 
   /** Columns for uPlot: of each line its value, and the ends of its band if it has one. */
   function layout(spec) {
-    const series = [{}];
+    const series = [{ label: spec.positions ? "km" : "Time" }];
     const bands = [];
     spec.lines.forEach((line, index) => {
       const ink = line.colour || ["accent", "c2", "c3", "c4"][index % 4];
