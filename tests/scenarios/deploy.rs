@@ -28,7 +28,7 @@ fn verify(edit: impl Fn(&str) -> String) -> Option<String> {
         files.push(folder.path().join(name));
         std::fs::write(files.last().expect("just pushed"), edit(&text)).expect("write");
     }
-    assert_eq!(files.len(), 5, "{files:?}");
+    assert_eq!(files.len(), 6, "{files:?}");
     let output = Command::new("systemd-analyze").arg("verify").args(&files).output().ok()?;
     Some(String::from_utf8_lossy(&output.stderr).into_owned())
 }
