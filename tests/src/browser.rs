@@ -91,7 +91,7 @@ impl Browser {
         let wire = Wire { child, to, from, asked: 0, events: VecDeque::new() };
         let browser = Self { wire: RefCell::new(wire), _profile: profile };
         let version = browser.call(None, "Browser.getVersion", json!({}));
-        println!("{} of {}", version["product"].as_str().unwrap_or("?"), program.display());
+        eprintln!("{} of {}", version["product"].as_str().unwrap_or("?"), program.display());
         browser
     }
 

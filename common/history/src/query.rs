@@ -162,7 +162,7 @@ impl Reader {
     ) -> Result<(), E> {
         let scope = self.scope(columns)?;
         let mut at_s = tier.block_start(from_s.clamp(0, key::LAST_START_S - 1));
-        while let Some(start_s) = self.next_start(&scope, tier, at_s)?.filter(|start_s| *start_s < to_s) {
+        while let Some(start_s) = self.next_start(tier, at_s)?.filter(|start_s| *start_s < to_s) {
             let mut buckets = self.block(&scope, tier, wagon, start_s)?;
             let past = buckets.split_off(&to_s);
             drop(past);
@@ -228,7 +228,7 @@ impl Reader {
     }
 
     /// Start of the first block at or after `at_s` of which any wagon may have something.
-    fn next_start(&self, scope: &Scope, tier: Tier, at_s: i64) -> Result<Option<i64>, HistoryError> {
+    fn next_start(&self, tier: Tier, at_s: i64) -> Result<Option<i64>, HistoryError> {
         if at_s >= key::LAST_START_S {
             return Ok(None);
         }
@@ -240,7 +240,7 @@ impl Reader {
         };
         let stored = stored().map_err(|source| self.fail(source))?.map(key::start_s);
         let Some(finer) = tier.finer() else { return Ok(stored) };
-        let computed = self.next_start(scope, finer, at_s)?.map(|start_s| tier.block_start(start_s));
+        let computed = self.next_start(finer, at_s)?.map(|start_s| tier.block_start(start_s));
         Ok(match (stored, computed) {
             (Some(stored), Some(computed)) => Some(stored.min(computed)),
             (stored, computed) => stored.or(computed),
@@ -261,7 +261,7 @@ impl Reader {
             let mut fresh = Buckets::new();
             let end_s = start_s + tier.block_s();
             let mut at_s = start_s;
-            while let Some(fine_s) = self.next_start(scope, finer, at_s)?.filter(|fine_s| *fine_s < end_s) {
+            while let Some(fine_s) = self.next_start(finer, at_s)?.filter(|fine_s| *fine_s < end_s) {
                 for (at, bucket) in self.block(scope, finer, wagon, fine_s)? {
                     merge_into(&mut fresh, tier.bucket_start(at), &bucket);
                 }

@@ -57,8 +57,11 @@ pub(crate) fn columns(plant: PlantKind, wheelsets: usize, detail: bool) -> Vec<C
     }
 }
 
-/// Columns of each wheelset, by the name's parts before and after its suffix.
-fn each(columns: &mut Vec<Column>, wheelsets: usize, parts: &[(&str, &str, fn(&Estimate, usize) -> Cell)]) {
+/// A name's parts before and after its suffix, and what is read into the column.
+type Part<'a> = (&'a str, &'a str, fn(&Estimate, usize) -> Cell);
+
+/// Columns of each wheelset.
+fn each(columns: &mut Vec<Column>, wheelsets: usize, parts: &[Part<'_>]) {
     for wheelset in 0..wheelsets {
         for (before, after, read) in parts {
             let name = format!("{before}{}{after}", suffix(wheelset, wheelsets));

@@ -215,9 +215,8 @@ fn authorities(file: &Path) -> Result<Vec<Certificate<'static>>, CliError> {
     let text = std::fs::read(file).map_err(|error| wrong(error.to_string()))?;
     let mut found = Vec::new();
     for item in parse_pem(&text) {
-        match item.map_err(|error| wrong(error.to_string()))? {
-            PemItem::Certificate(certificate) => found.push(certificate),
-            _ => {}
+        if let PemItem::Certificate(certificate) = item.map_err(|error| wrong(error.to_string()))? {
+            found.push(certificate);
         }
     }
     if found.is_empty() {

@@ -41,8 +41,11 @@ fn wait_until(what: &str, done: impl Fn() -> bool) {
     }
 }
 
+/// Idempotency keys and bodies of requests.
+type Letters = Arc<Mutex<Vec<(String, Value)>>>;
+
 /// Idempotency key and body of every request; the first `failures` get status 503.
-fn receiver(failures: usize) -> (String, Arc<Mutex<Vec<(String, Value)>>>) {
+fn receiver(failures: usize) -> (String, Letters) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let url = format!("http://{}/alerts", listener.local_addr().unwrap());
     let seen = Arc::new(Mutex::new(Vec::new()));

@@ -261,7 +261,7 @@ fn slow_clients_are_cut_off() {
     let cut = within(PATIENCE, || {
         socket.write_all(b"X").is_err() || {
             socket.set_nonblocking(true).unwrap();
-            let gone = matches!(socket.read(&mut [0; 256]), Ok(_));
+            let gone = socket.read(&mut [0; 256]).is_ok();
             socket.set_nonblocking(false).unwrap();
             gone
         }

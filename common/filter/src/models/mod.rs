@@ -91,13 +91,19 @@ pub struct FilterState {
     pub memory: Vec<f64>,
 }
 
+/// Builds a filter of speeds.
+pub type BuildWagonFilter =
+    fn(&EstimatorConfig, &VehicleParameters, &WagonModel) -> Result<Box<dyn WagonFilter>, FilterError>;
+/// Builds an estimator with sensors of its own.
+pub type BuildEstimator = fn(&EstimatorConfig, &Plant) -> Result<Box<dyn Estimator>, FilterError>;
+
 /// How a filter is built.
 #[derive(Clone, Copy)]
 pub enum Build {
     /// A filter of speeds; [`crate::WagonEstimator`] surrounds it. The vehicle's effects are in the model already.
-    Wagon(fn(&EstimatorConfig, &VehicleParameters, &WagonModel) -> Result<Box<dyn WagonFilter>, FilterError>),
+    Wagon(BuildWagonFilter),
     /// A filter with sensors of its own.
-    Own(fn(&EstimatorConfig, &Plant) -> Result<Box<dyn Estimator>, FilterError>),
+    Own(BuildEstimator),
 }
 
 /// One filter.

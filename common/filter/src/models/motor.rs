@@ -97,8 +97,7 @@ impl<B: TractionBelief + 'static> MotorEstimator<B> {
         };
         rig.check()?;
         let sensors = &rig.sensors;
-        let mut noise = TractionNoise::default();
-        noise.sensors = [
+        let sigmas = [
             sensors.current_sigma_a,
             sensors.current_sigma_a,
             sensors.motor_speed_sigma_rad_s,
@@ -106,8 +105,8 @@ impl<B: TractionBelief + 'static> MotorEstimator<B> {
             sensors.voltage_sigma_v,
             sensors.roller_speed_sigma_rad_s,
             sensors.generator_current_sigma_a,
-        ]
-        .into();
+        ];
+        let noise = TractionNoise { sensors: sigmas.into(), ..TractionNoise::default() };
         Ok(Self {
             filter: TractionFilter::new(TractionModel::new(rig.rig()), noise),
             name,
@@ -274,7 +273,7 @@ impl<B: TractionBelief + 'static> Estimator for MotorEstimator<B> {
         let sample = TractionSample::of(input.time_s, &input.motor);
         let gap_s = input.time_s - self.filter.last_time_s();
         let started = self.filter.belief.is_some();
-        let late = gap_s < 1e-6 && gap_s >= -LATE_S;
+        let late = (-LATE_S..1e-6).contains(&gap_s);
         if !input.time_s.is_finite() || (started && late) {
             return self.ignored();
         }

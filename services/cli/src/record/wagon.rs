@@ -22,7 +22,7 @@ pub(super) struct WagonRecorder {
 
 /// The samples of a wagon, or of a rig with a motor, on their way into files.
 enum Samples {
-    Wagon { channel: SampleSubscriber, files: Series<RunWriter>, scratch: Vec<Sample> },
+    Wagon { channel: SampleSubscriber, files: Box<Series<RunWriter>>, scratch: Vec<Sample> },
     Motor { channel: MotorSubscriber, files: Series<MotorRunWriter>, scratch: Vec<MotorSample> },
 }
 
@@ -36,7 +36,7 @@ impl Samples {
             },
             PlantKind::Wagon | PlantKind::Roller => Self::Wagon {
                 channel: bus.sample_subscriber(wagon)?,
-                files: Series::new(folder, name),
+                files: Box::new(Series::new(folder, name)),
                 scratch: Vec::new(),
             },
         })

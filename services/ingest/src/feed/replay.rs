@@ -17,7 +17,7 @@ pub struct Replay {
 
 /// A recording of either kind.
 enum Tape {
-    Wagon(Recording),
+    Wagon(Box<Recording>),
     Motor(MotorRecording),
 }
 
@@ -72,7 +72,7 @@ impl Replay {
             if found != expected {
                 return Err(InputError::Wheelsets { file: run.path.clone(), found, expected });
             }
-            players.push(Player::new(Tape::Wagon(recording), repeat));
+            players.push(Player::new(Tape::Wagon(Box::new(recording)), repeat));
         }
         Ok(Self { players, speed })
     }
@@ -145,8 +145,10 @@ mod tests {
     }
 
     fn replay(runs: &[&[f64]], repeat: bool) -> Replay {
-        let players =
-            runs.iter().map(|times_s| Player::new(Tape::Wagon(recording(times_s)), repeat)).collect();
+        let players = runs
+            .iter()
+            .map(|times_s| Player::new(Tape::Wagon(Box::new(recording(times_s))), repeat))
+            .collect();
         Replay { players, speed: 1.0 }
     }
 
