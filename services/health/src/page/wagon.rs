@@ -50,6 +50,10 @@ pub(super) fn body(id: u32, limits: &Limits, snapshot: &Snapshot) -> Markup {
         (trends(wagon, limits))
         div .columns {
             section .card aria-labelledby="h-own" { h2 #h-own { "Alerts of this wagon" } (alerts::of_wagon(snapshot, id)) }
+            section .card aria-labelledby="h-events" {
+                h2 #h-events { "Latest events" }
+                div #events data-wagon=(id) { p .calm { "A script fetches the events." } }
+            }
             section .card aria-labelledby="h-behind" { h2 #h-behind { "Behind the figures" } (behind(wagon)) }
         }
     }
