@@ -10,7 +10,10 @@ use railgrip_filter::{EstimatorConfig, EstimatorInput, WagonEstimator};
 use railgrip_vehicle::{VehicleParameters, WagonInput, WagonModel, WagonState};
 
 use crate::output::say;
-use crate::{CliError, bench_acoustics, bench_gap, bench_history, bench_http, bench_train, bench_transport};
+use crate::{
+    CliError, bench_acoustics, bench_gap, bench_history, bench_http, bench_train, bench_transport,
+    bench_unscented,
+};
 
 /// The vehicle that is timed.
 const VEHICLE: &str = include_str!("../../../config/vehicle.toml");
@@ -155,12 +158,17 @@ fn filter_lines(vehicle: &VehicleParameters) -> Result<Vec<Line>, CliError> {
         ("estimator step, filter \"paper\"", "paper"),
         ("estimator step, filter \"rig\"", "rig"),
         ("estimator step, filter \"default\"", "default"),
+        ("estimator step, filter \"imm\"", "imm"),
     ] {
         let config = EstimatorConfig { filter: filter.into(), ..config.clone() };
         let estimator = WagonEstimator::new(&config, vehicle).map_err(CliError::failed)?;
         lines.push(line(what, time_estimator(estimator, vehicle), paper_name, paper));
     }
     lines.push(line("wagon model, one step of 10 ms", time_model(vehicle, &model), paper_name, paper));
+    let dense = time(bench_unscented::dense_step());
+    for step in bench_unscented::filters() {
+        lines.push(line(step.name, step.step_ns, "UKF of 13 states with matrices of dynamic size", dense));
+    }
     Ok(lines)
 }
 

@@ -11,6 +11,7 @@ mod bench_history;
 mod bench_http;
 mod bench_train;
 mod bench_transport;
+mod bench_unscented;
 mod blind;
 mod error;
 mod estimate;
