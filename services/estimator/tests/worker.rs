@@ -261,7 +261,8 @@ fn a_lagging_brake_that_the_model_lacks_is_noticed_and_kept_for_diagnosis() {
     let folder = tempfile::tempdir().unwrap();
     let case = folder.path().join("wagon-1");
     assert!(gap_record::write(&case, &worker.gap, &settings.wagons[0].vehicle).unwrap());
-    for part in ["fit", "holdout"] {
+    // Of what was kept, two windows to fit on and one to hold out are the least that a diagnosis can say anything from.
+    for (part, least_s) in [("fit", 20.0), ("holdout", 10.0)] {
         let mut seconds = 0.0;
         for run in railgrip_recording::runs_in(&case.join(part)).unwrap() {
             run.require_rail().unwrap();
@@ -269,7 +270,7 @@ fn a_lagging_brake_that_the_model_lacks_is_noticed_and_kept_for_diagnosis() {
             println!("{part}/{}: {:.1} s", run.name, recording.duration_s());
             seconds += recording.duration_s();
         }
-        assert!(seconds > 20.0, "{part}: {seconds} s");
+        assert!(seconds > least_s, "{part}: {seconds} s");
     }
     let vehicle = railgrip_settings::vehicle::load(&case.join("vehicle.toml")).unwrap();
     assert_eq!(vehicle, settings.wagons[0].vehicle);

@@ -183,7 +183,7 @@ fn tokens_open_what_their_role_allows_and_are_rotated_without_a_restart() {
     );
     assert_eq!(service.get("/api/v1/wagons", &[("authorization", "Bearer railgrip_wrong")]).0, 401);
     assert_eq!(
-        service.get("/health/live", &[]).0,
+        service.get("/health/ready", &[]).0,
         503,
         "a supervisor holds no token; nothing feeds this service"
     );
@@ -240,7 +240,7 @@ fn nothing_but_tls_is_spoken_where_tls_is_asked_for() {
 #[test]
 fn a_certificate_is_renewed_without_a_restart() {
     let mut service = Service::start("", true);
-    assert_eq!(service.get("/health/live", &[]).0, 503);
+    assert_eq!(service.get("/health/live", &[]).0, 200);
     let made = rcgen::generate_simple_self_signed(vec!["localhost".to_owned()]).unwrap();
     std::fs::write(service.file("key.pem"), made.signing_key.serialize_pem()).unwrap();
     std::fs::write(service.file("cert.pem"), made.cert.pem()).unwrap();
