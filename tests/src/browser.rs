@@ -261,7 +261,7 @@ impl Tab<'_> {
     pub fn click(&self, selector: &str) {
         let place = self.eval(&format!(
             "(() => {{ const e = document.querySelector({selector:?}); if (!e) return null; \
-             e.scrollIntoView({{ block: 'center' }}); const r = e.getBoundingClientRect(); \
+             e.scrollIntoView({{ block: 'center' }}); const r = e.getClientRects()[0] ?? e.getBoundingClientRect(); \
              return [r.x + r.width / 2, r.y + r.height / 2]; }})()"
         ));
         assert!(place.is_array(), "nothing to click: {selector}");

@@ -81,6 +81,10 @@ fn names(paths: &[PathBuf]) -> Vec<String> {
             .collect()
     };
     let all: Vec<Vec<String>> = paths.iter().map(parts).collect();
+    let stems: std::collections::BTreeSet<&str> = all.iter().map(|path| from_end(path, 0)).collect();
+    if stems.len() == all.len() {
+        return stems_of(&all);
+    }
     let depth = all.iter().map(Vec::len).min().unwrap_or(0);
     let differs: Vec<bool> = (0..depth)
         .map(|level| all.iter().any(|path| from_end(path, level) != from_end(&all[0], level)))
@@ -90,6 +94,10 @@ fn names(paths: &[PathBuf]) -> Vec<String> {
         telling.map(|level| from_end(path, level)).collect::<Vec<_>>().join("/")
     };
     all.iter().map(named).collect()
+}
+
+fn stems_of(paths: &[Vec<String>]) -> Vec<String> {
+    paths.iter().map(|path| from_end(path, 0).to_owned()).collect()
 }
 
 fn from_end(path: &[String], level: usize) -> &str {

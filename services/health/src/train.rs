@@ -171,6 +171,9 @@ fn judge(
         }
         _ if sure > ACT_RATIO => (Grade::Act, "needs far longer than nominal"),
         _ if sure > WATCH_RATIO => (Grade::Watch, "needs longer than nominal"),
+        _ if now > WATCH_RATIO => {
+            (Grade::Ok, "may need longer than nominal, which the interval does not settle")
+        }
         _ => (Grade::Ok, "nothing shows that it needs longer than nominal"),
     };
     let mut worst_wagons: Vec<WeakWagon> =

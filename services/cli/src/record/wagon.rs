@@ -101,7 +101,8 @@ struct Series<W> {
 
 impl<W> Series<W> {
     fn new(folder: &Path, name: &str) -> Self {
-        Self { folder: folder.to_owned(), name: name.to_owned(), open: None, files: 0, rows: 0 }
+        // A wagon that is named after its recording's folders gets a file, not folders.
+        Self { folder: folder.to_owned(), name: name.replace('/', "-"), open: None, files: 0, rows: 0 }
     }
 
     /// The writer for a row at `time_s`; a time that does not go on begins a new file.
