@@ -1,4 +1,5 @@
-//! The papers' rigs live: motor currents at 1 kHz and a braked wheelset on rollers, through ingest, estimator and record.
+//! The papers' rigs live: motor currents at 1 kHz, a braked wheelset on rollers and a braked bogie with its load cell and
+//! torque transducer, through ingest, estimator and record.
 
 #![allow(clippy::print_stdout, reason = "tests print what they measure")]
 
@@ -9,7 +10,7 @@ use std::time::Duration;
 use railgrip_tests::{TrainUnderTest, program, within};
 
 const SECOND: Duration = Duration::from_secs(1);
-/// Length of a round, s: the drive accelerates at 5 s, the brake is applied at 3.5 s.
+/// Length of a round, s: the drive accelerates at 5 s, brakes are applied at 3.5 s and at 2 s.
 const ROUND_S: f64 = 6.0;
 
 fn railgrip(words: &[&str], paths: &[&Path]) -> Output {
@@ -35,7 +36,7 @@ fn rig(folder: &Path, scenario: &str) -> PathBuf {
 #[test]
 fn rigs_are_estimated_live_as_offline_bit_for_bit() {
     let folder = tempfile::tempdir().expect("folder");
-    let names = ["zhao-water-4", "schwarz-sanding"];
+    let names = ["zhao-water-4", "schwarz-sanding", "shrestha-wet-proposed"];
     let runs = names.map(|name| rig(folder.path(), name));
     let config = format!(
         "schema = 1\n[train]\nname = \"rigs\"\n[source]\nkind = \"replay\"\nruns = {:?}\nloop = true\n\
@@ -95,5 +96,34 @@ fn the_traction_rigs_config_runs_the_unscented_filter_at_a_kilohertz() {
     println!("{said}");
     let rows = std::fs::read_to_string(folder.join("ukf.csv")).expect("recorded").lines().count() - 1;
     assert!(rows >= 2500, "{rows} samples in 3 s: {said}");
+    assert!(train.stop().success());
+}
+
+#[test]
+fn the_bogie_rigs_config_tells_adhesion_and_hears_its_rail() {
+    let repository = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config").canonicalize().expect("config");
+    let text = std::fs::read_to_string(repository.join("shrestha.toml")).expect("config/shrestha.toml");
+    let text =
+        text.replace("rigs/shrestha.toml", &repository.join("rigs/shrestha.toml").display().to_string());
+    let text = text.replace("speed = 1.0", "speed = 4.0");
+    let mut train = TrainUnderTest::new(program!(), &text);
+    train.start();
+    train.wait_ready(30 * SECOND);
+    let wagon = || train.http().and_then(|http| http.json("/api/v1/wagons/1"));
+    // Brakes come 15 s after the start, and the dry rail then gives about 0.4.
+    let known = within(30 * SECOND, || {
+        let wagon = wagon()?;
+        let utilised = wagon["adhesion_utilised"].as_f64().or(wagon["adhesion_utilised"]["value"].as_f64())?;
+        let heard = wagon["acoustic"]["state"] == "heard";
+        ((0.3..0.5).contains(&utilised) && heard).then(|| (utilised, wagon["acoustic"].clone()))
+    });
+    println!("adhesion utilised and acoustic, live: {known:?}");
+    assert!(known.is_some(), "{:#?}\n{}", wagon(), train.log());
+    let folder = train.folder().join("out");
+    let said = train.run(&["record", "--for", "3", "--out", &folder.display().to_string()]);
+    println!("{}", String::from_utf8_lossy(&said.stdout));
+    let recorded = std::fs::read_to_string(folder.join("bogie.csv")).expect("recorded");
+    assert!(recorded.starts_with("t_s,shaft_torque_nm,load_cell_n,brake_pressure_pa,load_n,roller_pulses"));
+    assert!(recorded.lines().count() > 900, "{} rows", recorded.lines().count());
     assert!(train.stop().success());
 }

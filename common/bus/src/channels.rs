@@ -1,7 +1,8 @@
 //! The one table of channels. Nothing else in the system names a channel, its payload or its sizes.
 
 use railgrip_messages::{
-    AUDIO_TYPE_NAME, Estimate, Event, Health, Heard, Heartbeat, Innovation, MotorSample, Payload, Sample,
+    AUDIO_TYPE_NAME, BogieSample, Estimate, Event, Health, Heard, Heartbeat, Innovation, MotorSample,
+    Payload, Sample,
 };
 
 use crate::holder::{Creator, Kept};
@@ -49,6 +50,7 @@ pub struct Channel {
 pub const CHANNELS: &[Channel] = &[
     row::<Sample>("samples", Scope::Wagon).batched().rate(100.0, 1.0).history(16).wakes().counted(),
     row::<MotorSample>("motors", Scope::Wagon).batched().rate(100.0, 1.0).history(16).wakes().counted(),
+    row::<BogieSample>("bogies", Scope::Wagon).batched().rate(100.0, 1.0).history(16).wakes().counted(),
     row::<Estimate>("estimates", Scope::Wagon).batched().rate(100.0, 1.0).history(1).counted(),
     row::<Innovation>("innovations", Scope::Wagon).batched().rate(100.0, 1.0).history(1).counted(),
     row::<Health>("health", Scope::Wagon).rate(5.0, 2.0).history(1),

@@ -50,8 +50,8 @@ pub use holder::{Holder, holder_pid};
 pub use lifecycle::Lifecycle;
 pub use open::Bus;
 pub use ports::{
-    EstimatePublisher, EstimateSubscriber, EventPublisher, EventSubscriber, HealthPublisher,
-    HealthSubscriber, HeardPublisher, HeardSubscriber, HeartbeatPublisher, HeartbeatSubscriber,
-    InnovationPublisher, InnovationSubscriber, MotorPublisher, MotorSubscriber, Publisher, SamplePublisher,
-    SampleSubscriber, Subscriber, Wake,
+    BogiePublisher, BogieSubscriber, EstimatePublisher, EstimateSubscriber, EventPublisher, EventSubscriber,
+    HealthPublisher, HealthSubscriber, HeardPublisher, HeardSubscriber, HeartbeatPublisher,
+    HeartbeatSubscriber, InnovationPublisher, InnovationSubscriber, MotorPublisher, MotorSubscriber,
+    Publisher, SamplePublisher, SampleSubscriber, Subscriber, Wake,
 };

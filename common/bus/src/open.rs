@@ -15,10 +15,11 @@ use crate::audio::MAX_AUDIO_BLOCK;
 use crate::ports::{Publisher, Subscriber, waking};
 use crate::presence::{self, Kind, Lock};
 use crate::{
-    AudioPublisher, AudioSubscriber, BusConfig, BusError, Channel, EstimatePublisher, EstimateSubscriber,
-    EventPublisher, EventSubscriber, HealthPublisher, HealthSubscriber, HeardPublisher, HeardSubscriber,
-    HeartbeatPublisher, HeartbeatSubscriber, InnovationPublisher, InnovationSubscriber, MotorPublisher,
-    MotorSubscriber, SamplePublisher, SampleSubscriber, channel, node,
+    AudioPublisher, AudioSubscriber, BogiePublisher, BogieSubscriber, BusConfig, BusError, Channel,
+    EstimatePublisher, EstimateSubscriber, EventPublisher, EventSubscriber, HealthPublisher,
+    HealthSubscriber, HeardPublisher, HeardSubscriber, HeartbeatPublisher, HeartbeatSubscriber,
+    InnovationPublisher, InnovationSubscriber, MotorPublisher, MotorSubscriber, SamplePublisher,
+    SampleSubscriber, channel, node,
 };
 
 /// How long to wait for a holder that is still creating, and for places of dead processes to come free.
@@ -112,6 +113,22 @@ impl Bus {
     /// As for every port.
     pub fn motor_subscriber(&self, wagon: u32) -> Result<MotorSubscriber, BusError> {
         self.subscriber("motors", wagon)
+    }
+
+    /// Sends samples of one bogie rig.
+    ///
+    /// # Errors
+    /// As for every port.
+    pub fn bogie_publisher(&self, wagon: u32) -> Result<BogiePublisher, BusError> {
+        self.publisher("bogies", wagon)
+    }
+
+    /// Receives samples of one bogie rig.
+    ///
+    /// # Errors
+    /// As for every port.
+    pub fn bogie_subscriber(&self, wagon: u32) -> Result<BogieSubscriber, BusError> {
+        self.subscriber("bogies", wagon)
     }
 
     /// Sends estimates of one wagon.

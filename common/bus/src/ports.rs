@@ -11,7 +11,7 @@ use iceoryx2::prelude::{
 };
 use iceoryx2::waitset::WaitSetAttachmentError;
 use railgrip_messages::{
-    Estimate, Event, Health, Heard, Heartbeat, Innovation, MotorSample, Payload, Sample,
+    BogieSample, Estimate, Event, Health, Heard, Heartbeat, Innovation, MotorSample, Payload, Sample,
 };
 
 use crate::BusError;
@@ -24,6 +24,10 @@ pub type SampleSubscriber = Subscriber<Sample>;
 pub type MotorPublisher = Publisher<MotorSample>;
 /// Receives motor samples of one rig.
 pub type MotorSubscriber = Subscriber<MotorSample>;
+/// Sends samples of one bogie rig.
+pub type BogiePublisher = Publisher<BogieSample>;
+/// Receives samples of one bogie rig.
+pub type BogieSubscriber = Subscriber<BogieSample>;
 /// Sends estimates of one wagon.
 pub type EstimatePublisher = Publisher<Estimate>;
 /// Receives estimates of one wagon.

@@ -1,12 +1,18 @@
 //! The papers' rigs as sources of recordings: sensor rows with the truth beside them, and the file that describes each.
 
+use crate::bogie::controller::Control;
+use crate::bogie::run::{Instant as BogieInstant, Setup, simulate as simulate_bogie};
+use crate::bogie::{stopping, transition};
 use crate::roller::rig::{
     BRAKE_RADIUS_M, INERTIA_ERROR, INERTIA_KG_M2, LOAD_N, MASS_KG, NOMINAL_PAD_FRICTION, RADIUS_M, RigSample,
     RigSensors, SAMPLE_PERIOD_S, Test, nominal_model, simulate,
 };
 use crate::traction::run::{Case, DURATION_S, Instant, Run, SAMPLE_PERIOD_S as MOTOR_PERIOD_S, SENSOR_SIGMA};
-use railgrip_filter::{EstimatorInput, MotorInput, Plant, Roller, RollerRigFile, TractionRigFile};
-use railgrip_recording::{MotorRow, Row, TruthRow};
+use railgrip_filter::{
+    BogieInput, BogieRigFile, EstimatorInput, MotorInput, Plant, Roller, RollerRigFile, TractionRigFile,
+};
+use railgrip_recording::{BogieRow, MotorRow, Row, TruthRow};
+use railgrip_vehicle::bogie_rig::RailCondition;
 use railgrip_vehicle::traction_rig::Surface;
 use railgrip_vehicle::{Brake, Rail, Sensors, Wheelset};
 
@@ -27,6 +33,50 @@ pub enum RigRow {
         /// What they could not see.
         truth: MotorTruth,
     },
+    /// Of a bogie rig.
+    Bogie {
+        /// What the sensors said.
+        row: BogieRow,
+        /// What they could not see.
+        truth: BogieTruth,
+    },
+}
+
+/// What no sensor of a bogie rig sees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BogieTruth {
+    /// Time, s.
+    pub t_s: f64,
+    /// Speed of the rollers' rim, m/s.
+    pub v_m_s: f64,
+    /// Adhesion utilised by the bogie, negative in braking.
+    pub mu_w: f64,
+    /// The same of each wheelset.
+    pub mu_w_wheelset: [f64; 2],
+    /// Creepage of each wheelset, negative in braking.
+    pub slip: [f64; 2],
+    /// Acceleration of the rollers, rad/s².
+    pub roller_acceleration_rad_s2: f64,
+    /// Water between wheel and roller: 0 dry, 1 wet.
+    pub wetness: f64,
+}
+
+impl BogieTruth {
+    /// Names and values in the order of a file.
+    #[must_use]
+    pub const fn columns(&self) -> [(&'static str, f64); 9] {
+        [
+            ("t_s", self.t_s),
+            ("v_m_s", self.v_m_s),
+            ("mu_w", self.mu_w),
+            ("mu_w_f", self.mu_w_wheelset[0]),
+            ("mu_w_r", self.mu_w_wheelset[1]),
+            ("slip_f", self.slip[0]),
+            ("slip_r", self.slip[1]),
+            ("roller_acceleration_rad_s2", self.roller_acceleration_rad_s2),
+            ("wetness", self.wetness),
+        ]
+    }
 }
 
 /// What no sensor of a traction rig sees.
@@ -68,6 +118,7 @@ impl RigRow {
         match self {
             Self::Wagon { row, .. } => row.t_s,
             Self::Motor { row, .. } => row.t_s,
+            Self::Bogie { row, .. } => row.t_s,
         }
     }
 
@@ -88,6 +139,9 @@ impl RigRow {
             Self::Motor { row, .. } => {
                 EstimatorInput { motor: motor_input(row), ..EstimatorInput::missing(row.t_s) }
             }
+            Self::Bogie { row, .. } => {
+                EstimatorInput { bogie: bogie_input(row), ..EstimatorInput::missing(row.t_s) }
+            }
         }
     }
 }
@@ -104,6 +158,19 @@ pub const fn motor_input(row: &MotorRow) -> MotorInput {
     }
 }
 
+/// The sensors of a bogie rig as a filter takes them.
+#[must_use]
+pub const fn bogie_input(row: &BogieRow) -> BogieInput {
+    BogieInput {
+        shaft_torque_nm: row.shaft_torque_nm,
+        load_cell_n: row.load_cell_n,
+        brake_pressure_pa: row.brake_pressure_pa,
+        load_n: row.load_n,
+        roller_pulses: row.roller_pulses,
+        wheel_pulses: row.wheel_pulses,
+    }
+}
+
 /// A rig under a published test, sample by sample.
 pub struct RigFeed {
     source: Source,
@@ -113,6 +180,7 @@ pub struct RigFeed {
 enum Source {
     Roller(std::vec::IntoIter<RigSample>),
     Traction(Box<Run>, u64),
+    Bogie(Box<Setup>, std::vec::IntoIter<BogieInstant>),
 }
 
 impl RigFeed {
@@ -148,6 +216,29 @@ impl RigFeed {
         Self { source: Source::Traction(Box::new(Run::new(case, seed, SENSOR_SIGMA)), count), plant }
     }
 
+    /// Shrestha et al., Figs. 18 to 20: a stop from 4.14 m/s; `None` is no controller.
+    #[must_use]
+    pub fn bogie_stop(rail: RailCondition, control: Option<Control>, seed: u64) -> Self {
+        let parameters = railgrip_vehicle::bogie_rig::BogieParameters::default();
+        let control = control.unwrap_or_else(|| Control::none(&parameters));
+        Self::bogie(stopping::from_full_speed(rail, control, seed))
+    }
+
+    /// Shrestha et al., Fig. 17: water under the wheelsets that the proposed controller brakes.
+    #[must_use]
+    pub fn bogie_water(seed: u64) -> Self {
+        Self::bogie(transition::setup(Control::Proposed, 0.95, seed))
+    }
+
+    fn bogie(setup: Setup) -> Self {
+        let rig = BogieRigFile::of("bogie rig", &setup.parameters);
+        let instants = simulate_bogie(&setup);
+        Self {
+            source: Source::Bogie(Box::new(setup), instants.into_iter()),
+            plant: Plant::Bogie(Box::new(rig)),
+        }
+    }
+
     /// What the rig is, as a filter may know it.
     #[must_use]
     pub const fn plant(&self) -> &Plant {
@@ -166,6 +257,7 @@ impl Iterator for RigFeed {
                 let Plant::Traction(rig) = &self.plant else { return None };
                 Some(of_traction(&run.next_instant(), rig))
             }
+            Source::Bogie(setup, instants) => instants.next().map(|instant| of_bogie(&instant, setup)),
         }
     }
 }
@@ -216,6 +308,29 @@ pub fn of_roller(sample: &RigSample) -> RigRow {
     truth.mu_w_wheelset[0] = sample.adhesion;
     truth.mu_b[0] = if sample.pressing_force_n > PRESSES_FROM_N { sample.pad_friction } else { f64::NAN };
     RigRow::Wagon { row, truth }
+}
+
+fn of_bogie(instant: &BogieInstant, setup: &Setup) -> RigRow {
+    let (sample, truth, p) = (&instant.sample, &instant.truth, &setup.parameters);
+    let row = BogieRow {
+        t_s: sample.time_s,
+        shaft_torque_nm: sample.shaft_torque_nm,
+        load_cell_n: sample.load_cell_n,
+        brake_pressure_pa: sample.brake_pressure_pa,
+        load_n: sample.load_n,
+        roller_pulses: sample.roller_pulses,
+        wheel_pulses: sample.wheel_pulses,
+    };
+    let truth = BogieTruth {
+        t_s: sample.time_s,
+        v_m_s: instant.v_m_s,
+        mu_w: truth.mu_w(p),
+        mu_w_wheelset: [0, 1].map(|i| truth.force_n[i] / p.wheelset_load_n[i]),
+        slip: instant.slip.map(|slip| -slip),
+        roller_acceleration_rad_s2: truth.roller_acceleration_rad_s2,
+        wetness: instant.wetness,
+    };
+    RigRow::Bogie { row, truth }
 }
 
 fn of_traction(instant: &Instant, rig: &TractionRigFile) -> RigRow {

@@ -3,10 +3,12 @@
 
 use railgrip_experiments::bogie::controller::Control;
 use railgrip_experiments::bogie::run::{Rail, Setup, simulate};
+use railgrip_experiments::rigs::{RigFeed, RigRow};
 use railgrip_filter::core::chi_square_mean_band;
 use railgrip_filter::models::bogie_rig::{
     BogieFilter, BogieInputState, BogieModel, BogieNoise, BogieSample, BogieVector, STATES, index,
 };
+use railgrip_filter::{EstimateState, EstimatorConfig, EstimatorInput, Plant};
 use railgrip_vehicle::bogie_rig::{BogieParameters, RailCondition};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -90,9 +92,9 @@ fn filter_is_as_accurate_as_it_says() {
         for step in 1..=STEPS {
             truth = f * truth + BogieVector::from_fn(|i, _| q[i].sqrt() * normal());
             belief.predict_leading(f * belief.mean, &f, index::ADHESION, &q);
-            let sigma_n = model_sigma(|| BogieModel::expect_load_cell(&belief, 0.0, load).2);
+            let sigma_n = model_sigma(|| model.expect_load_cell(&belief, 0.0, load).2);
             let measured = BogieModel::load_cell_n(&truth, load) + sigma_n * normal();
-            let (update, h, r) = BogieModel::expect_load_cell(&belief, measured, load);
+            let (update, h, r) = model.expect_load_cell(&belief, measured, load);
             nis += update.nis();
             belief.update_row(&h, &update, r);
             let sigma_nm = model_sigma(|| model.expect_torque(&belief, 0.0, load).2);
@@ -237,4 +239,99 @@ fn bad_input_gets_a_named_state() {
         filter.step(&sample).state
     });
     assert_eq!(swapped.last().unwrap(), State::CountersSwapped);
+}
+
+/// A stop on a dry rail under the proposed controller as the estimators get it, with the adhesion in truth.
+fn stop_rows() -> (Plant, Vec<(EstimatorInput, f64)>) {
+    let feed = RigFeed::bogie_stop(RailCondition::Dry, Some(Control::Proposed), 7);
+    let plant = feed.plant().clone();
+    let rows = feed.take_while(|row| row.time_s() < 12.0).map(|row| match &row {
+        RigRow::Bogie { truth, .. } => (row.input(), truth.mu_w),
+        _ => panic!("a bogie rig has its own rows"),
+    });
+    (plant, rows.collect())
+}
+
+#[test]
+fn behind_the_interface_gaps_and_restarts_cost_no_accuracy() {
+    let (plant, rows) = stop_rows();
+    let config = EstimatorConfig::default();
+    let build = || railgrip_filter::estimator(&config, &plant).unwrap();
+    type Drop = fn(usize) -> bool;
+    let cases: [(&str, Drop); 3] = [
+        ("every sample", |_| false),
+        ("one in twenty missing", |k| k % 20 == 7),
+        ("0.3 s missing every 2 s", |k| k % 200 < 30),
+    ];
+    for (what, dropped) in cases {
+        let mut estimator = build();
+        let (mut squares, mut inside, mut count) = (0.0, 0.0, 0.0);
+        for (k, (input, truth)) in rows.iter().enumerate().filter(|(k, _)| !dropped(*k)) {
+            if k == 900 {
+                // A successor goes on from what the predecessor left.
+                let snapshot = estimator.snapshot();
+                estimator = build();
+                estimator.restore(&snapshot).unwrap();
+            }
+            let output = estimator.step(input);
+            if output.state == EstimateState::Observable && input.time_s > 4.0 {
+                squares += (output.mu_w - truth).powi(2);
+                inside += f64::from(u8::from((output.mu_w - truth).abs() < 1.96 * output.mu_w_sigma));
+                count += 1.0;
+            }
+        }
+        let (rmse, inside) = ((squares / count).sqrt(), inside / count);
+        println!("{what}: {count} estimates, adhesion RMSE {rmse:.4}, {inside:.3} inside the 95 % interval");
+        assert!(count > 500.0 && rmse < 0.01 && inside > 0.9, "{what}");
+    }
+}
+
+#[test]
+fn behind_the_interface_bad_input_has_a_name_too() {
+    let (plant, rows) = stop_rows();
+    let last = |spoil: &dyn Fn(&EstimatorInput) -> Option<EstimatorInput>| {
+        let mut estimator = railgrip_filter::estimator(&EstimatorConfig::default(), &plant).unwrap();
+        let mut last = *estimator.last();
+        for input in rows.iter().filter_map(|(input, _)| spoil(input)) {
+            last = estimator.step(&input);
+            let finite = [last.mu_w, last.mu_w_sigma, last.v_m_s, last.slip[0], last.slip[1]];
+            assert!(finite.iter().all(|value| value.is_finite()), "what is published is finite: {last:?}");
+        }
+        last
+    };
+    let from = |change: fn(&mut EstimatorInput)| {
+        move |input: &EstimatorInput| {
+            let mut input = *input;
+            if input.time_s > 8.0 {
+                change(&mut input);
+            }
+            Some(input)
+        }
+    };
+    use EstimateState as State;
+    type Change = fn(&mut EstimatorInput);
+    let cases: [(&str, Change, State); 7] = [
+        ("nothing wrong", |_| {}, State::Observable),
+        ("no load", |input| input.bogie.load_n = 0.0, State::ZeroLoad),
+        ("torque frozen", |input| input.bogie.shaft_torque_nm = 71.0, State::TorqueMissing),
+        ("load cell frozen", |input| input.bogie.load_cell_n = 2900.0, State::LoadCellMissing),
+        ("nothing but the time", |input| *input = EstimatorInput::missing(input.time_s), State::ZeroLoad),
+        ("rollers' counter dead", |input| input.bogie.roller_pulses = f64::NAN, State::RollerCounterMissing),
+        (
+            "exchanged",
+            |input| {
+                let bogie = &mut input.bogie;
+                (bogie.shaft_torque_nm, bogie.load_cell_n) = (bogie.load_cell_n, bogie.shaft_torque_nm);
+            },
+            State::ForcesSwapped,
+        ),
+    ];
+    for (what, change, expected) in cases {
+        let output = last(&from(change));
+        println!("{what}: {}", output.state.name());
+        assert_eq!(output.state, expected, "{what}");
+    }
+    // Every other sample is lost somewhere: another rate than the file says.
+    let half = last(&|input| ((input.time_s * 100.0).round() as i64 % 2 == 0).then_some(*input));
+    assert_eq!(half.state, State::WrongRate);
 }

@@ -29,7 +29,7 @@ pub enum FilterError {
     },
     /// The filter cannot be smoothed.
     #[error(
-        "filter \"{0}\" cannot be smoothed: its belief is not one Gaussian; \"default\", \"paper\", \"rig\", \"zhao\" and \"zhao_ekf\" can"
+        "filter \"{0}\" cannot be smoothed: its belief is not one Gaussian, or its readings begin anew with every sample; \"default\", \"paper\", \"rig\", \"zhao\" and \"zhao_ekf\" can"
     )]
     NotSmoothable(String),
     /// A covariance of the way forward has no Cholesky factor.

@@ -29,6 +29,35 @@ impl MotorInput {
     };
 }
 
+/// The sensors of a bogie rig at one instant: Shrestha et al., section 2. A value that is missing is NaN.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BogieInput {
+    /// T_e between motor and gear, N m.
+    pub shaft_torque_nm: f64,
+    /// Force of the link, N, positive in braking.
+    pub load_cell_n: f64,
+    /// Pressure at the calipers, Pa.
+    pub brake_pressure_pa: f64,
+    /// Normal load of the bogie from its preloaded mass, N.
+    pub load_n: f64,
+    /// Pulses of the rollers' encoder in the window that ends now; NaN within a window.
+    pub roller_pulses: f64,
+    /// Pulses of each wheelset's encoder since the last sample.
+    pub wheel_pulses: [f64; 2],
+}
+
+impl BogieInput {
+    /// Nothing is known.
+    pub const MISSING: Self = Self {
+        shaft_torque_nm: f64::NAN,
+        load_cell_n: f64::NAN,
+        brake_pressure_pa: f64::NAN,
+        load_n: f64::NAN,
+        roller_pulses: f64::NAN,
+        wheel_pulses: [f64::NAN; 2],
+    };
+}
+
 /// The sensors of one wagon at one instant. A value that is missing is NaN.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EstimatorInput {
@@ -52,6 +81,8 @@ pub struct EstimatorInput {
     pub wsp_active: u32,
     /// Motor and rollers of a driven rig; all missing on a wagon.
     pub motor: MotorInput,
+    /// Torque, link force, pulses and pressure of a bogie rig; all missing elsewhere.
+    pub bogie: BogieInput,
 }
 
 impl EstimatorInput {
@@ -68,6 +99,7 @@ impl EstimatorInput {
             position_m: f64::NAN,
             wsp_active: 0,
             motor: MotorInput::MISSING,
+            bogie: BogieInput::MISSING,
         }
     }
 }

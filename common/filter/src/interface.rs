@@ -56,7 +56,7 @@ pub fn estimator(config: &EstimatorConfig, plant: &Plant) -> Result<Box<dyn Esti
                 let (vehicle, model) = (rig.as_vehicle(), rig.model());
                 Ok(Box::new(WagonEstimator::with_model(config, &vehicle, model)?))
             }
-            Plant::Traction(_) => Err(unfit(entry, plant)),
+            Plant::Traction(_) | Plant::Bogie(_) => Err(unfit(entry, plant)),
         },
     }
 }

@@ -37,12 +37,15 @@ pub use config::{
 pub use error::FilterError;
 pub use estimator::{Memory, WagonEstimator};
 pub use hygiene::{HeldInput, SensorWatch, TimeBase, TimeStep, Verdict};
-pub use input::{EstimatorInput, MotorInput};
+pub use input::{BogieInput, EstimatorInput, MotorInput};
 pub use interface::{DEFAULT_FILTER, Estimator, estimator};
 pub use models::{Build, FILTERS, FilterEntry, FilterState};
 pub use observability::scaled_rank;
 pub use output::{EstimatorOutput, InnovationRecord, MAX_OUTPUTS, flags};
-pub use plant::{MotorSensors, Plant, PlantError, PlantKind, Roller, RollerRigFile, TractionRigFile};
+pub use plant::{
+    BogieBrake, BogieDrive, BogieLaw, BogieRigFile, BogieRigSensors, BogieRollers, MotorSensors, Plant,
+    PlantError, PlantKind, Roller, RollerRigFile, TractionRigFile,
+};
 pub use sensors::SensorSigmas;
 pub use smoothing::{SmoothedStep, StepTrace, smooth_record};
 pub use snapshot::EstimatorSnapshot;

@@ -1,7 +1,12 @@
 //! What a filter watches: a wagon, or one of the rigs, with the file that describes it.
 //!
 //! A file without `kind` is a wagon (`vehicle.toml`); `kind = "roller"` is a roller rig with one braked wheelset
-//! (Schwarz & Keck), `kind = "traction"` a rig whose wheelset is driven by an induction motor (Zhao et al.).
+//! (Schwarz & Keck), `kind = "traction"` a rig whose wheelset is driven by an induction motor (Zhao et al.),
+//! `kind = "bogie"` a braked bogie on driven rollers (Shrestha et al.).
+
+mod bogie;
+
+pub use bogie::{BogieBrake, BogieDrive, BogieLaw, BogieRigFile, BogieRigSensors, BogieRollers};
 
 use railgrip_vehicle::roller_rig::RigParameters as RollerParameters;
 use railgrip_vehicle::traction_rig::{
@@ -21,6 +26,8 @@ pub enum Plant {
     Roller(RollerRigFile),
     /// A rig with a driven wheelset.
     Traction(TractionRigFile),
+    /// A braked bogie on driven rollers.
+    Bogie(Box<BogieRigFile>),
 }
 
 /// Kind of a plant.
@@ -32,6 +39,8 @@ pub enum PlantKind {
     Roller,
     /// A traction rig.
     Traction,
+    /// A bogie rig.
+    Bogie,
 }
 
 impl PlantKind {
@@ -41,6 +50,7 @@ impl PlantKind {
             Self::Wagon => "wagon",
             Self::Roller => "roller rig",
             Self::Traction => "traction rig",
+            Self::Bogie => "bogie rig",
         }
     }
 }
@@ -156,19 +166,28 @@ fn check_head(schema: u32, kind: &str, expected: &'static str) -> Result<(), Pla
         return Err(PlantError {
             key: "kind",
             value: format!("{kind:?}"),
-            allowed: "\"roller\" or \"traction\"",
+            allowed: "\"roller\", \"traction\" or \"bogie\"",
         });
     }
     Ok(())
 }
 
-fn contact_checks(contact: &Contact) -> [Check; 5] {
+const CONTACT_KEYS: [&str; 5] = [
+    "contact.stiffness_n",
+    "contact.k_a",
+    "contact.k_s",
+    "contact.friction_ratio",
+    "contact.friction_decay_s_per_m",
+];
+
+fn contact_checks(contact: &Contact, keys: [&'static str; 5]) -> [Check; 5] {
+    let [stiffness, k_a, k_s, ratio, decay] = keys;
     [
-        ("contact.stiffness_n", contact.stiffness_n, 1e3, 1e9, "1e3 to 1e9"),
-        ("contact.k_a", contact.k_a, 1e-3, 1.0, "0.001 to 1"),
-        ("contact.k_s", contact.k_s, 1e-3, 1.0, "0.001 to 1"),
-        ("contact.friction_ratio", contact.friction_ratio, 0.05, 1.0, "0.05 to 1"),
-        ("contact.friction_decay_s_per_m", contact.friction_decay_s_per_m, 0.0, 10.0, "0 to 10"),
+        (stiffness, contact.stiffness_n, 1e3, 1e9, "1e3 to 1e9"),
+        (k_a, contact.k_a, 1e-3, 1.0, "0.001 to 1"),
+        (k_s, contact.k_s, 1e-3, 1.0, "0.001 to 1"),
+        (ratio, contact.friction_ratio, 0.05, 1.0, "0.05 to 1"),
+        (decay, contact.friction_decay_s_per_m, 0.0, 10.0, "0 to 10"),
     ]
 }
 
@@ -195,7 +214,7 @@ impl RollerRigFile {
             ("sensors.wheel_speed_sigma_rad_s", sensors.wheel_speed_sigma_rad_s, 1e-6, 20.0, "1e-6 to 20"),
             ("sensors.pressing_force_sigma_n", sensors.pressing_force_sigma_n, 0.0, 1e5, "0 to 100000"),
         ])?;
-        refuse_first(&contact_checks(&self.contact))
+        refuse_first(&contact_checks(&self.contact, CONTACT_KEYS))
     }
 
     /// The rig's model: the wagon's equations with one wheelset under a fixed load.
@@ -275,7 +294,7 @@ impl TractionRigFile {
             ),
             ("sensors.voltage_limit_v", sensors.voltage_limit_v, 1.0, 1e5, "1 to 100000"),
         ])?;
-        refuse_first(&contact_checks(&self.contact))
+        refuse_first(&contact_checks(&self.contact, CONTACT_KEYS))
     }
 
     /// The rig's equations.
@@ -359,6 +378,7 @@ impl Plant {
             Self::Wagon(_) => PlantKind::Wagon,
             Self::Roller(_) => PlantKind::Roller,
             Self::Traction(_) => PlantKind::Traction,
+            Self::Bogie(_) => PlantKind::Bogie,
         }
     }
 
@@ -368,6 +388,7 @@ impl Plant {
             Self::Wagon(vehicle) => &vehicle.name,
             Self::Roller(rig) => &rig.name,
             Self::Traction(rig) => &rig.name,
+            Self::Bogie(rig) => &rig.name,
         }
     }
 
@@ -376,6 +397,7 @@ impl Plant {
         match self {
             Self::Wagon(vehicle) => vehicle.wheelsets(),
             Self::Roller(_) | Self::Traction(_) => 1,
+            Self::Bogie(rig) => rig.roller.wheelset_load_n.len(),
         }
     }
 
@@ -385,6 +407,7 @@ impl Plant {
             Self::Wagon(vehicle) => vehicle.clone(),
             Self::Roller(rig) => rig.as_vehicle(),
             Self::Traction(rig) => rig.as_vehicle(),
+            Self::Bogie(rig) => rig.as_vehicle(),
         }
     }
 
@@ -394,6 +417,7 @@ impl Plant {
             Self::Wagon(vehicle) => vehicle.body.mass_kg * GRAVITY_M_S2 / vehicle.wheelsets() as f64,
             Self::Roller(rig) => rig.roller.load_n,
             Self::Traction(rig) => rig.drivetrain.normal_load_n,
+            Self::Bogie(rig) => rig.roller.wheelset_load_n[0],
         }
     }
 }

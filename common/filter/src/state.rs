@@ -27,7 +27,8 @@ states! {
     /// The filter has just begun.
     #[default]
     Starting = 0, "starting";
-    /// The data determine what is estimated: μ0 of a driven rig, the pad friction of every wheelset of a wagon.
+    /// The data determine what is estimated: μ0 of a driven rig, adhesion and slip of a bogie rig, the pad friction of
+    /// every wheelset of a wagon.
     Observable = 1, "observable";
     /// The data say something about it, but its sigma is a large part of it; on a wagon: of some wheelsets only.
     Weak = 2, "weak";
@@ -55,6 +56,26 @@ states! {
     Diverged = 13, "diverged";
     /// Samples come at another rate than the rig's file says.
     WrongRate = 14, "wrong_sample_rate";
+    /// No normal load is on the wheelsets, or it is not measured.
+    ZeroLoad = 15, "zero_load";
+    /// The torque transducer is missing or repeats one value: adhesion rests on the load cell alone.
+    TorqueMissing = 16, "torque_missing";
+    /// The load cell is missing or repeats one value: adhesion rests on the torque alone.
+    LoadCellMissing = 17, "load_cell_missing";
+    /// Neither torque nor link force is measured.
+    ForcesMissing = 18, "forces_missing";
+    /// The rollers' pulses are missing, or none come while the wheelsets turn.
+    RollerCounterMissing = 19, "roller_counter_missing";
+    /// A wheelset's pulses are missing, or none come while it must roll.
+    WheelCounterMissing = 20, "wheel_counter_missing";
+    /// Torque and link force are exchanged.
+    ForcesSwapped = 21, "forces_swapped";
+    /// Pulses of rollers and wheelsets do not fit the radii while nothing brakes.
+    CountersSwapped = 22, "counters_swapped";
+    /// Torque and link force contradict each other.
+    ForcesDisagree = 23, "forces_disagree";
+    /// The rollers stand: slip is not defined.
+    Standstill = 24, "standstill";
 }
 
 impl EstimateState {
@@ -73,9 +94,37 @@ impl EstimateState {
         matches!(self, Self::Unobservable | Self::NoLoad)
     }
 
-    /// True if the input is so bad that no figure means anything.
+    /// True if something is wrong with the input.
     pub const fn is_fault(self) -> bool {
-        !matches!(self, Self::Starting | Self::Observable | Self::Weak | Self::Unobservable | Self::NoLoad)
+        use EstimateState as S;
+        !matches!(self, S::Starting | S::Observable | S::Weak | S::Unobservable | S::NoLoad | S::Standstill)
+    }
+
+    /// True if the adhesion utilised is a figure: the input is sound, or one of two sensors of the same force still is.
+    pub const fn tells_adhesion(self) -> bool {
+        use EstimateState as S;
+        matches!(
+            self,
+            S::TorqueMissing
+                | S::LoadCellMissing
+                | S::RollerCounterMissing
+                | S::WheelCounterMissing
+                | S::CountersSwapped
+        ) || !self.is_fault()
+    }
+
+    /// True if creepage is a figure.
+    pub const fn tells_slip(self) -> bool {
+        use EstimateState as S;
+        match self {
+            S::Standstill => false,
+            S::TorqueMissing
+            | S::LoadCellMissing
+            | S::ForcesMissing
+            | S::ForcesSwapped
+            | S::ForcesDisagree => true,
+            _ => !self.is_fault(),
+        }
     }
 }
 

@@ -3,8 +3,11 @@
 
 mod support;
 
-use railgrip_filter::{Estimator, EstimatorConfig, EstimatorInput, FILTERS, MotorInput, Plant, PlantKind};
-use railgrip_filter::{TractionRigFile, estimator};
+use railgrip_filter::{
+    BogieInput, BogieRigFile, Estimator, EstimatorConfig, EstimatorInput, FILTERS, MotorInput,
+};
+use railgrip_filter::{Plant, PlantKind, TractionRigFile, estimator};
+use railgrip_vehicle::bogie_rig::{BogieParameters, BogieRig, BogieSensors, ContactLaw, RailCondition};
 use railgrip_vehicle::traction_rig::{Drive, DriveParameters, RigParameters, Surface, TractionRig};
 use support::plant::{dry_stop, vehicle};
 
@@ -34,11 +37,42 @@ fn motor_samples(count: usize) -> Vec<EstimatorInput> {
     (0..count).map(sample).collect()
 }
 
+/// Samples of a braked bogie rig at 100 Hz.
+fn bogie_samples(count: usize) -> Vec<EstimatorInput> {
+    let parameters = BogieParameters::default();
+    let rig = BogieRig::new(parameters.clone());
+    let law = ContactLaw::of(RailCondition::Dry);
+    let mut sensors = BogieSensors::new(parameters.sensors, parameters.gear_ratio, [0.1, 0.2, 0.3]);
+    let mut state = rig.rolling(2.0);
+    let sample = |k: usize| {
+        let noise = ((k * 37 % 11) as f64 - 5.0) / 5.0;
+        let mut step = Default::default();
+        for _ in 0..10 {
+            step = rig.step(&state, 25.0, [60.0, 58.0], &law, [1.0; 2], 1e-3);
+            state = step.state;
+        }
+        let roller_pulses = if k % 13 == 0 { sensors.roller_pulses(&step) } else { f64::NAN };
+        EstimatorInput {
+            bogie: BogieInput {
+                shaft_torque_nm: sensors.torque_nm(&step, noise),
+                load_cell_n: sensors.load_cell_n(&step, -noise),
+                brake_pressure_pa: 4e5,
+                load_n: parameters.load_n(),
+                roller_pulses,
+                wheel_pulses: sensors.wheel_pulses(&step),
+            },
+            ..EstimatorInput::missing(1e-2 * k as f64)
+        }
+    };
+    (0..count).map(sample).collect()
+}
+
 /// The same samples with everything that can be wrong with them.
 fn spoiled(inputs: &[EstimatorInput]) -> Vec<EstimatorInput> {
     let spoil = |(k, input): (usize, &EstimatorInput)| match k % 97 {
         13 => EstimatorInput::missing(input.time_s),
-        29 => EstimatorInput { v_m_s: 1e9, motor: MotorInput::MISSING, ..*input },
+        29 => EstimatorInput { v_m_s: 1e9, motor: MotorInput::MISSING, bogie: BogieInput::MISSING, ..*input },
+        37 => EstimatorInput { bogie: BogieInput { load_cell_n: 1e12, ..input.bogie }, ..*input },
         41 => EstimatorInput { wheel_speed_rad_s: [-5.0; 4], ..*input },
         53 => EstimatorInput { time_s: input.time_s - 0.5, ..*input },
         61 => EstimatorInput { time_s: f64::NAN, ..*input },
@@ -64,12 +98,13 @@ fn a_step_of_any_filter_allocates_nothing() {
     let (wagon, _) = dry_stop(1, 4e4, [1.0, 1.05]);
     let motor = motor_samples(3000);
     let rig = TractionRigFile::of("rig", &RigParameters::new(Surface::Base, 0.0), 1e-2);
+    let bogie = bogie_samples(2000);
+    let bogie_rig = Box::new(BogieRigFile::of("rig", &BogieParameters::default()));
     for entry in FILTERS {
         let (plant, inputs) = match entry.plants.contains(&PlantKind::Wagon) {
             true => (Plant::Wagon(vehicle()), &wagon),
             false if entry.plants.contains(&PlantKind::Traction) => (Plant::Traction(rig.clone()), &motor),
-            // Other rigs are looked at where their samples are made.
-            false => continue,
+            false => (Plant::Bogie(bogie_rig.clone()), &bogie),
         };
         let config = EstimatorConfig { filter: entry.name.into(), ..EstimatorConfig::default() };
         for (kind, inputs) in [("good", inputs.clone()), ("spoiled", spoiled(inputs))] {

@@ -4,6 +4,7 @@
 
 use nalgebra::{SMatrix, SVector};
 use num_dual::{Dual64, DualNum};
+use railgrip_filter::models::bogie_rig::{BogieModel, BogieNoise, BogieVector, STATES, index};
 use railgrip_filter::models::{PaperInput, PaperModel, StepInput, WagonPhysics};
 use railgrip_vehicle::{Resistance, VehicleParameters, WagonModel};
 use rand::{RngExt, SeedableRng};
@@ -125,6 +126,10 @@ fn check_default<const W: usize, const N: usize>() {
             x[1 + W + i] = uniform(-0.2, 0.1);
             x[3 + 2 * W + i] = uniform(0.2, 0.5);
         }
+        // Disturbance, slope and delay are states of the size of 1.
+        x[2 + 2 * W] = uniform(-2.0, 2.0);
+        x[4 + 4 * W] = uniform(-0.2, 0.2);
+        x[5 + 4 * W] = uniform(-1.0, 1.0);
         let rolling = trial % 2 == 0;
         let input = StepInput::<W> {
             dt_s: uniform(0.001, 0.05),
@@ -136,7 +141,9 @@ fn check_default<const W: usize, const N: usize>() {
             disturbance_m_s2: 0.01,
             lag_kept: 0.9,
             disturbance_kept: 0.99,
-            relaxation_per_s: std::array::from_fn(|_| if rolling { uniform(50.0, 900.0) } else { 0.5 }),
+            relaxation_per_s: std::array::from_fn(|_| {
+                if rolling { uniform(50.0, 900.0) } else { uniform(0.0, 2.0) }
+            }),
             relaxation_per_slope: std::array::from_fn(|_| if rolling { 0.0 } else { uniform(0.0, 8.0) }),
         };
         let got = physics.propagate(&x, &input);
@@ -187,4 +194,52 @@ fn the_papers_models_jacobian_is_that_of_dual_numbers() {
     check_paper::<1, 4>();
     check_paper::<2, 6>();
     check_paper::<4, 10>();
+}
+
+/// (3) with inertia and loss: what the transducer and the load cell say, and how the motion goes on.
+fn bogie(model: &BogieModel, x: &[Dual64], load_n: f64, dt_s: f64) -> (Dual64, Dual64, Vec<Dual64>) {
+    let p = &model.parameters;
+    let (speed, acceleration) = (x[index::ROLLER_SPEED], x[index::ROLLER_ACCELERATION]);
+    let loss = speed * p.loss_nm_s + p.loss_nm;
+    let inertia = p.roller_inertia_kg_m2 + p.gear_ratio * p.gear_ratio * p.shaft_inertia_kg_m2;
+    let contact = x[index::ADHESION] * load_n * p.roller_radius_m;
+    let torque = (acceleration * inertia - contact + loss) / p.gear_ratio + x[index::TORQUE_OFFSET];
+    let link = -x[index::ADHESION] * load_n + x[index::LOAD_CELL_OFFSET];
+    let mut next = x.to_vec();
+    next[index::ROLLER_ANGLE] += (speed + acceleration * (0.5 * dt_s)) * dt_s;
+    next[index::ROLLER_SPEED] += acceleration * dt_s;
+    for i in 0..2 {
+        next[index::WHEEL_ANGLE[i]] += x[index::WHEEL_SPEED[i]] * dt_s;
+    }
+    (torque, link, next)
+}
+
+#[test]
+fn the_bogie_rigs_derivatives_are_those_of_dual_numbers() {
+    let model = BogieModel { parameters: Default::default(), noise: BogieNoise::default() };
+    let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(23);
+    let scale = BogieVector::from([0.1, 10.0, 5.0, 0.1, 10.0, 0.1, 10.0, 0.1, 1.0, 30.0]);
+    let mut largest = 0.0_f64;
+    for _ in 0..300 {
+        let mut uniform = |low: f64, high: f64| random.random_range(low..high);
+        // In motion: the loss that fades out at standstill is no measurement of speed.
+        let mut x = BogieVector::from_fn(|i, _| scale[i] * uniform(-1.0, 1.0));
+        x[index::ROLLER_SPEED] = uniform(2.0, 20.0);
+        let (load_n, dt_s) = (uniform(1e3, 1e4), uniform(0.001, 0.05));
+        let step = |x: &[Dual64]| {
+            let (torque, link, mut next) = bogie(&model, x, load_n, dt_s);
+            // The measurements stand in the places of the states that a step keeps.
+            (next[index::TORQUE_OFFSET], next[index::LOAD_CELL_OFFSET]) = (torque, link);
+            next
+        };
+        let mut f = BogieModel::transition(dt_s);
+        let mut next = f * x;
+        f.set_row(index::TORQUE_OFFSET, &model.torque_row(load_n).transpose());
+        f.set_row(index::LOAD_CELL_OFFSET, &BogieModel::load_cell_row(load_n).transpose());
+        next[index::TORQUE_OFFSET] = model.torque_nm(&x, load_n);
+        next[index::LOAD_CELL_OFFSET] = BogieModel::load_cell_n(&x, load_n);
+        largest = largest.max(worst::<STATES>(&x, (next, f), &scale, step));
+    }
+    println!("bogie rig: value and derivative within {largest:.1e} of dual numbers");
+    assert!(largest < 1e-10);
 }

@@ -105,6 +105,26 @@ codes! {
         Diverged = 13, "diverged";
         /// Samples come at another rate than the rig's file says.
         WrongRate = 14, "wrong_sample_rate";
+        /// No normal load.
+        ZeroLoad = 15, "zero_load";
+        /// The torque is not measured.
+        TorqueMissing = 16, "torque_missing";
+        /// The force of the link is not measured.
+        LoadCellMissing = 17, "load_cell_missing";
+        /// Neither torque nor link force is measured.
+        ForcesMissing = 18, "forces_missing";
+        /// The rollers' pulses are missing.
+        RollerCounterMissing = 19, "roller_counter_missing";
+        /// A wheelset's pulses are missing.
+        WheelCounterMissing = 20, "wheel_counter_missing";
+        /// Torque and link force are exchanged.
+        ForcesSwapped = 21, "forces_swapped";
+        /// The counters are exchanged.
+        CountersSwapped = 22, "counters_swapped";
+        /// Torque and link force contradict each other.
+        ForcesDisagree = 23, "forces_disagree";
+        /// The rollers stand.
+        Standstill = 24, "standstill";
     }
 }
 

@@ -7,7 +7,7 @@ use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 use crate::{EstimateState, MAX_WHEELSETS, Stamp, payload};
 
 /// Places for measured outputs: of a wagon its speed and the speed of each wheelset, of a driven rig currents,
-/// voltages, speeds and the generator's current.
+/// voltages, speeds and the generator's current, of a bogie rig torque, link force and counted angles.
 pub const MAX_OUTPUTS: usize = 8;
 
 /// Bits of [`Estimate::flags`].
@@ -115,7 +115,8 @@ impl Estimate {
 
 /// What came beside what the filter expected, refused values too (channel `innovations/N`).
 /// Of a wagon, output 0 is the speed (m/s), output `1 + i` the speed of wheelset `i` (rad/s); of a driven rig the outputs
-/// are I_α, I_β, ω_motor, U_α, U_β, ω_roller, I_dc.
+/// are I_α, I_β, ω_motor, U_α, U_β, ω_roller, I_dc; of a bogie rig torque (N m), link force (N) and the angles that
+/// rollers and wheelsets turned since their last reading (rad).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("railgrip/Innovation/v2")]

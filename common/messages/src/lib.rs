@@ -9,6 +9,7 @@
 //! | --- | --- | --- |
 //! | [`Sample`] | `samples/N` | one instant of the sensors of wagon N, in batches |
 //! | [`MotorSample`] | `motors/N` | one instant of the motor of rig N, 1 kHz or more, in batches |
+//! | [`BogieSample`] | `bogies/N` | one instant of the sensors of bogie rig N, in batches |
 //! | [`Estimate`] | `estimates/N` | what the filter makes of each sample, in batches |
 //! | [`Innovation`] | `innovations/N` | what the filter expected and what came, in batches |
 //! | [`AudioHeader`] and samples | `audio/N` | a block of audio of the microphone of wagon N, of any length |
@@ -25,6 +26,7 @@
 //! * signs: forward is positive; braking gives negative adhesion and negative creepage (slide), traction positive (spin).
 
 mod audio;
+mod bogie;
 mod codes;
 mod estimate;
 mod event;
@@ -36,6 +38,7 @@ mod stamp;
 mod text;
 
 pub use audio::{AUDIO_TYPE_NAME, AudioHeader, Heard};
+pub use bogie::{BogieSample, bogie_valid};
 pub use codes::{Condition, EstimateState, EventKind, Grade, HearingState, ProcessKind};
 pub use estimate::{Estimate, Innovation, MAX_OUTPUTS, flags};
 pub use event::{Event, NO_WHEELSET};

@@ -4,8 +4,8 @@
 use std::mem::{offset_of, size_of};
 
 use railgrip_messages::{
-    AUDIO_TYPE_NAME, AudioHeader, Estimate, Event, Health, Heard, Heartbeat, Indicator, Innovation,
-    MotorSample, Payload, Sample, Stamp, Text, WheelsetHealth,
+    AUDIO_TYPE_NAME, AudioHeader, BogieSample, Estimate, Event, Health, Heard, Heartbeat, Indicator,
+    Innovation, MotorSample, Payload, Sample, Stamp, Text, WheelsetHealth,
 };
 
 #[test]
@@ -15,6 +15,7 @@ fn layouts_belong_to_their_versions() {
         (Estimate::TYPE_NAME, size_of::<Estimate>(), "railgrip/Estimate/v2", 368),
         (Innovation::TYPE_NAME, size_of::<Innovation>(), "railgrip/Innovation/v2", 216),
         (MotorSample::TYPE_NAME, size_of::<MotorSample>(), "railgrip/MotorSample/v1", 96),
+        (BogieSample::TYPE_NAME, size_of::<BogieSample>(), "railgrip/BogieSample/v1", 96),
         (AUDIO_TYPE_NAME, size_of::<AudioHeader>(), "railgrip/AudioBlock/v1", 40),
         (Heard::TYPE_NAME, size_of::<Heard>(), "railgrip/Heard/v1", 112),
         (Event::TYPE_NAME, size_of::<Event>(), "railgrip/Event/v1", 208),

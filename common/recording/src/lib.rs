@@ -1,6 +1,7 @@
 //! Recordings of wagons as files, read and written with checks. Columns only: no physics, no clock.
 //!
 //! * [`Recording`]: one run of one wagon, column by column; [`Row`] is one sample of it; [`RunWriter`] writes rows as they come.
+//! * [`BogieRecording`]: one run of a bogie rig, with torque, link force and pulses; [`BogieRow`] is one sample of it.
 //! * [`MotorRecording`]: one run of a driven rig, with motor currents and voltages; [`MotorRow`] is one sample of it.
 //! * [`Truth`]: what no sensor sees, beside a simulated run.
 //! * [`Table`]: named columns of numbers in CSV or Parquet, for every other file.
@@ -10,6 +11,7 @@
 //! Files are written beside their place and renamed into it, so that a reader never sees half a file.
 
 mod atomic;
+mod bogie;
 mod checks;
 mod columns;
 mod csv_form;
@@ -17,17 +19,20 @@ mod error;
 mod motor;
 mod parquet_form;
 mod recording;
+mod rig;
 mod run_name;
 mod table;
 mod truth;
 mod writer;
 
+pub use bogie::{BogieRecording, BogieRow};
 pub use checks::Strictness;
 pub use columns::{MAX_WHEELSETS, Quantity, suffix};
 pub use error::{Place, Problem, RecordingError, Result};
 pub use motor::{MotorRecording, MotorRow};
 pub use recording::{Optional, Recording, Row};
+pub use rig::{RIG_VALUES, RigColumn, RigRecording, RigRow};
 pub use run_name::{RailClass, RunFile, runs_in};
 pub use table::{Form, HeaderCheck, Table, expect_columns};
 pub use truth::{Truth, TruthRow};
-pub use writer::{MotorRunWriter, RunWriter};
+pub use writer::{RigRunWriter, RunWriter};

@@ -4,8 +4,8 @@
 use crate::atomic::AtomicFile;
 use crate::columns::columns_of_run;
 use crate::error::{Problem, RecordingError, Result};
-use crate::motor::{MotorRecording, MotorRow};
 use crate::recording::{Optional, Recording, Row};
+use crate::rig::{RigRecording, RigRow, cells};
 use crate::table::Form;
 use crate::{csv_form, parquet_form};
 use std::path::Path;
@@ -92,33 +92,27 @@ impl RunWriter {
     }
 }
 
-/// The same for the rows of a driven rig.
-pub struct MotorRunWriter {
+/// The same for the rows of a rig.
+pub struct RigRunWriter<R> {
     sink: Sink,
-    pending: Vec<MotorRow>,
+    pending: Vec<R>,
 }
 
-impl MotorRunWriter {
+impl<R: RigRow> RigRunWriter<R> {
     /// Starts a run; the ending of `path` names the form.
     pub fn create(path: &Path) -> Result<Self> {
-        let names = MotorRecording::columns().map(str::to_owned);
+        let names = RigRecording::<R>::columns().map(str::to_owned);
         Ok(Self { sink: Sink::create(path, &names)?, pending: Vec::new() })
     }
 
     /// Adds a row.
-    pub fn push(&mut self, row: &MotorRow) -> Result<()> {
+    pub fn push(&mut self, row: &R) -> Result<()> {
         self.pending.push(*row);
         if self.pending.len() >= GROUP_ROWS { self.flush() } else { Ok(()) }
     }
 
     fn flush(&mut self) -> Result<()> {
-        let mut columns = vec![self.pending.iter().map(|row| row.t_s).collect::<Vec<_>>()];
-        columns.extend(
-            (0..MotorRecording::columns().len() - 1)
-                .map(|index| self.pending.iter().map(|row| row.values()[index]).collect()),
-        );
-        self.pending.clear();
-        self.sink.write(&columns)
+        self.sink.write(&cells(&std::mem::take(&mut self.pending)))
     }
 
     /// Writes what is left and gives the file its name.

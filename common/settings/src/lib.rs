@@ -24,7 +24,7 @@ pub use file::LogFormat;
 pub use history::{HistorySettings, TierLimits};
 pub use instance::Instance;
 pub use microphones::{AcousticSettings, AudioSource, MicrophoneSettings};
-pub use plant::RigProgramme;
+pub use plant::{BrakeController, RigProgramme};
 pub use runs::ReplayRun;
 pub use train::{
     HttpSettings, LoggingSettings, MAX_WAGONS, Overrides, ReportingSettings, Source, TrainSettings,

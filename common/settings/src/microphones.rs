@@ -140,8 +140,13 @@ fn synthesised(
     table: &MicrophoneTable,
     source: &Source,
 ) -> Result<AudioSource, SettingsError> {
-    if !matches!(source, Source::Simulate { .. }) {
-        let allowed = "WAV files; noise is synthesised for a simulated train only";
+    let rolls = match source {
+        Source::Simulate { .. } => true,
+        Source::Rig { programme, .. } => programme.plant() == railgrip_filter::PlantKind::Bogie,
+        Source::Replay { .. } | Source::Stdin => false,
+    };
+    if !rolls {
+        let allowed = "WAV files; noise is synthesised for a simulated train or bogie rig only";
         return Err(at.refuse(&key("recordings"), "absent", allowed));
     }
     if table.repeat.is_some() {

@@ -1,7 +1,8 @@
 //! Vehicle and rig files: what a filter watches, by the file's `kind`.
 
 use crate::vehicle::{self, VehicleFileError, line_of, line_of_key};
-use railgrip_filter::{Plant, PlantError, RollerRigFile, TractionRigFile};
+use railgrip_filter::{BogieRigFile, Plant, PlantError, PlantKind, RollerRigFile, TractionRigFile};
+use railgrip_vehicle::bogie_rig::RailCondition;
 use railgrip_vehicle::traction_rig::Surface;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -41,12 +42,17 @@ pub fn parse(path: &Path, text: &str) -> Result<Plant, VehicleFileError> {
             rig.check().map_err(|error| value(path, text, error))?;
             Ok(Plant::Traction(rig))
         }
+        Some(Some("bogie")) => {
+            let rig: BogieRigFile = form(path, text)?;
+            rig.check().map_err(|error| value(path, text, error))?;
+            Ok(Plant::Bogie(Box::new(rig)))
+        }
         Some(_) => {
             let value = kind.map_or_else(String::new, |kind| kind.to_string());
             let error = PlantError {
                 key: "kind",
                 value,
-                allowed: "\"roller\", \"traction\", or no such key for a wagon",
+                allowed: "\"roller\", \"traction\", \"bogie\", or no such key for a wagon",
             };
             Err(self::value(path, text, error))
         }
@@ -81,12 +87,47 @@ pub enum RigProgramme {
         /// Load case, 0 (no load) to 4.
         case: u8,
     },
+    /// Shrestha et al., Figs. 18 to 20: a stop from 4.14 m/s.
+    ShresthaStop {
+        /// What lies between wheel and roller.
+        rail: RailCondition,
+        /// Who controls the simulated brakes.
+        controller: BrakeController,
+    },
+    /// Shrestha et al., Fig. 17: water under the braked wheelsets.
+    ShresthaWater,
+}
+
+/// Controllers of the simulated bogie rig.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BrakeController {
+    /// A constant effort.
+    None,
+    /// A fixed zone of slip.
+    Conventional,
+    /// A zone around the optimum slip of the heard condition.
+    Proposed,
+}
+
+impl BrakeController {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::None, Self::Conventional, Self::Proposed];
+
+    /// Name for files and people.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Conventional => "conventional",
+            Self::Proposed => "proposed",
+        }
+    }
 }
 
 impl RigProgramme {
     /// The names, for people.
-    pub const NAMES: &'static str =
-        "schwarz-wsp, schwarz-sanding, zhao-SURFACE-CASE with SURFACE base, water or oil and CASE 0 to 4";
+    pub const NAMES: &'static str = "schwarz-wsp, schwarz-sanding, zhao-SURFACE-CASE with SURFACE base, water or oil and CASE 0 to 4, shrestha-water, \
+         shrestha-RAIL-CONTROLLER with RAIL dry or wet and CONTROLLER none, conventional or proposed";
 
     /// The programme of that name.
     #[must_use]
@@ -94,7 +135,14 @@ impl RigProgramme {
         match name {
             "schwarz-wsp" => return Some(Self::SchwarzWsp),
             "schwarz-sanding" => return Some(Self::SchwarzSanding),
+            "shrestha-water" => return Some(Self::ShresthaWater),
             _ => {}
+        }
+        if let Some((rail, controller)) = name.strip_prefix("shrestha-").and_then(|rest| rest.split_once('-'))
+        {
+            let rail = RailCondition::ALL.into_iter().find(|known| known.name() == rail)?;
+            let controller = BrakeController::ALL.into_iter().find(|known| known.name() == controller)?;
+            return Some(Self::ShresthaStop { rail, controller });
         }
         let (surface, case) = name.strip_prefix("zhao-")?.split_once('-')?;
         let surface = Surface::ALL.into_iter().find(|known| known.name() == surface)?;
@@ -109,6 +157,20 @@ impl RigProgramme {
             Self::SchwarzWsp => "schwarz-wsp".to_owned(),
             Self::SchwarzSanding => "schwarz-sanding".to_owned(),
             Self::Zhao { surface, case } => format!("zhao-{}-{case}", surface.name()),
+            Self::ShresthaStop { rail, controller } => {
+                format!("shrestha-{}-{}", rail.name(), controller.name())
+            }
+            Self::ShresthaWater => "shrestha-water".to_owned(),
+        }
+    }
+
+    /// What it runs on.
+    #[must_use]
+    pub const fn plant(self) -> PlantKind {
+        match self {
+            Self::SchwarzWsp | Self::SchwarzSanding => PlantKind::Roller,
+            Self::Zhao { .. } => PlantKind::Traction,
+            Self::ShresthaStop { .. } | Self::ShresthaWater => PlantKind::Bogie,
         }
     }
 }
@@ -120,11 +182,37 @@ mod tests {
 
     #[test]
     fn names_lead_to_programmes_and_back() {
-        for name in ["schwarz-wsp", "schwarz-sanding", "zhao-base-0", "zhao-oil-4"] {
+        for name in [
+            "schwarz-wsp",
+            "schwarz-sanding",
+            "zhao-base-0",
+            "zhao-oil-4",
+            "shrestha-dry-none",
+            "shrestha-wet-proposed",
+            "shrestha-water",
+        ] {
             assert_eq!(RigProgramme::from_name(name).map(RigProgramme::name).as_deref(), Some(name));
         }
-        for name in ["zhao-oil-5", "zhao-ice-1", "zhao-oil", "schwarz"] {
+        for name in ["zhao-oil-5", "zhao-ice-1", "zhao-oil", "schwarz", "shrestha-ice-none", "shrestha-dry"] {
             assert_eq!(RigProgramme::from_name(name), None);
+        }
+    }
+
+    #[test]
+    fn a_bogie_rigs_file_is_read_and_what_is_wrong_is_named() {
+        let rig = BogieRigFile::of("bogie", &railgrip_vehicle::bogie_rig::BogieParameters::default());
+        let text = toml::to_string(&rig).expect("text");
+        let path = Path::new("rig.toml");
+        assert_eq!(parse(path, &text).expect("good"), Plant::Bogie(Box::new(rig)));
+        for (good, bad, key) in [
+            ("gear_ratio = 7.68", "gear_ratio = 0.0", "drive.gear_ratio"),
+            ("roller_window_s = 0.125", "roller_window_s = -1.0", "sensors.roller_window_s"),
+            ("friction_at_rest = 0.241", "friction_at_rest = 9.0", "wet.friction_at_rest"),
+        ] {
+            assert!(text.contains(good), "{text}");
+            let said = parse(path, &text.replace(good, bad)).expect_err(key).to_string();
+            println!("{said}");
+            assert!(said.contains(key) && said.contains("rig.toml:"), "{said}");
         }
     }
 

@@ -1,7 +1,8 @@
 //! `railgrip estimate`: the estimator on a recording, with the same step as in the live process.
 //!
 //! The vehicle file says what was recorded: a wagon, a roller rig (`kind = "roller"`: the columns of a wagon with one
-//! wheelset) or a traction rig (`kind = "traction"`: motor currents, voltages and speeds). One row for each row of the
+//! wheelset), a traction rig (`kind = "traction"`: motor currents, voltages and speeds) or a bogie rig (`kind = "bogie"`:
+//! torque, link force and pulses; `--detail` adds what the paper's (2) and (3) say without a filter). One row for each row of the
 //! recording. Dirty data (gaps, repeats, cells without a value) are the estimator's business; a file of another form is
 //! bad input.
 
@@ -10,12 +11,14 @@ use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
 use railgrip_estimator::convert;
-use railgrip_experiments::rigs::motor_input;
+use railgrip_experiments::rigs::{bogie_input, motor_input};
+use railgrip_filter::models::bogie_rig::BogieSample;
+use railgrip_filter::models::bogie_rig::slip_based::{PaperReader, PaperReading};
 use railgrip_filter::{
     Estimator, EstimatorConfig, EstimatorInput, EstimatorOutput, FilterError, Plant, smooth_record,
 };
 use railgrip_messages::{Estimate, Sample};
-use railgrip_recording::{MotorRecording, Recording, Row, Strictness, Table};
+use railgrip_recording::{BogieRecording, MotorRecording, Recording, Row, Strictness, Table};
 use railgrip_settings::{Overrides, TrainSettings};
 
 use crate::CliError;
@@ -34,7 +37,7 @@ pub(crate) struct Args {
     /// File for the estimates, CSV or Parquet
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Filter: default, paper, rig or imm; of a traction rig zhao or zhao_ekf [default: as the config says, else "default"]
+    /// Filter: default, paper, rig or imm; of a traction rig zhao or zhao_ekf; of a bogie rig shrestha [default: as the config says, else "default"]
     #[arg(long, value_name = "NAME")]
     filter: Option<String>,
     /// Config of a train whose [estimator] settings apply
@@ -43,7 +46,8 @@ pub(crate) struct Args {
     /// Say what the whole recording tells about each instant, not only what came before it (fixed-interval smoothing)
     #[arg(long)]
     smooth: bool,
-    /// More columns: adhesion and load of each wheelset, mean pad friction, state
+    /// More columns: adhesion and load of each wheelset, mean pad friction, state; of a bogie rig slip and adhesion by the
+    /// paper's (2) and (3)
     #[arg(long)]
     detail: bool,
 }
@@ -66,7 +70,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         })?,
         false => forward(&mut *estimator, &inputs),
     };
-    table(&outputs, &plant, args.detail)?.write(&args.out).map_err(CliError::failed)?;
+    table(&inputs, &outputs, &plant, args.detail)?.write(&args.out).map_err(CliError::failed)?;
     let way = if args.smooth { ", smoothed" } else { "" };
     let filter = &estimator.snapshot().filter;
     say(&format!("{}: {} estimates by filter \"{filter}\"{way}", args.out.display(), outputs.len()));
@@ -78,6 +82,11 @@ fn read(args: &Args, plant: &Plant) -> Result<Vec<EstimatorInput>, CliError> {
     if matches!(plant, Plant::Traction(_)) {
         let recording = MotorRecording::read(&args.run, Strictness::Tolerant).map_err(CliError::bad_input)?;
         let input = |row| EstimatorInput { motor: motor_input(row), ..EstimatorInput::missing(row.t_s) };
+        return Ok(recording.rows.iter().map(input).collect());
+    }
+    if matches!(plant, Plant::Bogie(_)) {
+        let recording = BogieRecording::read(&args.run, Strictness::Tolerant).map_err(CliError::bad_input)?;
+        let input = |row| EstimatorInput { bogie: bogie_input(row), ..EstimatorInput::missing(row.t_s) };
         return Ok(recording.rows.iter().map(input).collect());
     }
     let recording = Recording::read(&args.run, Strictness::Tolerant).map_err(CliError::bad_input)?;
@@ -127,7 +136,31 @@ fn input(row: &Row) -> EstimatorInput {
     }
 }
 
-fn table(outputs: &[EstimatorOutput], plant: &Plant, detail: bool) -> Result<Table, CliError> {
+/// Columns of the paper's own figures, positive in braking: λ (2), (3) from the load cell, (3) from the torque as printed
+/// and with inertia and loss.
+fn by_the_paper(inputs: &[EstimatorInput], plant: &Plant) -> Vec<(String, Vec<f64>)> {
+    let Plant::Bogie(rig) = plant else { return Vec::new() };
+    let mut reader = PaperReader::new(rig.parameters());
+    let readings: Vec<PaperReading> =
+        inputs.iter().map(|input| reader.read(&BogieSample::of(input.time_s, &input.bogie))).collect();
+    let column = |name: &str, pick: fn(&PaperReading) -> f64| {
+        (name.to_owned(), readings.iter().map(pick).collect::<Vec<_>>())
+    };
+    vec![
+        column("lambda_f", |reading| reading.slip[0]),
+        column("lambda_r", |reading| reading.slip[1]),
+        column("mu_load_cell", |reading| reading.by_load_cell),
+        column("mu_torque", |reading| reading.by_torque),
+        column("mu_torque_inertia", |reading| reading.by_torque_with_inertia),
+    ]
+}
+
+fn table(
+    inputs: &[EstimatorInput],
+    outputs: &[EstimatorOutput],
+    plant: &Plant,
+    detail: bool,
+) -> Result<Table, CliError> {
     let nobody = Sample::default();
     let estimates: Vec<Estimate> = outputs.iter().map(|output| convert::estimate(&nobody, output)).collect();
     let (mut numbers, mut words) = (Vec::new(), Vec::new());
@@ -140,6 +173,9 @@ fn table(outputs: &[EstimatorOutput], plant: &Plant, detail: bool) -> Result<Tab
             }
         }
         if names.is_empty() { numbers.push((column.name, cells)) } else { words.push((column.name, names)) }
+    }
+    if detail {
+        numbers.extend(by_the_paper(inputs, plant));
     }
     let table = Table::new(numbers).map_err(CliError::failed)?;
     words

@@ -7,7 +7,9 @@
 //! | a roller rig | those of a wagon with one wheelset, and `state` |
 //! | a traction rig | `t_s, v_m_s, mu_w, mu_w_sigma, mu_0, mu_0_sigma, creep_force_n, creep_force_n_sigma, slip_1, nis, observable_1, state` |
 //!
-//! `*` is `f` and `r` for two wheelsets, else numbers from the front. `state` is a word; on a traction rig a figure that
+//! | a bogie rig | those of a wagon, pad friction always empty, and `state` |
+//!
+//! `*` is `f` and `r` for two wheelsets, else numbers from the front. `state` is a word; on a traction or bogie rig a figure that
 //! its state does not support is an empty cell.
 
 use railgrip_filter::PlantKind;
@@ -54,6 +56,7 @@ pub(crate) fn columns(plant: PlantKind, wheelsets: usize, detail: bool) -> Vec<C
             columns
         }
         PlantKind::Roller => in_detail(wheelsets),
+        PlantKind::Bogie => bogie(wheelsets, detail),
     }
 }
 
@@ -133,6 +136,29 @@ fn traction() -> Vec<Column> {
     columns
 }
 
+/// Figures by their state: no pad friction, and adhesion and slip each where they are told.
+fn bogie(wheelsets: usize, detail: bool) -> Vec<Column> {
+    let mut columns = if detail { in_detail(wheelsets) } else { wagon(wheelsets) };
+    for column in &mut columns {
+        let name = column.name.as_str();
+        column.read = match name {
+            _ if name.starts_with("mu_b") => |_, _| Cell::Number(f64::NAN),
+            "mu_w" => |e, _| if_adhesion(e, e.mu_w),
+            "mu_w_sigma" => |e, _| if_adhesion(e, e.mu_w_sigma),
+            _ if name.starts_with("mu_w_") && name.ends_with("_sigma") => {
+                |e, i| if_adhesion(e, e.mu_w_wheelset_sigma[i])
+            }
+            _ if name.starts_with("mu_w_") => |e, i| if_adhesion(e, e.mu_w_wheelset[i]),
+            _ if name.starts_with("slip_") => |e, i| if_slip(e, e.slip[i]),
+            _ => column.read,
+        };
+    }
+    if !detail {
+        columns.push(Column::new("state", state));
+    }
+    columns
+}
+
 fn observable(estimate: &Estimate, wheelset: usize) -> Cell {
     Cell::Number(f64::from(estimate.observable >> wheelset & 1))
 }
@@ -141,20 +167,28 @@ fn state(estimate: &Estimate, _wheelset: usize) -> Cell {
     Cell::Word(estimate.state().map_or("unknown", EstimateState::word))
 }
 
+/// The number, where the state says that it is one.
+fn where_told(estimate: &Estimate, value: f64, tells: fn(railgrip_filter::EstimateState) -> bool) -> Cell {
+    let state = railgrip_filter::EstimateState::ALL.iter().find(|state| state.code() == estimate.state);
+    Cell::Number(if state.is_some_and(|state| tells(*state)) { value } else { f64::NAN })
+}
+
 /// Bad input has a name and no figure.
 fn unless_fault(estimate: &Estimate, value: f64) -> Cell {
-    let fault = railgrip_filter::EstimateState::ALL
-        .iter()
-        .any(|state| state.code() == estimate.state && state.is_fault());
-    Cell::Number(if fault { f64::NAN } else { value })
+    where_told(estimate, value, |state| !state.is_fault())
 }
 
 /// μ0 that nothing in the data speaks about is no figure.
 fn if_seen(estimate: &Estimate, value: f64) -> Cell {
-    let seen = railgrip_filter::EstimateState::ALL
-        .iter()
-        .any(|state| state.code() == estimate.state && state.tells_friction());
-    Cell::Number(if seen { value } else { f64::NAN })
+    where_told(estimate, value, railgrip_filter::EstimateState::tells_friction)
+}
+
+fn if_adhesion(estimate: &Estimate, value: f64) -> Cell {
+    where_told(estimate, value, railgrip_filter::EstimateState::tells_adhesion)
+}
+
+fn if_slip(estimate: &Estimate, value: f64) -> Cell {
+    where_told(estimate, value, railgrip_filter::EstimateState::tells_slip)
 }
 
 #[cfg(test)]
@@ -180,6 +214,25 @@ mod tests {
             "t_s, v_m_s, mu_w, mu_w_sigma, mu_0, mu_0_sigma, creep_force_n, creep_force_n_sigma, slip_1, nis, \
              observable_1, state"
         );
+    }
+
+    #[test]
+    fn a_bogies_figures_are_told_one_by_one() {
+        let columns = columns(PlantKind::Bogie, 2, true);
+        let told = |state: EstimateState| -> Vec<String> {
+            let estimate = Estimate { state: state.code(), ..Estimate::default() };
+            let told = columns
+                .iter()
+                .filter(|column| matches!(column.cell(&estimate), Cell::Number(value) if !value.is_nan()));
+            told.map(|column| column.name.clone()).collect()
+        };
+        let has = |state, name: &str| told(state).contains(&name.to_owned());
+        assert!(has(EstimateState::Observable, "mu_w") && has(EstimateState::Observable, "slip_r"));
+        assert!(has(EstimateState::LoadCellMissing, "mu_w_f") && !has(EstimateState::ZeroLoad, "mu_w_f"));
+        assert!(has(EstimateState::ForcesMissing, "slip_f") && !has(EstimateState::ForcesMissing, "mu_w"));
+        assert!(has(EstimateState::Standstill, "mu_w") && !has(EstimateState::Standstill, "slip_f"));
+        assert!(!has(EstimateState::Observable, "mu_b_f") && !has(EstimateState::Observable, "mu_b_mean"));
+        assert!(!has(EstimateState::WrongRate, "mu_w") && !has(EstimateState::WrongRate, "slip_f"));
     }
 
     #[test]

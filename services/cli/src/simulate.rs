@@ -23,7 +23,8 @@ const DEFAULT_VEHICLE: &str = include_str!("../../../config/vehicle.toml");
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Scenario file, or the name of a built-in one: demo, one_wagon_low, schwarz_keck_sanding, schwarz_keck_wsp; of a rig:
-    /// schwarz-wsp, schwarz-sanding, zhao-SURFACE-CASE (base, water or oil; 0 to 4)
+    /// schwarz-wsp, schwarz-sanding, zhao-SURFACE-CASE (base, water or oil; 0 to 4), shrestha-water, shrestha-RAIL-CONTROLLER
+    /// (dry or wet; none, conventional or proposed)
     #[arg(long, value_name = "FILE", default_value = "demo")]
     scenario: String,
     /// Folder for the recordings; created if it is missing

@@ -3,9 +3,9 @@
 
 use std::path::Path;
 
-use railgrip_experiments::rigs::{MotorTruth, RigFeed, RigRow};
+use railgrip_experiments::rigs::RigRow;
 use railgrip_filter::{Plant, PlantKind};
-use railgrip_recording::{MotorRecording, Optional, Recording, RecordingError, Table, Truth};
+use railgrip_recording::{BogieRecording, MotorRecording, Optional, Recording, RecordingError, Table, Truth};
 use railgrip_settings::RigProgramme;
 
 use crate::CliError;
@@ -14,18 +14,9 @@ use crate::output::say;
 /// Columns of a roller rig: its sand and its place are no sensors.
 const ROLLER: Optional = Optional { grade: true, sanding: false, position: false, wsp: true };
 
-/// The rig under a test.
-fn feed(programme: RigProgramme, seed: u64) -> RigFeed {
-    match programme {
-        RigProgramme::SchwarzWsp => RigFeed::slide_protection(seed),
-        RigProgramme::SchwarzSanding => RigFeed::sanding(seed),
-        RigProgramme::Zhao { surface, case } => RigFeed::traction(surface, usize::from(case), seed),
-    }
-}
-
 /// Runs the test into a folder; `ending` is the form of the files.
 pub(crate) fn run(programme: RigProgramme, seed: u64, out: &Path, ending: &str) -> Result<(), CliError> {
-    let feed = feed(programme, seed);
+    let feed = railgrip_ingest::feed::feed_of(programme, seed);
     let plant = feed.plant().clone();
     let rows: Vec<RigRow> = feed.collect();
     let truth = out.join("truth");
@@ -38,6 +29,7 @@ pub(crate) fn run(programme: RigProgramme, seed: u64, out: &Path, ending: &str) 
     let file = format!("{}.{ending}", programme.name());
     match plant.kind() {
         PlantKind::Traction => write_motor(&rows, &out.join(&file), &truth.join(&file)),
+        PlantKind::Bogie => write_bogie(&rows, &out.join(&file), &truth.join(&file)),
         PlantKind::Wagon | PlantKind::Roller => write_roller(&rows, &out.join(&file), &truth.join(&file)),
     }
     .map_err(CliError::failed)?;
@@ -54,25 +46,47 @@ fn rig_file(plant: &Plant) -> Result<String, CliError> {
     match plant {
         Plant::Roller(rig) => toml::to_string(rig).map_err(CliError::failed),
         Plant::Traction(rig) => toml::to_string(rig).map_err(CliError::failed),
+        Plant::Bogie(rig) => toml::to_string(rig).map_err(CliError::failed),
         Plant::Wagon(vehicle) => toml::to_string(vehicle).map_err(CliError::failed),
     }
 }
 
 fn write_motor(rows: &[RigRow], run: &Path, truth: &Path) -> Result<(), RecordingError> {
     let mut recording = MotorRecording::default();
-    let mut truths: Vec<MotorTruth> = Vec::with_capacity(rows.len());
+    let mut truths = Vec::with_capacity(rows.len());
     for row in rows {
         if let RigRow::Motor { row, truth } = row {
             recording.rows.push(*row);
-            truths.push(*truth);
+            truths.push(truth.columns());
         }
     }
     recording.write(run)?;
-    let names = truths.first().map(|truth| truth.columns().map(|(name, _)| name)).unwrap_or_default();
-    let columns = names.iter().enumerate().map(|(index, name)| {
-        ((*name).to_owned(), truths.iter().map(|truth| truth.columns()[index].1).collect())
-    });
-    Table::new(columns.collect())?.write(truth)
+    write_truth(&truths, truth)
+}
+
+fn write_bogie(rows: &[RigRow], run: &Path, truth: &Path) -> Result<(), RecordingError> {
+    let mut recording = BogieRecording::default();
+    let mut truths = Vec::with_capacity(rows.len());
+    for row in rows {
+        if let RigRow::Bogie { row, truth } = row {
+            recording.rows.push(*row);
+            truths.push(truth.columns());
+        }
+    }
+    recording.write(run)?;
+    write_truth(&truths, truth)
+}
+
+fn write_truth<const N: usize>(
+    truths: &[[(&'static str, f64); N]],
+    path: &Path,
+) -> Result<(), RecordingError> {
+    let names = truths.first().map_or([""; N], |truth| truth.map(|(name, _)| name));
+    let columns = names
+        .iter()
+        .enumerate()
+        .map(|(index, name)| ((*name).to_owned(), truths.iter().map(|truth| truth[index].1).collect()));
+    Table::new(columns.collect())?.write(path)
 }
 
 fn write_roller(rows: &[RigRow], run: &Path, truth: &Path) -> Result<(), RecordingError> {
@@ -119,6 +133,11 @@ mod tests {
         let recording = MotorRecording::read(&run, Strictness::Strict).expect("strict");
         let truth = Table::read(&truth).expect("truth");
         assert_eq!((plant.kind(), recording.rows.len(), truth.rows()), (PlantKind::Traction, 35_000, 35_000));
+        let (plant, run, truth) = read("shrestha-wet-proposed", "csv");
+        let recording = BogieRecording::read(&run, Strictness::Strict).expect("strict");
+        let truth = Table::read(&truth).expect("truth");
+        assert_eq!((plant.kind(), truth.rows()), (PlantKind::Bogie, recording.rows.len()));
+        assert!(recording.rows.len() > 5000);
         let (plant, run, truth) = read("schwarz-wsp", "csv");
         let recording = Recording::read(&run, Strictness::Strict).expect("strict");
         let truth = Truth::read(&truth).expect("truth");

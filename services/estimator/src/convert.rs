@@ -1,8 +1,9 @@
 //! Between messages and the filter: a missing value is a clear bit there and NaN here.
 
-use railgrip_filter::MotorInput;
-use railgrip_filter::{EstimatorInput, EstimatorOutput};
-use railgrip_messages::{Estimate, Innovation, MotorSample, Sample, motor_valid, valid};
+use railgrip_filter::{BogieInput, BogieRigFile, EstimatorInput, EstimatorOutput, MotorInput};
+use railgrip_messages::{
+    BogieSample, Estimate, Innovation, MotorSample, Sample, bogie_valid, motor_valid, valid,
+};
 use railgrip_vehicle::VehicleParameters;
 
 /// A sample as the filter takes it.
@@ -69,6 +70,58 @@ pub fn as_wagon(
     }
     if sample.has(motor_valid::MOTOR_SPEED) {
         wagon.valid |= valid::wheel_speed(0);
+    }
+    wagon
+}
+
+/// A sample of a bogie rig as the filter takes it.
+#[must_use]
+pub fn bogie_input(sample: &BogieSample) -> EstimatorInput {
+    let value = |bit: u32, value: f64| if sample.has(bit) { value } else { f64::NAN };
+    EstimatorInput {
+        bogie: BogieInput {
+            shaft_torque_nm: value(bogie_valid::SHAFT_TORQUE, sample.shaft_torque_nm),
+            load_cell_n: value(bogie_valid::LOAD_CELL, sample.load_cell_n),
+            brake_pressure_pa: value(bogie_valid::BRAKE_PRESSURE, sample.brake_pressure_pa),
+            load_n: value(bogie_valid::LOAD, sample.load_n),
+            roller_pulses: value(bogie_valid::ROLLER_PULSES, sample.roller_pulses),
+            wheel_pulses: [0, 1].map(|i| value(bogie_valid::wheel_pulses(i), sample.wheel_pulses[i])),
+        },
+        ..EstimatorInput::missing(sample.time_s)
+    }
+}
+
+/// A sample of a bogie rig as that of a wagon, for the indicators: the speeds are those of the last estimate, because the
+/// rig has pulses only, and the pressing forces follow from the pressure.
+#[must_use]
+pub fn bogie_as_wagon(sample: &BogieSample, rig: &BogieRigFile, last: &EstimatorOutput) -> Sample {
+    let brake = rig.parameters().brake;
+    let pressing_n =
+        sample.brake_pressure_pa.max(0.0) * brake.torque_per_pressure_nm_pa() / brake.friction_radius_m;
+    let wheelsets = rig.roller.wheelset_load_n.len();
+    let mut wagon = Sample {
+        sequence: sample.sequence,
+        acquired: sample.acquired,
+        time_s: sample.time_s,
+        v_m_s: last.v_m_s,
+        flags: sample.flags,
+        wheelsets: wheelsets as u32,
+        ..Sample::default()
+    };
+    let moves = last.state.tells_slip();
+    if moves || last.state == railgrip_filter::EstimateState::Standstill {
+        wagon.valid |= valid::SPEED;
+    }
+    for i in 0..wheelsets {
+        wagon.wheel_speed_rad_s[i] = last.v_m_s * (1.0 + last.slip[i]) / rig.wheelset.radius_m;
+        wagon.pressing_force_n[i] = pressing_n;
+        wagon.valid |= valid::drive_torque(i);
+        if moves && sample.has(bogie_valid::wheel_pulses(i)) {
+            wagon.valid |= valid::wheel_speed(i);
+        }
+        if sample.has(bogie_valid::BRAKE_PRESSURE) {
+            wagon.valid |= valid::pressing_force(i);
+        }
     }
     wagon
 }
@@ -153,6 +206,18 @@ mod tests {
         let motor = motor_input(&sample).motor;
         assert!(motor.current_a[0].is_nan() && motor.current_a[1] == 2.0 && motor.motor_speed_rad_s == 20.0);
         assert!(motor.generator_current_a.is_nan());
+    }
+
+    #[test]
+    fn a_window_that_goes_on_is_not_a_number() {
+        let valid = bogie_valid::LOAD_CELL | bogie_valid::wheel_pulses(1);
+        let sample =
+            BogieSample { valid, load_cell_n: 1e3, wheel_pulses: [4.0, 5.0], ..BogieSample::default() };
+        let bogie = bogie_input(&sample).bogie;
+        assert!(
+            bogie.roller_pulses.is_nan() && bogie.shaft_torque_nm.is_nan() && bogie.wheel_pulses[0].is_nan()
+        );
+        assert_eq!((bogie.load_cell_n, bogie.wheel_pulses[1]), (1e3, 5.0));
     }
 
     #[test]

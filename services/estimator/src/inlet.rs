@@ -1,7 +1,7 @@
-//! Where an estimator's samples come from: the channel of its wagon, or that of its rig's motor.
+//! Where an estimator's samples come from: the channel of its wagon, or that of its rig's own sensors.
 
 use crate::worker::Worker;
-use railgrip_bus::{Bus, BusError, MotorSubscriber, SampleSubscriber, Wake};
+use railgrip_bus::{BogieSubscriber, Bus, BusError, MotorSubscriber, SampleSubscriber, Wake};
 use railgrip_filter::PlantKind;
 use std::time::Duration;
 
@@ -11,6 +11,8 @@ pub(crate) enum Inlet {
     Wagon(SampleSubscriber),
     /// Motor currents and voltages.
     Motor(MotorSubscriber),
+    /// Torque, link force and pulses.
+    Bogie(BogieSubscriber),
 }
 
 impl Inlet {
@@ -18,7 +20,8 @@ impl Inlet {
     pub fn open(bus: &Bus, worker: &Worker) -> Result<Self, BusError> {
         Ok(match worker.plant.kind() {
             PlantKind::Traction => Self::Motor(bus.motor_subscriber(worker.wagon)?),
-            _ => Self::Wagon(bus.sample_subscriber(worker.wagon)?),
+            PlantKind::Bogie => Self::Bogie(bus.bogie_subscriber(worker.wagon)?),
+            PlantKind::Wagon | PlantKind::Roller => Self::Wagon(bus.sample_subscriber(worker.wagon)?),
         })
     }
 
@@ -27,6 +30,7 @@ impl Inlet {
         match self {
             Self::Wagon(samples) => samples.wait(timeout),
             Self::Motor(samples) => samples.wait(timeout),
+            Self::Bogie(samples) => samples.wait(timeout),
         }
     }
 
@@ -39,6 +43,9 @@ impl Inlet {
             Self::Motor(samples) => {
                 samples.receive(|batch| batch.iter().for_each(|sample| worker.estimate_motor(sample)))
             }
+            Self::Bogie(samples) => {
+                samples.receive(|batch| batch.iter().for_each(|sample| worker.estimate_bogie(sample)))
+            }
         }
     }
 
@@ -47,6 +54,7 @@ impl Inlet {
         match self {
             Self::Wagon(samples) => samples.missed(),
             Self::Motor(samples) => samples.missed(),
+            Self::Bogie(samples) => samples.missed(),
         }
     }
 }

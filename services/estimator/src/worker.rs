@@ -6,8 +6,8 @@ use crate::timing::Histogram;
 use railgrip_filter::{Estimator, EstimatorConfig, EstimatorInput, FilterError, Plant};
 use railgrip_indicators::{IndicatorSettings, Nominal, WagonIndicators};
 use railgrip_messages::{
-    Condition, Estimate, EstimateState, Event, EventKind, Grade, Health, Innovation, MotorSample,
-    NO_WHEELSET, Sample, Stamp, Text, flags, sample_flags,
+    BogieSample, Condition, Estimate, EstimateState, Event, EventKind, Grade, Health, Innovation,
+    MotorSample, NO_WHEELSET, Sample, Stamp, Text, flags, sample_flags,
 };
 use railgrip_settings::TrainSettings;
 use railgrip_vehicle::VehicleParameters;
@@ -146,6 +146,14 @@ impl Worker {
         }
     }
 
+    /// Estimates one sample of a bogie rig, likewise.
+    pub fn estimate_bogie(&mut self, sample: &BogieSample) {
+        if let Plant::Bogie(rig) = &self.plant {
+            let wagon = convert::bogie_as_wagon(sample, rig, self.estimator.last());
+            self.estimate_input(&wagon, &convert::bogie_input(sample));
+        }
+    }
+
     fn estimate_input(&mut self, sample: &Sample, input: &EstimatorInput) {
         if self.last.is_some_and(|(_, stamp)| sample.acquired.monotonic_ns <= stamp.monotonic_ns) {
             return;
@@ -176,7 +184,10 @@ impl Worker {
         for (sample, (estimate, innovation)) in self.undigested.iter().zip(fresh) {
             let events = &mut self.events;
             self.indicators.update(sample, estimate, &mut |event| events.push(event));
-            self.gap.take(sample, estimate, innovation);
+            // What it names and keeps for a diagnosis are the terms and speeds of a wagon.
+            if matches!(self.plant, Plant::Wagon(_) | Plant::Roller(_)) {
+                self.gap.take(sample, estimate, innovation);
+            }
         }
         self.undigested.clear();
     }

@@ -121,6 +121,11 @@ fn take(arrival: Arrival<'_>, pace: &Pace, outboxes: &mut [Outbox], counters: &m
                 outbox.take_motor(row, begins, pace.stamp(due_s), counters);
             }
         }
+        Arrival::Bogie { wagon, row, due_s, begins } => {
+            if let Some(outbox) = outboxes.get_mut(wagon) {
+                outbox.take_bogie(row, begins, pace.stamp(due_s), counters);
+            }
+        }
         Arrival::Refused(problem) => {
             counters.rejected += 1;
             if counters.rejected <= TOLD_ERRORS {

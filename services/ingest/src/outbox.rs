@@ -2,10 +2,10 @@
 
 use crate::Counters;
 use crate::validate;
-use railgrip_bus::{Bus, BusError, MotorPublisher, Publisher, SamplePublisher};
+use railgrip_bus::{BogiePublisher, Bus, BusError, MotorPublisher, Publisher, SamplePublisher};
 use railgrip_filter::PlantKind;
-use railgrip_messages::{MotorSample, Payload, Sample, Stamp, sample_flags};
-use railgrip_recording::{MotorRow, Row};
+use railgrip_messages::{BogieSample, MotorSample, Payload, Sample, Stamp, sample_flags};
+use railgrip_recording::{BogieRow, MotorRow, Row};
 
 /// The batch of one wagon or rig.
 pub(crate) struct Outbox {
@@ -21,14 +21,16 @@ pub(crate) struct Outbox {
 enum Line {
     Wagon(SamplePublisher, Vec<Sample>),
     Motor(MotorPublisher, Vec<MotorSample>),
+    Bogie(BogiePublisher, Vec<BogieSample>),
 }
 
 impl Outbox {
-    /// Opens the channel that a wagon, or a rig with a motor, needs.
+    /// Opens the channel that a wagon or rig needs.
     pub fn open(bus: &Bus, wagon: u32, plant: PlantKind) -> Result<Self, BusError> {
         let line = match plant {
             PlantKind::Traction => Line::Motor(bus.motor_publisher(wagon)?, Vec::new()),
-            _ => Line::Wagon(bus.sample_publisher(wagon)?, Vec::new()),
+            PlantKind::Bogie => Line::Bogie(bus.bogie_publisher(wagon)?, Vec::new()),
+            PlantKind::Wagon | PlantKind::Roller => Line::Wagon(bus.sample_publisher(wagon)?, Vec::new()),
         };
         Ok(Self::new(wagon, line))
     }
@@ -70,6 +72,19 @@ impl Outbox {
         }
     }
 
+    /// The same with a row of a bogie rig.
+    pub fn take_bogie(&mut self, row: &BogieRow, begins: bool, acquired: Stamp, counters: &mut Counters) {
+        self.begins |= begins;
+        let (sample, refused) = validate::bogie_sample(row);
+        counters.rejected += u64::from(refused);
+        let Some(mut sample) = sample else { return };
+        (sample.flags, sample.sequence) = self.number(sample.time_s, counters);
+        sample.acquired = acquired;
+        if let Line::Bogie(_, batch) = &mut self.line {
+            batch.push(sample);
+        }
+    }
+
     /// Flags and running number of the next sample.
     fn number(&mut self, time_s: f64, counters: &mut Counters) -> (u32, u64) {
         let mut flags = 0;
@@ -90,6 +105,7 @@ impl Outbox {
         let (sent, result) = match &mut self.line {
             Line::Wagon(publisher, batch) => send(publisher, batch),
             Line::Motor(publisher, batch) => send(publisher, batch),
+            Line::Bogie(publisher, batch) => send(publisher, batch),
         };
         match result {
             Ok(()) => {

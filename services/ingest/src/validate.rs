@@ -1,7 +1,7 @@
 //! From a row of numbers to a sample: what is not a finite value in its physical range is missing.
 
-use railgrip_messages::{MAX_WHEELSETS, MotorSample, Sample, valid};
-use railgrip_recording::{MotorRow, Quantity, Row};
+use railgrip_messages::{BogieSample, MAX_WHEELSETS, MotorSample, Sample, valid};
+use railgrip_recording::{BogieRow, MotorRow, Quantity, RIG_VALUES, RigRow, Row};
 
 /// The sample of a row, without sequence and stamp, and how many values were refused because they are out of range.
 /// `None` if the row has no time.
@@ -53,24 +53,50 @@ pub fn motor_sample(row: &MotorRow) -> (Option<MotorSample>, u32) {
     if !row.t_s.is_finite() {
         return (None, 1);
     }
-    let mut sample = MotorSample { time_s: row.t_s, ..MotorSample::default() };
-    let mut refused = 0;
-    let values = row.values();
-    // The bits stand in the order of the values.
-    let clean: [f64; 7] = std::array::from_fn(|index| {
-        if row.is_plausible(index) {
-            sample.valid |= 1 << index;
-            return values[index];
-        }
-        refused += u32::from(!values[index].is_nan());
-        0.0
-    });
+    let (clean, valid, refused) = plausible(row);
+    let mut sample = MotorSample { time_s: row.t_s, valid, ..MotorSample::default() };
     sample.current_a = [clean[0], clean[1]];
     sample.voltage_v = [clean[2], clean[3]];
     sample.motor_speed_rad_s = clean[4];
     sample.roller_speed_rad_s = clean[5];
     sample.generator_current_a = clean[6];
     (Some(sample), refused)
+}
+
+/// The sample of a row of a bogie rig, likewise.
+#[must_use]
+pub fn bogie_sample(row: &BogieRow) -> (Option<BogieSample>, u32) {
+    if !row.t_s.is_finite() {
+        return (None, 1);
+    }
+    let (clean, valid, refused) = plausible(row);
+    let sample = BogieSample {
+        time_s: row.t_s,
+        shaft_torque_nm: clean[0],
+        load_cell_n: clean[1],
+        brake_pressure_pa: clean[2],
+        load_n: clean[3],
+        roller_pulses: clean[4],
+        wheel_pulses: [clean[5], clean[6]],
+        valid,
+        ..BogieSample::default()
+    };
+    (Some(sample), refused)
+}
+
+/// The plausible values of a rig's row with 0 for the others, their bits, which stand in the order of the values, and
+/// how many were refused.
+fn plausible<R: RigRow>(row: &R) -> ([f64; RIG_VALUES], u32, u32) {
+    let (values, mut valid, mut refused) = (row.values(), 0, 0);
+    let clean = std::array::from_fn(|index| {
+        if row.is_plausible(index) {
+            valid |= 1 << index;
+            return values[index];
+        }
+        refused += u32::from(!values[index].is_nan());
+        0.0
+    });
+    (clean, valid, refused)
 }
 
 #[cfg(test)]
@@ -132,6 +158,26 @@ mod tests {
             | bits::ROLLER_SPEED
             | bits::GENERATOR_CURRENT;
         assert_eq!(sample.valid, expected);
+    }
+
+    #[test]
+    fn a_bogies_bits_stand_for_what_is_there() {
+        let row = BogieRow {
+            t_s: 1.0,
+            shaft_torque_nm: 40.0,
+            load_cell_n: 1e9,
+            brake_pressure_pa: 8e5,
+            load_n: f64::NAN,
+            roller_pulses: f64::NAN,
+            wheel_pulses: [40.0, 41.0],
+        };
+        use railgrip_messages::bogie_valid as bits;
+        let (found, refused) = bogie_sample(&row);
+        let sample = found.unwrap();
+        let expected =
+            bits::SHAFT_TORQUE | bits::BRAKE_PRESSURE | bits::wheel_pulses(0) | bits::wheel_pulses(1);
+        assert_eq!((refused, sample.valid, sample.load_cell_n), (1, expected, 0.0));
+        assert_eq!((sample.shaft_torque_nm, sample.wheel_pulses), (40.0, [40.0, 41.0]));
     }
 
     #[test]

@@ -20,11 +20,15 @@ pub(crate) struct Adviser {
 }
 
 impl Adviser {
-    /// With the curves of the plant's file: its contact law at the adhesion of dry and of wet rail.
+    /// With the curves of the plant's file: those of a bogie rig, else its contact law at the adhesion of dry and of wet
+    /// rail.
     pub fn of(plant: &Plant) -> Self {
         let vehicle = plant.as_vehicle();
         let law = |friction_at_rest| ContactLaw { contact: vehicle.contact.clone(), friction_at_rest };
-        let (dry, wet) = (law(vehicle.rail.dry), law(vehicle.rail.wet));
+        let [dry, wet] = match plant {
+            Plant::Bogie(rig) => RailCondition::ALL.map(|condition| rig.law(condition)),
+            _ => [law(vehicle.rail.dry), law(vehicle.rail.wet)],
+        };
         let maker = DecisionMaker::new(dry, wet, plant.load_n(), RailCondition::Dry);
         Self { maker, wheelsets: plant.wheelsets(), last: None }
     }

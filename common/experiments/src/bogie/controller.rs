@@ -38,6 +38,11 @@ impl Control {
     /// The conventional zone: at the low end, where the curve of every condition and speed still rises. Chosen so that
     /// the dry stop from 4.14 m/s takes about the paper's 82 s.
     pub const CONVENTIONAL: Self = Self::FixedZone { low: 0.008, high: 0.0125 };
+
+    /// No controller: a fixed effort just below what a dry rail gives from 4.14 m/s. Chosen.
+    pub fn none(parameters: &BogieParameters) -> Self {
+        Self::Open { torque_nm: 0.34 * parameters.wheelset_load_n[0] * parameters.wheel_radius_m }
+    }
 }
 
 /// Ends of the proposed zone as shares of the optimum slip. Chosen: on the rising side, where adhesion is within 3 % of

@@ -13,8 +13,8 @@ pub mod ear;
 pub mod listener;
 mod peak;
 pub mod run;
-mod stopping;
-mod transition;
+pub(crate) mod stopping;
+pub(crate) mod transition;
 
 pub use acoustics::acoustics_experiment;
 pub use peak::peak_experiment;

@@ -64,6 +64,12 @@ fn setup(stop: &Published, control: Control, hold_s: f64, seed: u64) -> Setup {
     }
 }
 
+/// The stop from 4.14 m/s on a rail under a controller.
+pub(crate) fn from_full_speed(condition: RailCondition, control: Control, seed: u64) -> Setup {
+    let stop = if condition == RailCondition::Dry { &STOPS[0] } else { &STOPS[3] };
+    setup(stop, control, stop.hold_s, seed)
+}
+
 /// Means and spreads over the seeds.
 #[derive(Clone, Debug, Default)]
 struct Spread {
@@ -190,8 +196,7 @@ fn stop_rows(report: &mut Report, published: &Published) {
 fn compare_controllers(directory: &Path, report: &mut Report) -> Result<(), ExperimentError> {
     let test = STOPS[0];
     let parameters = BogieParameters::default();
-    // Chosen: a fixed effort just below what a dry rail gives at this speed.
-    let open = Control::Open { torque_nm: 0.34 * parameters.wheelset_load_n[0] * parameters.wheel_radius_m };
+    let open = Control::none(&parameters);
     let controls =
         [("no controller", open), ("conventional", Control::CONVENTIONAL), ("proposed", Control::Proposed)];
     let of = |control: Control, seed: u64| setup(&test, control, test.hold_s, seed);

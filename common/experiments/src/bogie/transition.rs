@@ -21,7 +21,7 @@ const SEEDS: std::ops::Range<u64> = 2021..2029;
 /// Accuracy of the listener. Chosen; a classifier's own figure goes here.
 const ACCURACY: f64 = 0.95;
 
-pub(super) fn setup(control: Control, accuracy: f64, seed: u64) -> Setup {
+pub(crate) fn setup(control: Control, accuracy: f64, seed: u64) -> Setup {
     let parameters = BogieParameters::default();
     let preset_torque_nm = 0.2 * parameters.wheelset_load_n[0] * parameters.wheel_radius_m;
     Setup {

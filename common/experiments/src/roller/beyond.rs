@@ -93,9 +93,18 @@ fn rows(report: &mut Report, group: &str, runs: &[Run], fine: bool) {
         let remark = format!("{} seeds; share of samples above {BOUND}: {share:.2} %", runs.len());
         report.table.push(group, format!("RMS error, {name}"), "", None, judged.rms, remark);
         let what = format!("largest error outside protection events, {name}");
-        report.table.push(group, what, "", Some(BOUND), judged.largest_outside, "");
+        let remark = verdict(judged.largest_outside <= BOUND, fine);
+        report.table.push(group, what, "", Some(BOUND), judged.largest_outside, remark);
         let longest = judged.longest_above_s;
-        report.table.push(group, format!("longest time above {BOUND}, {name}"), "s", Some(0.1), longest, "");
+        let remark = verdict(longest <= 0.1, fine);
+        report.table.push(
+            group,
+            format!("longest time above {BOUND}, {name}"),
+            "s",
+            Some(0.1),
+            longest,
+            remark,
+        );
     }
     let [paper, one, imm, default, smooth] = [0, 1, 2, 3, 4].map(|filter| judged[filter]);
     let mut criterion = |text: &str, figure: String, met: bool| {
@@ -113,9 +122,13 @@ fn rows(report: &mut Report, group: &str, runs: &[Run], fine: bool) {
     } else {
         // The paper's bound is one for a rig's sensors: of a hundred thousand noisy samples the worst lies beyond it.
         let share = 100.0 * imm.share_above;
+        let all = if imm.largest_outside <= BOUND { "all are" } else { "not all, as the paper's bound asks" };
         criterion(
-            "imm: all but 0.5 % of the samples within 0.02",
-            format!("{share:.2} % beyond, the largest outside protection events {:.4}", imm.largest_outside),
+            "imm: 99.5 % of the samples within 0.02",
+            format!(
+                "{all}: {share:.2} % beyond, the largest outside protection events {:.4}",
+                imm.largest_outside
+            ),
             imm.share_above <= 0.005,
         );
     }
@@ -132,6 +145,17 @@ fn rows(report: &mut Report, group: &str, runs: &[Run], fine: bool) {
             rms(smooth.rms, one.rms),
             smooth.rms < 0.6 * one.rms,
         );
+    }
+}
+
+/// Whether the paper's bound, which it states for a rig's sensors, is met.
+fn verdict(met: bool, fine: bool) -> &'static str {
+    match (met, fine) {
+        (true, _) => "bound met",
+        (false, true) => "bound not met",
+        (false, false) => {
+            "bound not met; the paper states it for a rig's sensors, here noise alone moves a wheel by 0.03 rad/s"
+        }
     }
 }
 

@@ -11,6 +11,9 @@ use railgrip_vehicle::traction_rig::TractionRig;
 /// Estimates before this time are not judged, s.
 pub const JUDGED_FROM_S: f64 = 2.0;
 
+/// The first acceleration and braking are over, s: μ0 is no longer the prior's.
+pub const SECOND_ROUND_S: f64 = 12.0;
+
 /// Estimates of one filter on one test, summed up.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Summary {
@@ -22,6 +25,10 @@ pub struct Summary {
     pub adhesion_peak_sigma: f64,
     /// Root mean square error of the creep force, N.
     pub creep_force_rms_n: f64,
+    /// The same from [`SECOND_ROUND_S`] on.
+    pub creep_force_rms_late_n: f64,
+    /// Mean creep force in truth from then on, N.
+    pub creep_force_late_n: f64,
     /// Root mean square error of the creepage.
     pub creepage_rms: f64,
     /// Mean normalised innovation squared, seven values a step.
@@ -91,13 +98,18 @@ fn summarise(case: Case, run: &[Instant], estimates: &[TractionEstimate]) -> Sum
     let mut sum = Summary::default();
     let truth = case.surface.adhesion_peak();
     let judged = run.iter().zip(estimates).filter(|(instant, _)| instant.sample.time_s >= JUDGED_FROM_S);
-    let mut count = 0.0;
+    let (mut count, mut late) = (0.0, 0.0);
     for (instant, estimate) in judged {
         count += 1.0;
         sum.adhesion_peak += estimate.adhesion_peak;
         sum.adhesion_peak_rms += (estimate.adhesion_peak - truth).powi(2);
         sum.adhesion_peak_sigma += estimate.adhesion_peak_sigma.powi(2);
         sum.creep_force_rms_n += (estimate.creep_force_n - instant.contact.force.force_n).powi(2);
+        if instant.sample.time_s >= SECOND_ROUND_S {
+            late += 1.0;
+            sum.creep_force_rms_late_n += (estimate.creep_force_n - instant.contact.force.force_n).powi(2);
+            sum.creep_force_late_n += instant.contact.force.force_n.abs();
+        }
         sum.creepage_rms += (estimate.creepage - instant.contact.creepage).powi(2);
         sum.nis += estimate.nis;
         sum.creepage += instant.contact.creepage;
@@ -112,6 +124,8 @@ fn summarise(case: Case, run: &[Instant], estimates: &[TractionEstimate]) -> Sum
         adhesion_peak_rms: (sum.adhesion_peak_rms / count).sqrt(),
         adhesion_peak_sigma: (sum.adhesion_peak_sigma / count).sqrt(),
         creep_force_rms_n: (sum.creep_force_rms_n / count).sqrt(),
+        creep_force_rms_late_n: (sum.creep_force_rms_late_n / late).sqrt(),
+        creep_force_late_n: sum.creep_force_late_n / late,
         creepage_rms: (sum.creepage_rms / count).sqrt(),
         nis: sum.nis / count,
         seen: sum.seen_samples / count,

@@ -1,6 +1,6 @@
 //! Table and figures of the experiment.
 
-use super::analysis::{CaseResult, CurvePoint, curve_points, fit_adhesion_peak, polach_n};
+use super::analysis::{CaseResult, CurvePoint, SECOND_ROUND_S, curve_points, fit_adhesion_peak, polach_n};
 use super::run::{Case, SAMPLE_PERIOD_S};
 use crate::plot::{Mark, Panel, Series, write_svg};
 use crate::{Criterion, ExperimentError, Report, Table, bench};
@@ -87,22 +87,55 @@ fn seen_mean(result: &CaseResult) -> f64 {
     if result.ukf_summary.seen_samples > 0.0 { result.ukf_summary.adhesion_peak_seen } else { 0.0 }
 }
 
+/// Why a test's plain mean lies beside the surface's μ0, and what the paper says of the same test.
+fn explanation(result: &CaseResult) -> String {
+    let summary = &result.ukf_summary;
+    let base = result.case.surface == Surface::Base;
+    if result.case.number == 0 {
+        let paper =
+            if base { "paper: \"very low and cannot be true\", not reliable without load" } else { "" };
+        let joined = if base { "; " } else { "" };
+        return format!(
+            "; no figure: without load the force says nothing about μ0, its mean is the prior's{joined}{paper}"
+        );
+    }
+    if result.state() == TractionState::Observable {
+        return String::new();
+    }
+    let apart =
+        (summary.adhesion_peak - result.case.surface.adhesion_peak()).abs() / summary.adhesion_peak_sigma;
+    let paper = match base {
+        true => "paper: \"oscillations quite significant\" in cases 1 to 3",
+        false => "paper: follows the load, not μ0 alone",
+    };
+    format!(
+        "; creepage mostly {:.2} %: there stiffness sets the force and μ0 hardly does; {apart:.1} of its own sigma beside; {paper}",
+        100.0 * summary.creepage
+    )
+}
+
 fn case_rows(table: &mut Table, result: &CaseResult) {
     let group = format!("{} case {}", result.case.surface.name(), result.case.number);
     let (ukf, ekf) = (&result.ukf_summary, &result.ekf_summary);
     let paper = (result.case.number > 0).then(|| result.case.surface.adhesion_peak());
     let remark = format!(
-        "{}, seen in {:.0} %, ±{:.4}, R_L {} Ω",
+        "{}, seen in {:.0} %, ±{:.4}, R_L {} Ω{}",
         result.state().name(),
         100.0 * ukf.seen,
         ukf.adhesion_peak_sigma,
-        result.case.load_resistance_ohm()
+        result.case.load_resistance_ohm(),
+        explanation(result)
     );
     table.push(&group, "mean μ0", "", paper, ukf.adhesion_peak, remark);
     table.push(&group, "mean μ0, EKF", "", paper, ekf.adhesion_peak, "");
     table.push(&group, "μ0 error, RMS", "", None, ukf.adhesion_peak_rms, "UKF");
     table.push(&group, "μ0 error, RMS, EKF", "", None, ekf.adhesion_peak_rms, "");
-    table.push(&group, "creep force error, RMS", "N", None, ukf.creep_force_rms_n, "UKF");
+    let remark = "UKF; in the first acceleration μ0 is still the prior's, and the mean of its spread over the bent \
+                  law lies beside the force";
+    table.push(&group, "creep force error, RMS", "N", None, ukf.creep_force_rms_n, remark);
+    let remark = format!("UKF; of {:.1} N in the mean", ukf.creep_force_late_n);
+    let late = ukf.creep_force_rms_late_n;
+    table.push(&group, format!("the same from {SECOND_ROUND_S} s on"), "N", None, late, remark);
     table.push(&group, "creep force error, RMS, EKF", "N", None, ekf.creep_force_rms_n, "");
     table.push(&group, "creepage error, RMS", "%", None, 100.0 * ukf.creepage_rms, "UKF");
     table.push(&group, "creepage, largest", "%", None, 100.0 * ukf.creepage_max, "truth");

@@ -4,6 +4,7 @@
 //! [`FILTERS`]. A filter of speeds implements [`WagonFilter`] and is given hygiene, gates, innovation records and
 //! snapshots by [`crate::WagonEstimator`]; one of other sensors implements [`crate::Estimator`] itself.
 
+mod bogie;
 pub mod bogie_rig;
 #[cfg(test)]
 #[allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may fail and says what it measured")]
@@ -13,9 +14,11 @@ mod motor;
 mod paper;
 mod rig;
 mod sample;
+mod sample_rate;
 pub mod traction_rig;
 mod wagon;
 
+pub use bogie::BogieEstimator;
 pub use imm::{ImmFilter, ImmSettings};
 pub use motor::MotorEstimator;
 pub use paper::{PaperFilter, PaperInput, PaperModel};
@@ -120,6 +123,7 @@ pub struct FilterEntry {
 
 const WAGON: &[PlantKind] = &[PlantKind::Wagon, PlantKind::Roller];
 const DRIVEN: &[PlantKind] = &[PlantKind::Traction];
+const BOGIE: &[PlantKind] = &[PlantKind::Bogie];
 
 /// Every filter railgrip knows. The first that handles a plant is the plant's default.
 #[rustfmt::skip]
@@ -130,6 +134,7 @@ pub static FILTERS: &[FilterEntry] = &[
     FilterEntry { name: "imm", about: "interacting multiple models: steady or moving adhesion, prompt or late pads", plants: WAGON, build: Build::Wagon(imm::boxed) },
     FilterEntry { name: "zhao", about: "Zhao et al., 13-state square-root unscented filter", plants: DRIVEN, build: Build::Own(motor::boxed_ukf) },
     FilterEntry { name: "zhao_ekf", about: "the same model by an extended filter", plants: DRIVEN, build: Build::Own(motor::boxed_ekf) },
+    FilterEntry { name: "shrestha", about: "Shrestha et al. (2), (3) with inertia: torque transducer, load cell, pulses", plants: BOGIE, build: Build::Own(bogie::boxed) },
 ];
 
 /// A filter by name.

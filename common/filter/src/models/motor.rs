@@ -10,10 +10,11 @@
 //! | a voltage vector beyond the inverter's limit, or beyond what current and speed allow | `voltage_implausible` |
 //! | innovations far beyond their sigma for [`MISSING_S`] | `inputs_inconsistent` |
 //! | current or voltage turning against the motor | `phases_swapped` |
-//! | most samples [`RATE_FACTOR`] or more beside the rate of the rig's file | `wrong_sample_rate` |
+//! | most samples at another rate than the rig's file says | `wrong_sample_rate` |
 //!
 //! In such a state no figure of the contact means anything; [`crate::EstimateState::is_fault`] says so.
 
+use super::sample_rate::SampleRate;
 use super::traction_rig::{
     Extended, OUTPUTS, STATES, State, TractionBelief, TractionEstimate, TractionFilter, TractionModel,
     TractionNoise, TractionSample, Unscented,
@@ -43,11 +44,6 @@ const TURNING_RAD_S: f64 = 2.0;
 const INCONSISTENT: f64 = 30.0;
 /// Voltage over the largest that a motor can have in steady state at this current and speed.
 const TOO_MUCH_VOLTAGE: f64 = 1.5;
-/// Period of the samples over that of the rig's file, or the reverse, that is another rate.
-const RATE_FACTOR: f64 = 1.5;
-/// Samples over which their rate is judged, and the share of them that must be off: gaps are none of its business.
-const RATE_OVER: f64 = 20.0;
-const RATE_OFF_SHARE: f64 = 0.8;
 /// Creepage from which the wheel is said to spin.
 const SPINS_FROM: f64 = 0.02;
 
@@ -68,8 +64,7 @@ pub struct MotorEstimator<B> {
     name: &'static str,
     rig: TractionRigFile,
     watch: InputWatch,
-    /// Share of the latest samples that came at another rate; a restart does not forget it.
-    rate_off: f64,
+    rate: SampleRate,
     running_s: f64,
     resumed: bool,
     last: EstimatorOutput,
@@ -92,7 +87,8 @@ impl<B: TractionBelief + 'static> MotorEstimator<B> {
     /// Another plant, or parameters out of range.
     pub fn new(name: &'static str, plant: &Plant) -> Result<Self, FilterError> {
         let Plant::Traction(rig) = plant else {
-            let known = "\"default\", \"paper\", \"rig\", \"imm\"".to_owned();
+            let fitting = super::FILTERS.iter().filter(|entry| entry.plants.contains(&plant.kind()));
+            let known = fitting.map(|entry| format!("\"{}\"", entry.name)).collect::<Vec<_>>().join(", ");
             return Err(FilterError::Plant { filter: name, plant: plant.kind().name(), known });
         };
         rig.check()?;
@@ -112,7 +108,7 @@ impl<B: TractionBelief + 'static> MotorEstimator<B> {
             name,
             rig: rig.clone(),
             watch: InputWatch::default(),
-            rate_off: 0.0,
+            rate: SampleRate::default(),
             running_s: 0.0,
             resumed: false,
             last: EstimatorOutput { wheelsets: 1, ..EstimatorOutput::default() },
@@ -143,7 +139,7 @@ impl<B: TractionBelief + 'static> MotorEstimator<B> {
             watch.surprise += (dt_s / MISSING_S).min(1.0) * (ratio - watch.surprise);
         }
         let absent = |slots: &[usize]| slots.iter().any(|slot| watch.absent_s[*slot] >= MISSING_S);
-        if self.rate_off > RATE_OFF_SHARE {
+        if self.rate.is_wrong() {
             Some(EstimateState::WrongRate)
         } else if absent(&[0, 1]) {
             Some(EstimateState::CurrentMissing)
@@ -162,12 +158,6 @@ impl<B: TractionBelief + 'static> MotorEstimator<B> {
         } else {
             None
         }
-    }
-
-    fn watch_rate(&mut self, gap_s: f64) {
-        let periods = gap_s * self.rig.sensors.sample_rate_hz;
-        let off = !(1.0 / RATE_FACTOR..RATE_FACTOR).contains(&periods);
-        self.rate_off += (f64::from(u8::from(off)) - self.rate_off) / RATE_OVER;
     }
 
     /// Largest steady voltage at this current and speed: u = R i + j ω (σ L i + (L_m/L_r) ψ) with |ψ| ≤ L_m |i|, so that
@@ -278,7 +268,7 @@ impl<B: TractionBelief + 'static> Estimator for MotorEstimator<B> {
             return self.ignored();
         }
         if started && gap_s > 0.0 {
-            self.watch_rate(gap_s);
+            self.rate.take(gap_s, self.rig.sensors.sample_rate_hz);
         }
         let mut restarted = false;
         if started && !(0.0..=LONGEST_GAP_S).contains(&gap_s) {
@@ -324,7 +314,7 @@ impl<B: TractionBelief + 'static> Estimator for MotorEstimator<B> {
         memory.push(self.running_s);
         memory.extend(self.watch.last);
         memory.extend(self.watch.absent_s);
-        memory.extend([self.watch.too_high_s, self.watch.surprise, self.rate_off]);
+        memory.extend([self.watch.too_high_s, self.watch.surprise, self.rate.off]);
         EstimatorSnapshot {
             schema: crate::snapshot::SCHEMA,
             filter: self.name.into(),
@@ -371,7 +361,7 @@ impl<B: TractionBelief + 'static> Estimator for MotorEstimator<B> {
         self.watch.last.copy_from_slice(&rest[1..=OUTPUTS]);
         self.watch.absent_s.copy_from_slice(&rest[1 + OUTPUTS..=2 * OUTPUTS]);
         (self.watch.too_high_s, self.watch.surprise) = (rest[1 + 2 * OUTPUTS], rest[2 + 2 * OUTPUTS]);
-        self.rate_off = rest[3 + 2 * OUTPUTS];
+        self.rate.off = rest[3 + 2 * OUTPUTS];
         self.last.v_m_s = snapshot.v_m_s;
         self.resumed = !empty;
         Ok(())

@@ -74,6 +74,7 @@ fn run(case: &Path, file: &str) -> Run {
             position_m: at(row, "position_m"),
             wsp_active: 0,
             motor: railgrip_filter::MotorInput::MISSING,
+            bogie: railgrip_filter::BogieInput::MISSING,
         })
         .collect();
     let (_, rows) = table(&case.join("truth").join(file));

@@ -38,7 +38,7 @@ pub use drive::{
 };
 pub use parameters::{BogieParameters, ContactLaw, RailCondition};
 pub use rig::{BogieRig, BogieRigState, BogieRigStep};
-pub use sensors::{BogieSensors, PulseCounter, SensorParameters, load_cell_sigma_n, torque_sigma_nm};
+pub use sensors::{BogieSensors, PulseCounter, SensorParameters};
 
 /// Wheelsets of the bogie.
 pub const BOGIE_WHEELSETS: usize = 2;

@@ -24,12 +24,21 @@ pub struct SensorParameters {
     pub torque_capacity_nm: f64,
     /// Force that the load cell can tell, N.
     pub load_cell_capacity_n: f64,
+    /// One sigma of the transducer at no torque, N m, and its growth as a share of the torque.
+    pub torque_sigma: (f64, f64),
+    /// One sigma of the load cell under load, N, and that of its link's rattle, which a force of
+    /// 250 N damps to 37 %, N.
+    pub load_cell_sigma_n: (f64, f64),
 }
+
+/// Force over which the rattle of the link fades, N. Chosen after the paper's Fig. 8.
+const RATTLE_FADES_N: f64 = 250.0;
 
 impl Default for SensorParameters {
     /// From the paper: 90 pulses a revolution counted for 0.125 s, acquisition at 100 Hz, 100 N m, 500 kg. Chosen:
     /// wheelset encoders of 3600 pulses counted at 100 Hz (slip beyond the peak grows within some 30 ms; nothing could
-    /// hold it from counts at 8 Hz) and zero errors of 0.3 % of capacity.
+    /// hold it from counts at 8 Hz), zero errors of 0.3 % of capacity, and noise after the paper's Fig. 8: the transducer
+    /// jitters more under load, the link rattles until it is loaded.
     fn default() -> Self {
         Self {
             roller_pulses_per_rev: 90.0,
@@ -40,18 +49,22 @@ impl Default for SensorParameters {
             load_cell_offset_n: -15.0,
             torque_capacity_nm: 100.0,
             load_cell_capacity_n: 500.0 * crate::GRAVITY_M_S2,
+            torque_sigma: (0.4, 0.02),
+            load_cell_sigma_n: (12.0, 40.0),
         }
     }
 }
 
-/// One sigma of the transducer, N m: it jitters more under load. Chosen after the paper's Fig. 8.
-pub fn torque_sigma_nm(torque_nm: f64) -> f64 {
-    0.4 + 0.02 * torque_nm.abs()
-}
+impl SensorParameters {
+    /// One sigma of the transducer at a torque, N m.
+    pub fn torque_sigma_nm(&self, torque_nm: f64) -> f64 {
+        self.torque_sigma.0 + self.torque_sigma.1 * torque_nm.abs()
+    }
 
-/// One sigma of the load cell, N: its link rattles until it is loaded. Chosen after the paper's Fig. 8.
-pub fn load_cell_sigma_n(force_n: f64) -> f64 {
-    12.0 + 40.0 * (-force_n.abs() / 250.0).exp()
+    /// One sigma of the load cell at a force, N.
+    pub fn load_cell_sigma_n(&self, force_n: f64) -> f64 {
+        self.load_cell_sigma_n.0 + self.load_cell_sigma_n.1 * (-force_n.abs() / RATTLE_FADES_N).exp()
+    }
 }
 
 /// Counts the pulses of an encoder.
@@ -113,13 +126,13 @@ impl BogieSensors {
     /// T_e as measured, N m.
     pub fn torque_nm(&self, step: &BogieRigStep, normal: f64) -> f64 {
         let torque = step.shaft_torque_nm;
-        torque + self.parameters.torque_offset_nm + torque_sigma_nm(torque) * normal
+        torque + self.parameters.torque_offset_nm + self.parameters.torque_sigma_nm(torque) * normal
     }
 
     /// Force of the link as measured, N, positive in braking.
     pub fn load_cell_n(&self, step: &BogieRigStep, normal: f64) -> f64 {
         let force = step.link_force_n();
-        force + self.parameters.load_cell_offset_n + load_cell_sigma_n(force) * normal
+        force + self.parameters.load_cell_offset_n + self.parameters.load_cell_sigma_n(force) * normal
     }
 }
 

@@ -2,10 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use railgrip_bus::{Bus, BusError, EstimateSubscriber, MotorSubscriber, SampleSubscriber};
+use railgrip_bus::{
+    BogieSubscriber, Bus, BusError, EstimateSubscriber, MotorSubscriber, SampleSubscriber, Subscriber,
+};
 use railgrip_filter::PlantKind;
-use railgrip_messages::{Estimate, MotorSample, Sample, motor_valid, valid};
-use railgrip_recording::{MotorRow, MotorRunWriter, Optional, RecordingError, Row, RunWriter};
+use railgrip_messages::{
+    BogieSample, Estimate, MotorSample, Payload, Sample, bogie_valid, motor_valid, valid,
+};
+use railgrip_recording::{
+    BogieRow, MotorRow, Optional, RecordingError, RigRow, RigRunWriter, Row, RunWriter,
+};
 
 use super::estimates::EstimateWriter;
 use crate::CliError;
@@ -20,10 +26,11 @@ pub(super) struct WagonRecorder {
     scratch_estimates: Vec<Estimate>,
 }
 
-/// The samples of a wagon, or of a rig with a motor, on their way into files.
+/// The samples of a wagon or rig on their way into files.
 enum Samples {
     Wagon { channel: SampleSubscriber, files: Box<Series<RunWriter>>, scratch: Vec<Sample> },
-    Motor { channel: MotorSubscriber, files: Series<MotorRunWriter>, scratch: Vec<MotorSample> },
+    Motor { channel: MotorSubscriber, files: Series<RigRunWriter<MotorRow>>, scratch: Vec<MotorSample> },
+    Bogie { channel: BogieSubscriber, files: Series<RigRunWriter<BogieRow>>, scratch: Vec<BogieSample> },
 }
 
 impl Samples {
@@ -31,6 +38,11 @@ impl Samples {
         Ok(match plant {
             PlantKind::Traction => Self::Motor {
                 channel: bus.motor_subscriber(wagon)?,
+                files: Series::new(folder, name),
+                scratch: Vec::new(),
+            },
+            PlantKind::Bogie => Self::Bogie {
+                channel: bus.bogie_subscriber(wagon)?,
                 files: Series::new(folder, name),
                 scratch: Vec::new(),
             },
@@ -56,15 +68,8 @@ impl Samples {
                     files.writer(sample.time_s, create, finish)?.push(&row(sample)).map_err(failed)?;
                 }
             }
-            Self::Motor { channel, files, scratch } => {
-                scratch.clear();
-                channel.receive(|batch| scratch.extend_from_slice(batch))?;
-                for sample in scratch {
-                    let create = |path: &Path| MotorRunWriter::create(path).map_err(failed);
-                    let finish = |writer: MotorRunWriter| writer.finish().map_err(failed);
-                    files.writer(sample.time_s, create, finish)?.push(&motor_row(sample)).map_err(failed)?;
-                }
-            }
+            Self::Motor { channel, files, scratch } => take_rows(channel, files, scratch, motor_row)?,
+            Self::Bogie { channel, files, scratch } => take_rows(channel, files, scratch, bogie_row)?,
         }
         Ok(())
     }
@@ -79,15 +84,36 @@ impl Samples {
                 }
                 Ok((rows, count, channel.missed()))
             }
-            Self::Motor { channel, files, .. } => {
-                let (rows, count) = (files.rows, files.files);
-                if let Some((writer, _)) = files.open {
-                    writer.finish().map_err(failed)?;
-                }
-                Ok((rows, count, channel.missed()))
-            }
+            Self::Motor { channel, files, .. } => finish_rows(channel.missed(), files),
+            Self::Bogie { channel, files, .. } => finish_rows(channel.missed(), files),
         }
     }
+}
+
+/// Writes everything that arrived from a rig.
+fn take_rows<T: Payload, R: RigRow>(
+    channel: &mut Subscriber<T>,
+    files: &mut Series<RigRunWriter<R>>,
+    scratch: &mut Vec<T>,
+    row: fn(&T) -> R,
+) -> Result<(), CliError> {
+    scratch.clear();
+    channel.receive(|batch| scratch.extend_from_slice(batch))?;
+    for sample in scratch {
+        let row = row(sample);
+        let create = |path: &Path| RigRunWriter::create(path).map_err(failed);
+        let finish = |writer: RigRunWriter<R>| writer.finish().map_err(failed);
+        files.writer(row.t_s(), create, finish)?.push(&row).map_err(failed)?;
+    }
+    Ok(())
+}
+
+fn finish_rows<R: RigRow>(missed: u64, files: Series<RigRunWriter<R>>) -> Result<(u64, u32, u64), CliError> {
+    let (rows, count) = (files.rows, files.files);
+    if let Some((writer, _)) = files.open {
+        writer.finish().map_err(failed)?;
+    }
+    Ok((rows, count, missed))
 }
 
 /// A series of files, of which the last is open.
@@ -228,6 +254,20 @@ fn motor_row(sample: &MotorSample) -> MotorRow {
         motor_speed_rad_s: value(motor_valid::MOTOR_SPEED, sample.motor_speed_rad_s),
         roller_speed_rad_s: value(motor_valid::ROLLER_SPEED, sample.roller_speed_rad_s),
         generator_current_a: value(motor_valid::GENERATOR_CURRENT, sample.generator_current_a),
+    }
+}
+
+/// The same of a bogie rig.
+fn bogie_row(sample: &BogieSample) -> BogieRow {
+    let value = |bit: u32, value: f64| if sample.has(bit) { value } else { f64::NAN };
+    BogieRow {
+        t_s: sample.time_s,
+        shaft_torque_nm: value(bogie_valid::SHAFT_TORQUE, sample.shaft_torque_nm),
+        load_cell_n: value(bogie_valid::LOAD_CELL, sample.load_cell_n),
+        brake_pressure_pa: value(bogie_valid::BRAKE_PRESSURE, sample.brake_pressure_pa),
+        load_n: value(bogie_valid::LOAD, sample.load_n),
+        roller_pulses: value(bogie_valid::ROLLER_PULSES, sample.roller_pulses),
+        wheel_pulses: [0, 1].map(|i| value(bogie_valid::wheel_pulses(i), sample.wheel_pulses[i])),
     }
 }
 

@@ -195,7 +195,7 @@ mod tests {
         let mut sink = |arrival: Arrival<'_>| match arrival {
             Arrival::Row { row, .. } => times.push(row.t_s),
             Arrival::Refused(problem) => problems.push(problem),
-            Arrival::Motor { .. } => panic!("a line is no motor sample"),
+            Arrival::Motor { .. } | Arrival::Bogie { .. } => panic!("a line is no sample of a rig"),
         };
         while lines.take_due(0.0, &mut sink) == Next::More {
             std::thread::yield_now();

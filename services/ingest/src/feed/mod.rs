@@ -7,11 +7,11 @@ mod simulate;
 
 pub use lines::{Lines, parse_line};
 pub use replay::Replay;
-pub use rig::Rigs;
+pub use rig::{Rigs, feed_of};
 pub use simulate::Simulated;
 
 use railgrip_filter::PlantKind;
-use railgrip_recording::{MotorRow, Row};
+use railgrip_recording::{BogieRow, MotorRow, Row};
 use railgrip_settings::{Source, TrainSettings};
 
 /// One thing that came from a source.
@@ -36,6 +36,17 @@ pub enum Arrival<'a> {
         wagon: usize,
         /// Its values; NaN = missing.
         row: &'a MotorRow,
+        /// Seconds after the start of the source at which it is due.
+        due_s: f64,
+        /// The time base begins anew with it.
+        begins: bool,
+    },
+    /// A sample of a bogie rig (counted from 0 like wagons).
+    Bogie {
+        /// Index of the wagon.
+        wagon: usize,
+        /// Its values; NaN = missing.
+        row: &'a BogieRow,
         /// Seconds after the start of the source at which it is due.
         due_s: f64,
         /// The time base begins anew with it.
@@ -150,8 +161,8 @@ fn check_plants(settings: &TrainSettings) -> Result<(), InputError> {
         let (fits, source_kind) = match &settings.source {
             Source::Replay { .. } => (true, "a replay"),
             Source::Simulate { .. } => (kind == PlantKind::Wagon, "a simulated train"),
-            Source::Stdin => (kind != PlantKind::Traction, "the standard input"),
-            Source::Rig { programme, .. } => (kind == rig::plant_of(*programme), "this programme"),
+            Source::Stdin => (matches!(kind, PlantKind::Wagon | PlantKind::Roller), "the standard input"),
+            Source::Rig { programme, .. } => (kind == programme.plant(), "this programme"),
         };
         if !fits {
             let (wagon, plant) = (wagon.number, kind.name());

@@ -2,7 +2,7 @@
 
 use super::{Arrival, Feed, InputError, Next};
 use railgrip_filter::PlantKind;
-use railgrip_recording::{MotorRecording, Recording, Strictness};
+use railgrip_recording::{BogieRecording, MotorRecording, Recording, Strictness};
 use railgrip_settings::ReplayRun;
 use railgrip_vehicle::VehicleParameters;
 
@@ -19,6 +19,7 @@ pub struct Replay {
 enum Tape {
     Wagon(Box<Recording>),
     Motor(MotorRecording),
+    Bogie(BogieRecording),
 }
 
 impl Tape {
@@ -26,6 +27,7 @@ impl Tape {
         match self {
             Self::Wagon(recording) => recording.len(),
             Self::Motor(recording) => recording.rows.len(),
+            Self::Bogie(recording) => recording.rows.len(),
         }
     }
 
@@ -33,6 +35,7 @@ impl Tape {
         match self {
             Self::Wagon(recording) => recording.t_s[row],
             Self::Motor(recording) => recording.rows[row].t_s,
+            Self::Bogie(recording) => recording.rows[row].t_s,
         }
     }
 }
@@ -62,17 +65,19 @@ impl Replay {
     ) -> Result<Self, InputError> {
         let mut players = Vec::with_capacity(runs.len());
         for (run, (vehicle, plant)) in runs.iter().zip(vehicles.iter().zip(plants)) {
-            if *plant == PlantKind::Traction {
-                let recording = MotorRecording::read(&run.path, Strictness::Tolerant)?;
-                players.push(Player::new(Tape::Motor(recording), repeat));
-                continue;
-            }
-            let recording = Recording::read(&run.path, Strictness::Tolerant)?;
-            let (found, expected) = (recording.wheelsets, vehicle.wheelsets());
-            if found != expected {
-                return Err(InputError::Wheelsets { file: run.path.clone(), found, expected });
-            }
-            players.push(Player::new(Tape::Wagon(Box::new(recording)), repeat));
+            let tape = match plant {
+                PlantKind::Traction => Tape::Motor(MotorRecording::read(&run.path, Strictness::Tolerant)?),
+                PlantKind::Bogie => Tape::Bogie(BogieRecording::read(&run.path, Strictness::Tolerant)?),
+                PlantKind::Wagon | PlantKind::Roller => {
+                    let recording = Recording::read(&run.path, Strictness::Tolerant)?;
+                    let (found, expected) = (recording.wheelsets, vehicle.wheelsets());
+                    if found != expected {
+                        return Err(InputError::Wheelsets { file: run.path.clone(), found, expected });
+                    }
+                    Tape::Wagon(Box::new(recording))
+                }
+            };
+            players.push(Player::new(tape, repeat));
         }
         Ok(Self { players, speed })
     }
@@ -98,6 +103,9 @@ impl Player {
                 }
                 Tape::Motor(recording) => {
                     sink(Arrival::Motor { wagon, row: &recording.rows[self.row], due_s, begins });
+                }
+                Tape::Bogie(recording) => {
+                    sink(Arrival::Bogie { wagon, row: &recording.rows[self.row], due_s, begins });
                 }
             }
             self.latest_s = due_s;

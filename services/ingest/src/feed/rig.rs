@@ -1,9 +1,9 @@
 //! Simulated rigs as a source: a published test, one rig a wagon, each with a seed of its own.
 
-use super::{Arrival, Feed, Next};
+use super::{Arrival, Feed, Next, Rolls};
+use railgrip_experiments::bogie::controller::Control;
 use railgrip_experiments::rigs::{RigFeed, RigRow};
-use railgrip_filter::PlantKind;
-use railgrip_settings::RigProgramme;
+use railgrip_settings::{BrakeController, RigProgramme};
 
 /// A test that is run again begins so long after its last sample, s.
 const PAUSE_S: f64 = 1.0;
@@ -23,21 +23,25 @@ struct Player {
     next: Option<RigRow>,
     begin_s: f64,
     begins: bool,
+    rolls: Option<Rolls>,
 }
 
-/// What a programme runs on.
-pub(super) const fn plant_of(programme: RigProgramme) -> PlantKind {
-    match programme {
-        RigProgramme::SchwarzWsp | RigProgramme::SchwarzSanding => PlantKind::Roller,
-        RigProgramme::Zhao { .. } => PlantKind::Traction,
-    }
-}
-
-fn feed_of(programme: RigProgramme, seed: u64) -> RigFeed {
+/// The rig under a programme.
+#[must_use]
+pub fn feed_of(programme: RigProgramme, seed: u64) -> RigFeed {
     match programme {
         RigProgramme::SchwarzWsp => RigFeed::slide_protection(seed),
         RigProgramme::SchwarzSanding => RigFeed::sanding(seed),
         RigProgramme::Zhao { surface, case } => RigFeed::traction(surface, usize::from(case), seed),
+        RigProgramme::ShresthaStop { rail, controller } => {
+            let control = match controller {
+                BrakeController::None => None,
+                BrakeController::Conventional => Some(Control::CONVENTIONAL),
+                BrakeController::Proposed => Some(Control::Proposed),
+            };
+            RigFeed::bogie_stop(rail, control, seed)
+        }
+        RigProgramme::ShresthaWater => RigFeed::bogie_water(seed),
     }
 }
 
@@ -48,13 +52,17 @@ impl Rigs {
         let player = |index: u64| {
             let mut feed = feed_of(programme, seed + index);
             let next = feed.next();
-            Player { seed: seed + index, feed, next, begin_s: 0.0, begins: true }
+            Player { seed: seed + index, feed, next, begin_s: 0.0, begins: true, rolls: None }
         };
         Self { rigs: (0..count as u64).map(player).collect(), programme, speed, repeat }
     }
 }
 
 impl Feed for Rigs {
+    fn rolls(&self, wagon: usize) -> Option<Rolls> {
+        self.rigs.get(wagon)?.rolls
+    }
+
     fn take_due(&mut self, until_s: f64, sink: &mut dyn FnMut(Arrival<'_>)) -> Next {
         let mut next = Next::Ended;
         for (wagon, rig) in self.rigs.iter_mut().enumerate() {
@@ -70,6 +78,15 @@ impl Feed for Rigs {
                         sink(Arrival::Row { wagon, row, wheelsets: 1, due_s, begins });
                     }
                     RigRow::Motor { row, .. } => sink(Arrival::Motor { wagon, row, due_s, begins }),
+                    RigRow::Bogie { row, truth } => {
+                        let slip = truth.slip.iter().fold(0.0, |most: f64, slip| most.max(slip.abs()));
+                        rig.rolls = Some(Rolls {
+                            speed_m_s: truth.v_m_s.max(0.0),
+                            creepage: slip.clamp(0.001, 1.0),
+                            wetness: truth.wetness,
+                        });
+                        sink(Arrival::Bogie { wagon, row, due_s, begins });
+                    }
                 }
                 rig.next = rig.feed.next();
                 if rig.next.is_none() && self.repeat {

@@ -9,8 +9,11 @@ use railgrip_vehicle::bogie_rig::{BOGIE_WHEELSETS, BogieParameters};
 /// Time after the first sample in which nothing is refused and nothing told, s: some windows of the rollers' counter.
 const SETTLE_S: f64 = 0.5;
 
-/// Innovation beyond which a value is refused, in sigma, and how many in a row before it is believed after all.
-const GATE: (f64, u32) = (15.0, 2);
+/// Innovation beyond which a force is refused, in sigma.
+pub const GATE_SIGMA: f64 = 15.0;
+
+/// So many refused in a row are believed after all.
+const REFUSED_AT_MOST: u32 = 2;
 
 /// Innovation that shows a change under way, in sigma, and how long it is expected to last, s.
 const CHANGE: (f64, f64) = (3.5, 0.15);
@@ -20,6 +23,9 @@ const RELEASED_ADHESION: f64 = 0.02;
 
 /// Speed that creepage is referred to at least, m/s.
 const SPEED_FLOOR_M_S: f64 = 0.05;
+
+/// Periods between two samples beyond which some are missing in between.
+const GAP_PERIODS: f64 = 1.5;
 
 /// A time between samples beyond which the motion is measured anew, s.
 const MAX_GAP_S: f64 = 1.0;
@@ -41,6 +47,8 @@ pub struct BogieFilter {
     /// Readings of the rollers' counter since the filter began. The first ends a window of unknown length; forces
     /// say something only once the second has told the speed, at which losses and creepage are known.
     roller_readings: u32,
+    /// The rollers' present window may have begun in a gap: its count says nothing.
+    torn_window: bool,
 }
 
 impl BogieFilter {
@@ -57,6 +65,7 @@ impl BogieFilter {
             wheels_change_until_s: [f64::NEG_INFINITY; BOGIE_WHEELSETS],
             refused_in_row: [0; OUTPUTS],
             roller_readings: 0,
+            torn_window: false,
         }
     }
 
@@ -68,12 +77,54 @@ impl BogieFilter {
         }
         let mut estimate = BogieEstimate::silent(sample.time_s);
         match self.belief {
-            Some(_) if dt_s <= MAX_GAP_S => self.go_on(sample, dt_s, &mut estimate),
+            Some(_) if dt_s <= MAX_GAP_S => {
+                let period_s = self.model.parameters.sensors.sample_period_s;
+                let missing_s = if dt_s > GAP_PERIODS * period_s { dt_s - period_s } else { 0.0 };
+                if missing_s > 0.0 {
+                    self.cross_gap(sample.time_s, missing_s);
+                }
+                self.go_on(sample, dt_s - missing_s, &mut estimate);
+            }
             _ => self.start(sample.time_s),
         }
         self.last_s = sample.time_s;
         self.last = estimate;
         estimate
+    }
+
+    /// Time of the last sample, s; NaN before the first.
+    pub(crate) const fn last_time_s(&self) -> f64 {
+        self.last_s
+    }
+
+    /// The time base has been set back: the next sample begins the motion anew.
+    pub(crate) const fn forget_time(&mut self) {
+        self.last_s = f64::NEG_INFINITY;
+    }
+
+    /// Goes on from a belief that a predecessor had at a time: its zero errors and speeds, with windows of counters that
+    /// began nobody knows when.
+    pub(crate) fn resume(&mut self, belief: Gaussian<STATES>, time_s: f64) {
+        (self.began_s, self.last_s) = (time_s, time_s);
+        self.refused_in_row = [0; OUTPUTS];
+        self.watch = InputWatch::NEW;
+        self.roller_readings = 0;
+        self.belief = Some(belief);
+    }
+
+    /// Predicts over samples that never came. A counter of a wheelset has been read with each of them, that of the
+    /// rollers perhaps: what it counts next belongs to a window of unknown length.
+    fn cross_gap(&mut self, time_s: f64, missing_s: f64) {
+        let changing = self.wheels_change_until_s.map(|until| time_s < until);
+        let q = self.model.process_variance(missing_s, time_s < self.forces_change_until_s, changing);
+        if let Some(belief) = &mut self.belief {
+            let f = BogieModel::transition(missing_s);
+            belief.predict_leading(f * belief.mean, &f, index::ADHESION, &q);
+        }
+        for counter in 1..=BOGIE_WHEELSETS {
+            self.model.forget_angle(&mut self.belief, counter);
+        }
+        self.torn_window = true;
     }
 
     /// Begins, or begins the motion anew with the zero errors that are known.
@@ -89,11 +140,12 @@ impl BogieFilter {
         self.began_s = time_s;
         self.refused_in_row = [0; OUTPUTS];
         self.roller_readings = 0;
+        self.torn_window = false;
         self.watch = InputWatch::NEW;
     }
 
     fn go_on(&mut self, sample: &BogieSample, dt_s: f64, estimate: &mut BogieEstimate) {
-        self.watch.look(&self.model.parameters, sample, dt_s);
+        self.watch.look(&self.model.parameters, sample, dt_s, self.torn_window);
         let changing = self.wheels_change_until_s.map(|until| sample.time_s < until);
         let q = self.model.process_variance(dt_s, sample.time_s < self.forces_change_until_s, changing);
         if let Some(belief) = &mut self.belief {
@@ -118,7 +170,7 @@ impl BogieFilter {
             if counter == 0 {
                 self.roller_readings = self.roller_readings.saturating_add(1);
             }
-            if counter == 0 && self.roller_readings == 1 {
+            if counter == 0 && (std::mem::take(&mut self.torn_window) || self.roller_readings == 1) {
                 self.model.forget_angle(&mut self.belief, counter);
             } else {
                 self.measure_count(counter, pulses, sample.time_s, dt_s, estimate);
@@ -148,7 +200,7 @@ impl BogieFilter {
             if output == 0 {
                 self.model.expect_torque(belief, sample.shaft_torque_nm, sample.load_n)
             } else {
-                BogieModel::expect_load_cell(belief, sample.load_cell_n, sample.load_n)
+                self.model.expect_load_cell(belief, sample.load_cell_n, sample.load_n)
             }
         };
         let (mut update, mut h, mut r) = expect(belief);
@@ -156,7 +208,8 @@ impl BogieFilter {
         estimate.innovation_variance[output] = update.innovation_variance;
         estimate.nis += update.nis();
         estimate.nis_dof += 1;
-        if settled && update.nis() > GATE.0 * GATE.0 && self.refused_in_row[output] < GATE.1 {
+        if settled && update.nis() > GATE_SIGMA * GATE_SIGMA && self.refused_in_row[output] < REFUSED_AT_MOST
+        {
             self.refused_in_row[output] += 1;
             estimate.rejected |= 1 << output;
             return;

@@ -21,6 +21,6 @@ mod watch;
 pub use decision::{
     Decision, DecisionMaker, HeardCondition, OptimumSlip, RULE_DIFFERENCE, RailListener, optimum_slip,
 };
-pub use filter::BogieFilter;
+pub use filter::{BogieFilter, GATE_SIGMA};
 pub use model::{BogieModel, BogieNoise, BogieVector, STATES, index};
 pub use sample::{BogieEstimate, BogieInputState, BogieSample, OUTPUTS};

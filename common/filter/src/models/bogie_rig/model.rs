@@ -11,7 +11,7 @@
 
 use crate::core::{Gaussian, ScalarUpdate};
 use nalgebra::{SMatrix, SVector};
-use railgrip_vehicle::bogie_rig::{BOGIE_WHEELSETS, BogieParameters, load_cell_sigma_n, torque_sigma_nm};
+use railgrip_vehicle::bogie_rig::{BOGIE_WHEELSETS, BogieParameters};
 use std::f64::consts::TAU;
 
 /// Number of states.
@@ -200,19 +200,21 @@ impl BogieModel {
         load_n: f64,
     ) -> (ScalarUpdate, BogieVector, f64) {
         let expected = self.torque_nm(&belief.mean, load_n);
-        let r = torque_sigma_nm(expected - belief.mean[index::TORQUE_OFFSET]).powi(2);
+        let r = self.parameters.sensors.torque_sigma_nm(expected - belief.mean[index::TORQUE_OFFSET]).powi(2);
         let h = self.torque_row(load_n);
         (belief.expect_row(&h, measured_nm - expected, r), h, r)
     }
 
     /// What a link force would say: innovation with its row, and the sensor's variance.
     pub fn expect_load_cell(
+        &self,
         belief: &Gaussian<STATES>,
         measured_n: f64,
         load_n: f64,
     ) -> (ScalarUpdate, BogieVector, f64) {
         let expected = Self::load_cell_n(&belief.mean, load_n);
-        let r = load_cell_sigma_n(expected - belief.mean[index::LOAD_CELL_OFFSET]).powi(2);
+        let unloaded_n = belief.mean[index::LOAD_CELL_OFFSET];
+        let r = self.parameters.sensors.load_cell_sigma_n(expected - unloaded_n).powi(2);
         let h = Self::load_cell_row(load_n);
         (belief.expect_row(&h, measured_n - expected, r), h, r)
     }

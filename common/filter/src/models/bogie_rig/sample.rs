@@ -1,5 +1,6 @@
 //! What the rig's filter takes in and gives out.
 
+use crate::BogieInput;
 use railgrip_vehicle::bogie_rig::BOGIE_WHEELSETS;
 
 /// Number of measured values: torque, link force, pulses of the rollers and of each wheelset.
@@ -25,6 +26,19 @@ pub struct BogieSample {
 }
 
 impl BogieSample {
+    /// The sensors at a time.
+    pub const fn of(time_s: f64, input: &BogieInput) -> Self {
+        Self {
+            time_s,
+            shaft_torque_nm: input.shaft_torque_nm,
+            load_cell_n: input.load_cell_n,
+            brake_pressure_pa: input.brake_pressure_pa,
+            load_n: input.load_n,
+            roller_pulses: input.roller_pulses,
+            wheel_pulses: input.wheel_pulses,
+        }
+    }
+
     /// The measured values: torque, link force, pulses.
     pub fn outputs(&self) -> [f64; OUTPUTS] {
         let [front, rear] = self.wheel_pulses;

@@ -9,7 +9,9 @@
 //! μ = (i T_m − (J_r' + i² J_m) ω̇_r − loss) / (N R_r)     from the torque that the motor makes
 //! ```
 
-use railgrip_vehicle::bogie_rig::BogieParameters;
+use super::BogieSample;
+use railgrip_vehicle::bogie_rig::{BOGIE_WHEELSETS, BogieParameters};
+use std::f64::consts::TAU;
 
 /// Slip λ (2); nothing if the rollers stand.
 pub fn slip(parameters: &BogieParameters, roller_speed_rad_s: f64, wheel_speed_rad_s: f64) -> Option<f64> {
@@ -56,6 +58,101 @@ pub fn by_motor_torque(
 fn balance(parameters: &BogieParameters, torque_nm: f64, taken_nm: f64, load_n: f64) -> Option<f64> {
     (load_n > 0.0)
         .then(|| (parameters.gear_ratio * torque_nm - taken_nm) / (load_n * parameters.roller_radius_m))
+}
+
+/// Speed and acceleration of the rollers from the counts of their 8 Hz windows alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RollerCounts {
+    /// Length of the present window so far, s; NaN where its beginning is not known.
+    window_s: f64,
+    /// Mean speed over the last window, rad/s; NaN after one of unknown length.
+    pub speed_rad_s: f64,
+    /// Difference of the last two over a window, rad/s²; 0 before them.
+    pub acceleration_rad_s2: f64,
+}
+
+impl RollerCounts {
+    /// Nothing counted yet.
+    pub const NEW: Self = Self { window_s: f64::NAN, speed_rad_s: f64::NAN, acceleration_rad_s2: 0.0 };
+
+    /// Samples are missing: nobody knows how long the present window is.
+    pub const fn tear(&mut self) {
+        self.window_s = f64::NAN;
+    }
+
+    /// Takes a sample, `dt_s` after the last; the length of the window that it ended, if it ended one.
+    pub fn take(&mut self, parameters: &BogieParameters, sample: &BogieSample, dt_s: f64) -> Option<f64> {
+        self.window_s += dt_s;
+        if !sample.roller_pulses.is_finite() {
+            return None;
+        }
+        let pulse_rad = TAU / (parameters.sensors.roller_pulses_per_rev * parameters.gear_ratio);
+        let window_s = std::mem::take(&mut self.window_s);
+        let speed = sample.roller_pulses * pulse_rad / window_s;
+        let acceleration = (speed - self.speed_rad_s) / window_s;
+        self.acceleration_rad_s2 = if acceleration.is_finite() { acceleration } else { 0.0 };
+        self.speed_rad_s = speed;
+        Some(window_s)
+    }
+}
+
+/// What the paper computes from one sample, without a filter; NaN where it is not defined. Positive in braking.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PaperReading {
+    /// λ (2) of each wheelset over the last window of the rollers' counter.
+    pub slip: [f64; BOGIE_WHEELSETS],
+    /// Left of (3).
+    pub by_load_cell: f64,
+    /// Right of (3) as printed.
+    pub by_torque: f64,
+    /// The same with inertia and loss.
+    pub by_torque_with_inertia: f64,
+}
+
+/// The paper's (2) and (3) sample by sample.
+#[derive(Clone, Debug)]
+pub struct PaperReader {
+    parameters: BogieParameters,
+    counts: RollerCounts,
+    last_s: f64,
+    wheel_pulses: [f64; BOGIE_WHEELSETS],
+    slip: [f64; BOGIE_WHEELSETS],
+}
+
+impl PaperReader {
+    /// For a rig with these constants.
+    pub fn new(parameters: BogieParameters) -> Self {
+        let slip = [f64::NAN; BOGIE_WHEELSETS];
+        Self { parameters, counts: RollerCounts::NEW, last_s: f64::NAN, wheel_pulses: [0.0; 2], slip }
+    }
+
+    /// Reads a sample.
+    pub fn read(&mut self, sample: &BogieSample) -> PaperReading {
+        let p = &self.parameters;
+        let dt_s = sample.time_s - self.last_s;
+        self.last_s = sample.time_s;
+        if dt_s > 1.5 * p.sensors.sample_period_s {
+            self.counts.tear();
+        }
+        for (sum, pulses) in self.wheel_pulses.iter_mut().zip(sample.wheel_pulses) {
+            *sum += pulses;
+        }
+        if let Some(window_s) = self.counts.take(p, sample, dt_s) {
+            let turned = self.wheel_pulses.map(|pulses| pulses * TAU / p.sensors.wheel_pulses_per_rev);
+            self.slip = turned
+                .map(|angle_rad| slip(p, self.counts.speed_rad_s, angle_rad / window_s).unwrap_or(f64::NAN));
+            self.wheel_pulses = [0.0; BOGIE_WHEELSETS];
+        }
+        let (torque, load) = (sample.shaft_torque_nm, sample.load_n);
+        let (speed, acceleration) = (self.counts.speed_rad_s, self.counts.acceleration_rad_s2);
+        let or_nan = |value: Option<f64>| value.unwrap_or(f64::NAN);
+        PaperReading {
+            slip: self.slip,
+            by_load_cell: or_nan(by_load_cell(sample.load_cell_n, load)),
+            by_torque: or_nan(by_torque(p, torque, load)),
+            by_torque_with_inertia: or_nan(by_torque_with_inertia(p, torque, speed, acceleration, load)),
+        }
+    }
 }
 
 #[cfg(test)]

@@ -1,9 +1,8 @@
 //! Which sensors can be believed: dead, exchanged or contradicting ones get a name instead of a number.
 
 use super::sample::{BogieInputState, BogieSample};
-use super::slip_based;
+use super::slip_based::{self, RollerCounts};
 use railgrip_vehicle::bogie_rig::{BOGIE_WHEELSETS, BogieParameters};
-use std::f64::consts::TAU;
 
 /// A noisy value that stays exactly the same, or is missing, for that long is dead, s.
 const DEAD_AFTER_S: f64 = 0.3;
@@ -80,10 +79,8 @@ pub(super) struct InputWatch {
     odd_slip_s: f64,
     difference: f64,
     swapped: bool,
-    /// Length of the present window of the rollers' counter, s; speed of the last; acceleration between the last two.
-    window_s: f64,
-    window_speed_rad_s: f64,
-    acceleration_rad_s2: f64,
+    /// By counts alone: the filter's acceleration gives way where the forces contradict each other.
+    counts: RollerCounts,
 }
 
 impl InputWatch {
@@ -98,13 +95,17 @@ impl InputWatch {
         odd_slip_s: 0.0,
         difference: 0.0,
         swapped: false,
-        window_s: 0.0,
-        window_speed_rad_s: f64::NAN,
-        acceleration_rad_s2: 0.0,
+        counts: RollerCounts::NEW,
     };
 
-    /// Looks at a sample before the filter does.
-    pub(super) fn look(&mut self, parameters: &BogieParameters, sample: &BogieSample, dt_s: f64) {
+    /// Looks at a sample before the filter does; after a gap the window of the rollers' counter is torn.
+    pub(super) fn look(
+        &mut self,
+        parameters: &BogieParameters,
+        sample: &BogieSample,
+        dt_s: f64,
+        torn_window: bool,
+    ) {
         self.torque.watch(sample.shaft_torque_nm, dt_s);
         self.load_cell.watch(sample.load_cell_n, dt_s);
         let grow = |time: &mut f64, bad: bool| *time = if bad { *time + dt_s } else { 0.0 };
@@ -113,15 +114,11 @@ impl InputWatch {
             grow(&mut self.wheel_missing_s[i], !sample.wheel_pulses[i].is_finite());
             grow(&mut self.wheel_silent_s[i], sample.wheel_pulses[i] == 0.0);
         }
-        self.window_s += dt_s;
+        if torn_window {
+            self.counts.tear();
+        }
+        self.counts.take(parameters, sample, dt_s);
         if sample.roller_pulses.is_finite() {
-            // By counts alone: the filter's acceleration gives way where the forces contradict each other.
-            let pulse = TAU / (parameters.sensors.roller_pulses_per_rev * parameters.gear_ratio);
-            let speed = sample.roller_pulses * pulse / self.window_s;
-            let acceleration = (speed - self.window_speed_rad_s) / self.window_s;
-            self.acceleration_rad_s2 = if acceleration.is_finite() { acceleration } else { 0.0 };
-            self.window_speed_rad_s = speed;
-            self.window_s = 0.0;
             self.roller_silent_s = if sample.roller_pulses == 0.0 {
                 self.roller_silent_s + parameters.sensors.roller_window_s
             } else {
@@ -155,7 +152,7 @@ impl InputWatch {
             parameters,
             sample.shaft_torque_nm - motion.offsets.0,
             motion.v_m_s / parameters.roller_radius_m,
-            self.acceleration_rad_s2,
+            self.counts.acceleration_rad_s2,
             sample.load_n,
         );
         let by_load_cell = slip_based::by_load_cell(sample.load_cell_n - motion.offsets.1, sample.load_n);
