@@ -7,8 +7,7 @@ use nalgebra::DMatrix;
 use railgrip_acoustics::{FEATURES, Features};
 use std::path::Path;
 
-/// The model that is part of the program: [`crate::train`] with 10,000 clips, 40 passes, seed 1, and a spectrum taken at four
-/// points a bin instead of the two that the synthesis takes now.
+/// The model that is part of the program: what `railgrip acoustics train` makes without options.
 const BUILT_IN: &[u8] = include_bytes!("../models/default.safetensors");
 
 /// How features become numbers about zero, and how far from the usual they are.

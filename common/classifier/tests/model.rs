@@ -3,14 +3,16 @@
 
 use railgrip_acoustics::SAMPLE_RATE_HZ;
 use railgrip_classifier::dataset::{sound, synthesise};
-use railgrip_classifier::recipe::{Circumstances, HELD_OUT_NOISE_DB, Noise, Speeds, draw};
+use railgrip_classifier::recipe::{
+    Circumstances, HELD_OUT_NOISE_DB, Noise, Speeds, TEST_RIGS, UNHEARD_RIG, draw,
+};
 use railgrip_classifier::{Condition, Confusion, Ear, Hearing, Model, ModelError, Training, Window, train};
 use std::f64::consts::TAU;
 
 const COUNT: usize = SAMPLE_RATE_HZ as usize;
 
 fn held_out(noise_db: f64) -> Circumstances {
-    Circumstances { speeds: Speeds::HeldOut, noise: Noise::Level(noise_db), ..Circumstances::training() }
+    Circumstances { rigs: TEST_RIGS.to_vec(), speeds: Speeds::HeldOut, noise: Noise::Level(noise_db) }
 }
 
 #[test]
@@ -23,6 +25,18 @@ fn held_out_speeds_and_noise_are_told_apart_and_noise_hurts() {
     });
     assert!(accuracy[0] > 0.88 && accuracy[1] > 0.86, "quiet");
     assert!(accuracy[3] > 0.65 && accuracy[3] < accuracy[0], "as loud as the rolling noise itself");
+}
+
+#[test]
+fn a_rig_never_heard_is_told_better_than_by_chance() {
+    let model = Model::built_in().expect("built in");
+    let unheard = |noise_db| Circumstances { rigs: vec![UNHEARD_RIG], ..held_out(noise_db) };
+    let accuracy = [-32.0, -20.0].map(|noise_db| {
+        let confusion = Confusion::of(&model, &synthesise(&unheard(noise_db), 300, 902)).expect("judged");
+        println!("{UNHEARD_RIG}, noise {noise_db:>4} dB: accuracy {:.3}, {confusion:?}", confusion.accuracy());
+        confusion.accuracy()
+    });
+    assert!(accuracy.iter().all(|accuracy| *accuracy > 0.6));
 }
 
 #[test]
