@@ -325,6 +325,34 @@ fn who_is_not_known_is_led_to_the_login_and_back() {
     assert!(train.stop().success());
 }
 
+/// Looks once a minute at the memory of the service, at the heap of the page's script and at the browser's nodes. After a
+/// third of the time, which belongs to buffers that fill once, neither may grow by more than a few percent.
+fn stays_flat(minutes: usize, look: impl Fn() -> (f64, f64, f64)) {
+    const MB: f64 = 1e-6;
+    let mut seen: Vec<(f64, f64)> = Vec::new();
+    for minute in 1..=minutes {
+        std::thread::sleep(60 * SECOND);
+        let (service, heap, nodes) = look();
+        println!("{minute:3} min: service {:.1} MB, script {:.2} MB, {nodes} nodes", service * MB, heap * MB);
+        seen.push((service, heap));
+    }
+    let third = minutes / 3;
+    if third < 3 {
+        return;
+    }
+    let mean = |part: &[(f64, f64)]| {
+        let (service, heap) = part.iter().fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
+        (service / part.len() as f64 * MB, heap / part.len() as f64 * MB)
+    };
+    let (middle, end) = (mean(&seen[third..2 * third]), mean(&seen[2 * third..]));
+    println!(
+        "second and last third, mean: service {:.1}, {:.1} MB; script {:.2}, {:.2} MB",
+        middle.0, end.0, middle.1, end.1
+    );
+    assert!(end.0 < 1.05 * middle.0, "the service grows");
+    assert!(end.1 < middle.1 + 0.5, "the heap of the page grows");
+}
+
 #[test]
 fn a_train_of_64_wagons_is_shown_whole_and_costs_no_memory_over_time() {
     let (mut train, base) = running("long", 64);
@@ -356,6 +384,8 @@ fn a_train_of_64_wagons_is_shown_whole_and_costs_no_memory_over_time() {
     println!("heap, elements, listeners: {first:?} and after twelve updates {last:?}");
     assert!(last.0 < first.0 + 1.5e6, "the heap grows");
     assert!(last.1 < 1.2 * first.1 && last.2 < first.2 + 20.0, "the document grows");
+    let minutes = std::env::var("RAILGRIP_MINUTES").ok().and_then(|text| text.parse().ok()).unwrap_or(0);
+    stays_flat(minutes, || (train.process("health").memory_bytes(), tab.heap_bytes(), tab.metric("Nodes")));
     sound(&tab, &base);
     assert!(train.stop().success());
 }

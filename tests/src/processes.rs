@@ -21,6 +21,15 @@ impl Process {
         }
     }
 
+    /// Memory of its own and its share of what is shared (PSS), bytes; NaN if it is gone.
+    #[must_use]
+    pub fn memory_bytes(&self) -> f64 {
+        let text = std::fs::read_to_string(format!("/proc/{}/smaps_rollup", self.pid)).unwrap_or_default();
+        let line = text.lines().find_map(|line| line.strip_prefix("Pss:"));
+        let kilobytes = line.and_then(|line| line.trim().trim_end_matches("kB").trim().parse::<f64>().ok());
+        kilobytes.map_or(f64::NAN, |kilobytes| 1024.0 * kilobytes)
+    }
+
     /// `kill -9`.
     pub fn kill(&self) {
         self.signal(Signal::KILL);

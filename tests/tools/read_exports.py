@@ -22,7 +22,7 @@ for name in ("api", "own"):
     for file in (work / f"{name}.parquet", work / f"{name}.csv"):
         rows, wagons, begin, fastest = duckdb.sql(
             f"SELECT count(*), count(DISTINCT wagon), min(time), max(speed_max) FROM '{file}'"
-        ).fetchone()
+        ).fetchall()[0]
         print(f"{file.name}: {rows} rows, {wagons} wagons from {begin}, at most {fastest:.1f} m/s")
         assert wagons == 3 and rows >= 20 and 1 < fastest < 100
         assert "TIMESTAMP" in str(duckdb.sql(f"SELECT time FROM '{file}' LIMIT 1").types[0])

@@ -25,6 +25,7 @@ mod retention;
 mod schema;
 mod store;
 mod tier;
+mod track_cell;
 
 pub use block::{BlockError, Bucket, Cell, Keep};
 pub use error::HistoryError;

@@ -5,7 +5,7 @@ use rusqlite::Connection;
 use std::path::Path;
 
 /// Version of the database's tables; older ones are migrated when opened.
-pub const SCHEMA_VERSION: i64 = 2;
+pub const SCHEMA_VERSION: i64 = 3;
 
 /// What brings a database from each version to the next.
 const MIGRATIONS: [&str; SCHEMA_VERSION as usize] = [
@@ -24,6 +24,7 @@ const MIGRATIONS: [&str; SCHEMA_VERSION as usize] = [
          wheelset INTEGER, grade TEXT, cause TEXT NOT NULL, text TEXT NOT NULL
      ) STRICT;
      CREATE INDEX event_time ON event (unix_ms);",
+    "CREATE TABLE track_cell (place INTEGER PRIMARY KEY, packed BLOB NOT NULL) STRICT;",
 ];
 
 /// Settings of a connection that writes.

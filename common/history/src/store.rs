@@ -3,6 +3,7 @@
 use crate::block::{Bucket, Buckets, Cell, Keep, decode, encode};
 use crate::event::{self, Event, WAITING_EVENTS};
 use crate::schema;
+use crate::track_cell::{self, Cells};
 use crate::{HistoryError, Tier, key};
 use rusqlite::{Connection, OptionalExtension, params};
 use std::collections::{BTreeMap, VecDeque};
@@ -42,6 +43,8 @@ pub struct Store {
     keep: Vec<Keep>,
     open: BTreeMap<(Tier, u32, i64), Open>,
     events: VecDeque<Event>,
+    /// Changed cells of the track. There are no more of them than the map has, so none need be dropped.
+    cells: Cells,
     /// Time of the last push, Unix s.
     newest_s: i64,
     dropped_blocks: u64,
@@ -93,6 +96,7 @@ impl Store {
             keep,
             open: BTreeMap::new(),
             events: VecDeque::new(),
+            cells: Cells::new(),
             newest_s: 0,
             dropped_blocks: 0,
             dropped_events: 0,
@@ -134,6 +138,10 @@ impl Store {
         newest_start(&self.connection, Tier::Second).map_err(|source| self.fail(source))
     }
 
+    pub(crate) fn waiting_cells(&mut self) -> &mut Cells {
+        &mut self.cells
+    }
+
     pub(crate) fn push_waiting_event(&mut self, event: Event) {
         self.events.push_back(event);
         if self.events.len() > WAITING_EVENTS {
@@ -172,7 +180,7 @@ impl Store {
         Ok(())
     }
 
-    /// Writes what is new: events, every changed block of seconds, and coarser blocks that are complete. With
+    /// Writes what is new: events, cells of the track, every changed block of seconds, and coarser blocks that are complete. With
     /// `everything` (at an orderly end) coarser ones too.
     ///
     /// # Errors
@@ -195,6 +203,7 @@ impl Store {
                 }
             }
             self.events.clear();
+            self.cells.clear();
             self.open.retain(|place, open| open.dirty || !complete(place));
         }
         while self.open.len() > WAITING_BLOCKS {
@@ -209,11 +218,12 @@ impl Store {
         let fail = |source| HistoryError::Database { path: path.clone(), source };
         let mut flushed = Flushed::default();
         let events: &[Event] = self.events.make_contiguous();
-        if places.is_empty() && events.is_empty() {
+        if places.is_empty() && events.is_empty() && self.cells.is_empty() {
             return Ok(flushed);
         }
         let transaction = self.connection.transaction().map_err(fail)?;
         event::insert(&transaction, events).map_err(fail)?;
+        track_cell::write(&transaction, &self.cells).map_err(fail)?;
         flushed.events = events.len() as u64;
         for &(tier, wagon, start_s) in places {
             let Some(open) = self.open.get(&(tier, wagon, start_s)) else { continue };

@@ -122,6 +122,23 @@ impl Belief {
         HIGHEST
     }
 
+    /// The probabilities, for whoever keeps them.
+    #[must_use]
+    pub const fn probabilities(&self) -> &[f64; CELLS] {
+        &self.probability
+    }
+
+    /// Probabilities that were kept, up to rounding; `None` if they are none.
+    #[must_use]
+    pub fn of(mut probability: [f64; CELLS]) -> Option<Self> {
+        let sum: f64 = probability.iter().sum();
+        if !(0.99..1.01).contains(&sum) {
+            return None;
+        }
+        probability.iter_mut().for_each(|p| *p /= sum);
+        Some(Self { probability }).filter(Self::is_valid)
+    }
+
     /// True if these are probabilities; what a snapshot brings may be anything.
     #[must_use]
     pub fn is_valid(&self) -> bool {

@@ -5,8 +5,13 @@
 //! the precision-weighted mean. Between passes a cell fades to the prior: rails dry, and leaves fall. Wheelsets that
 //! clean or wet the rail for those behind are not in the model.
 
+mod kept;
+
 use crate::belief::{Belief, CLASSES, Evidence, Rail};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A cell as it is kept: its number, and its bytes or `None` if it is forgotten.
+pub type KeptCell = (i64, Option<Vec<u8>>);
 
 /// One cell.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,13 +46,15 @@ pub struct TrackMap {
     cell_m: f64,
     most_cells: usize,
     cells: BTreeMap<i64, Cell>,
+    /// Cells that have changed since they were last kept.
+    changed: BTreeSet<i64>,
 }
 
 impl TrackMap {
     /// An empty map with cells of this length; `rail` brings the prior and the memory.
     #[must_use]
     pub const fn new(rail: Rail, cell_m: f64, most_cells: usize) -> Self {
-        Self { rail, cell_m, most_cells, cells: BTreeMap::new() }
+        Self { rail, cell_m, most_cells, cells: BTreeMap::new(), changed: BTreeSet::new() }
     }
 
     /// A wagon saw something at a position for `seconds`, at time `now_s`.
@@ -57,6 +64,7 @@ impl TrackMap {
             return;
         }
         let index = (position_m / self.cell_m).floor() as i64;
+        self.changed.insert(index);
         let rail = self.rail;
         let fresh = || Cell { belief: Belief::prior(&rail), seen_s: now_s, slides: 0, wagons: Vec::new() };
         let cell = self.cells.entry(index).or_insert_with(fresh);
@@ -73,8 +81,33 @@ impl TrackMap {
         if self.cells.len() > self.most_cells {
             let oldest =
                 self.cells.iter().min_by(|a, b| a.1.seen_s.total_cmp(&b.1.seen_s)).map(|(index, _)| *index);
-            oldest.map(|index| self.cells.remove(&index));
+            if let Some(index) = oldest {
+                self.cells.remove(&index);
+                self.changed.insert(index);
+            }
         }
+    }
+
+    /// The cells that have changed since this was last asked, for whoever keeps them. `unix_ahead_s` is what the wall clock
+    /// is ahead of the clock of [`Self::add`]: the latter begins anew with every start of the machine.
+    pub fn take_changed(&mut self, unix_ahead_s: f64) -> Vec<KeptCell> {
+        let changed = std::mem::take(&mut self.changed);
+        let cell =
+            |index: &i64| self.cells.get(index).map(|cell| kept::pack(cell, self.cell_m, unix_ahead_s));
+        changed.iter().map(|index| (*index, cell(index))).collect()
+    }
+
+    /// Goes on from kept cells, where nothing newer is known; returns how many there were. Cells of another length, and
+    /// what is no cell, are left out.
+    pub fn restore(&mut self, cells: &[(i64, Vec<u8>)], unix_ahead_s: f64) -> usize {
+        let mut taken = 0;
+        for (index, packed) in cells.iter().take(self.most_cells) {
+            if let Some(cell) = kept::unpack(packed, self.cell_m, unix_ahead_s) {
+                taken += 1;
+                self.cells.entry(*index).or_insert(cell);
+            }
+        }
+        taken
     }
 
     /// All cells in the order of position, as they are known at `now_s`.
@@ -135,6 +168,45 @@ mod tests {
         assert!(cell(&map, 900.0, 40.0).classes[0] > 0.5, "beside it nothing is low");
         let aged = cell(&map, 1200.0, 20_000.0);
         assert!((aged.classes[0] - 0.6).abs() < 0.01, "{:?}", aged.classes);
+    }
+
+    #[test]
+    fn a_map_outlives_its_process_and_its_machine() {
+        let rail = Rail::new([0.30, 0.12, 0.06], 0.6, 1800.0);
+        let mut map = TrackMap::new(rail, 50.0, 3);
+        let evidence = |utilised| Evidence { utilised, sigma: 0.003, sliding: true };
+        (0..4).for_each(|cell| {
+            map.add(7, 50.0 * f64::from(cell), 100.0 + f64::from(cell), 1.0, evidence(0.055))
+        });
+        let kept = map.take_changed(1e9);
+        assert_eq!(
+            kept.iter().map(|(index, packed)| (*index, packed.is_some())).collect::<Vec<_>>(),
+            [(0, false), (1, true), (2, true), (3, true)]
+        );
+        assert!(map.take_changed(1e9).is_empty());
+        let kept: Vec<(i64, Vec<u8>)> =
+            kept.into_iter().filter_map(|(index, packed)| Some((index, packed?))).collect();
+        // The machine has started anew 60 s later: its own clock says 5 s.
+        let mut next = TrackMap::new(rail, 50.0, 3);
+        assert_eq!(next.restore(&kept, 1e9 + 163.0 - 5.0), 3);
+        for (a, b) in map.view(163.0).iter().zip(next.view(5.0)) {
+            println!("{a:?}");
+            assert_eq!(
+                (a.from_m, a.adhesion, a.wagons, a.slides),
+                (b.from_m, b.adhesion, b.wagons, b.slides)
+            );
+            assert!(
+                (a.age_s - b.age_s).abs() < 1e-3 && (a.classes[2] - b.classes[2]).abs() < 1e-6,
+                "{a:?} {b:?}"
+            );
+        }
+        assert_eq!(TrackMap::new(rail, 100.0, 3).restore(&kept, 0.0), 0, "cells of another length");
+        for length in 0..kept[0].1.len() {
+            let cut = vec![(1, kept[0].1[..length].to_vec())];
+            let taken = TrackMap::new(rail, 50.0, 3).restore(&cut, 0.0);
+            assert_eq!(taken, usize::from(length >= kept[0].1.len() - 4), "{length}");
+        }
+        assert_eq!(TrackMap::new(rail, 50.0, 3).restore(&[(1, vec![0xff; 300])], 0.0), 0);
     }
 
     #[test]

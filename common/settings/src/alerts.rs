@@ -92,6 +92,8 @@ pub struct CapabilitySettings {
     pub cell_m: f64,
     /// What a cell of the map knows fades to nothing in about so long, s.
     pub map_memory_s: f64,
+    /// The map is handed to the history so often, s.
+    pub map_save_s: f64,
     /// Most cells that are kept.
     pub most_cells: u32,
 }
@@ -267,6 +269,7 @@ pub(crate) struct CapabilityTable {
     speeds_km_h: Vec<f64>,
     cell_m: f64,
     map_memory_s: f64,
+    map_save_s: f64,
     most_cells: u32,
 }
 
@@ -278,6 +281,7 @@ impl Default for CapabilityTable {
             speeds_km_h: vec![40.0, 80.0, 120.0, 160.0],
             cell_m: 50.0,
             map_memory_s: 1800.0,
+            map_save_s: 30.0,
             most_cells: 4000,
         }
     }
@@ -303,6 +307,7 @@ impl CapabilityTable {
             speeds_km_h: self.speeds_km_h,
             cell_m: at.within("capability.cell_m", self.cell_m, 5.0..=1000.0)?,
             map_memory_s: at.within("capability.map_memory_s", self.map_memory_s, 10.0..=1e7)?,
+            map_save_s: at.within("capability.map_save_s", self.map_save_s, 0.5..=3600.0)?,
             most_cells: self.most_cells,
         })
     }

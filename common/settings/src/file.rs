@@ -58,6 +58,7 @@ pub(crate) struct TrainTable {
 pub(crate) struct WagonTable {
     pub name: Option<String>,
     pub vehicle: Option<String>,
+    pub simulated: Option<String>,
     pub filter: Option<String>,
 }
 

@@ -50,7 +50,7 @@ impl Default for HistoryTable {
         Self {
             enabled: true,
             dir: None,
-            flush_s: 10.0,
+            flush_s: 30.0,
             second_days: 7.0,
             second_mb: 2000.0,
             minute_days: 92.0,

@@ -86,6 +86,8 @@ pub struct WagonSettings {
     pub vehicle: VehicleParameters,
     /// What it is, rigs too.
     pub plant: Plant,
+    /// What the simulation makes of it, where that shall differ from what its estimator believes.
+    pub simulated: Option<VehicleParameters>,
     /// Its own filter, where it is not that of the train.
     pub filter: Option<String>,
 }
@@ -428,9 +430,31 @@ fn wagons(
             };
             return Err(at.refuse(&key, format!("{:?}", named.filter), error));
         }
-        wagons.push(WagonSettings { number, name: wagon_name, vehicle: plant.as_vehicle(), plant, filter });
+        let simulated = table.and_then(|wagon| wagon.simulated.as_deref());
+        let simulated =
+            simulated.map(|file| simulated_wagon(at, number, file, source, &mut cache)).transpose()?;
+        let vehicle = plant.as_vehicle();
+        wagons.push(WagonSettings { number, name: wagon_name, vehicle, plant, simulated, filter });
     }
     Ok(wagons)
+}
+
+/// The vehicle that the simulation takes for a wagon, whatever its estimator believes.
+fn simulated_wagon(
+    at: &ConfigText<'_>,
+    number: u32,
+    file: &str,
+    source: &Source,
+    cache: &mut VehicleFiles,
+) -> Result<VehicleParameters, SettingsError> {
+    let key = format!("wagon.{number}.simulated");
+    if !matches!(source, Source::Simulate { .. }) {
+        return Err(at.refuse(&key, file, "nothing, unless [source] kind is simulate"));
+    }
+    match cache.load(at, &key, file)? {
+        Plant::Wagon(vehicle) => Ok(vehicle),
+        _ => Err(at.refuse(&key, file, "the vehicle file of a wagon")),
+    }
 }
 
 /// How many wagons: as many as there are recordings, else as listed, else as counted.

@@ -16,8 +16,8 @@ use crate::output::say;
 const WAGONS: u32 = 8;
 /// So much of a train's life is written second by second, s.
 const WRITTEN_S: i64 = 1800;
-/// Time between two writes, s: the default of `[history] flush_s`.
-const FLUSH_S: i64 = 10;
+/// Times between two writes, s; the one in the middle is the default of `[history] flush_s`.
+const FLUSHES_S: [i64; 3] = [10, 30, 60];
 /// Indicators are recorded so often in a second.
 const RECORDS_A_SECOND: i64 = 5;
 const DAY_S: i64 = 86_400;
@@ -33,28 +33,40 @@ pub(crate) struct Report {
     wagons: u32,
     columns: usize,
     written_s: i64,
-    /// Bytes that the kernel counts as written to the medium for this process.
-    written_bytes: Option<u64>,
-    megabytes_a_day: Option<f64>,
-    blocks_megabytes_a_day: f64,
-    kept_bytes: u64,
+    written: Vec<Written>,
     month_p50_ms: f64,
     month_worst_ms: f64,
     month_answer_bytes: usize,
 }
 
+/// What writing at one interval costs.
+#[derive(Debug, serde::Serialize)]
+struct Written {
+    flush_s: i64,
+    /// Bytes that the kernel counts as written to the medium for this process.
+    written_bytes: Option<u64>,
+    megabytes_a_day: Option<f64>,
+    blocks_megabytes_a_day: f64,
+    kept_bytes: u64,
+}
+
 /// The report for people.
 pub(crate) fn show(report: &Report) {
     say(&format!(
-        "{} wagons, {} columns each, {RECORDS_A_SECOND} records a second, a write every {FLUSH_S} s, {} s of life",
+        "{} wagons, {} columns each, {RECORDS_A_SECOND} records a second, {} s of life",
         report.wagons, report.columns, report.written_s
     ));
-    match report.megabytes_a_day {
-        Some(megabytes) => say(&format!("written to the medium          {megabytes:>9.1} MB a day")),
-        None => say("written to the medium: this system does not count it"),
+    say("a write every   to the medium   of it blocks of indicators   size of the database");
+    for written in &report.written {
+        let medium =
+            written.megabytes_a_day.map_or("not counted".to_owned(), |mb| format!("{mb:.0} MB a day"));
+        say(&format!(
+            "{:>11} s {medium:>15} {:>19.0} MB a day {:>19.2} MB",
+            written.flush_s,
+            written.blocks_megabytes_a_day,
+            written.kept_bytes as f64 * 1e-6
+        ));
     }
-    say(&format!("of it blocks of indicators     {:>9.1} MB a day", report.blocks_megabytes_a_day));
-    say(&format!("size of the database after it  {:>9.2} MB", report.kept_bytes as f64 * 1e-6));
     say(&format!(
         "a month at 1 h, one wagon, all indicators as JSON ({} kB): {:.1} ms, at worst {:.1} ms",
         report.month_answer_bytes / 1000,
@@ -79,17 +91,39 @@ fn measure(folder: &Path) -> Result<Report, CliError> {
     let all = columns::all(2);
     let names = columns::stored(&all);
     let names: Vec<_> = names.iter().map(|(name, keep)| (name.as_str(), *keep)).collect();
-    let mut store = Store::open(&folder.join("train.db"), &names).map_err(CliError::failed)?;
+    let written = FLUSHES_S.map(|flush_s| write(folder, &all, &names, flush_s));
+    let (mut took_ms, month_answer_bytes) = month(folder, &all, &names)?;
+    took_ms.sort_by(f64::total_cmp);
+    Ok(Report {
+        wagons: WAGONS,
+        columns: names.len(),
+        written_s: WRITTEN_S,
+        written: written.into_iter().collect::<Result<_, _>>()?,
+        month_p50_ms: took_ms[took_ms.len() / 2],
+        month_worst_ms: took_ms[took_ms.len() - 1],
+        month_answer_bytes,
+    })
+}
+
+/// Writes a while of a train's life.
+fn write(
+    folder: &Path,
+    all: &[columns::Column],
+    names: &[(&str, railgrip_history::Keep)],
+    flush_s: i64,
+) -> Result<Written, CliError> {
+    let mut store =
+        Store::open(&folder.join(format!("train-{flush_s}.db")), names).map_err(CliError::failed)?;
     let (before, mut blocks) = (written(), 0);
     for second in 0..WRITTEN_S {
         for part in 0..RECORDS_A_SECOND {
             let at_s = second as f64 + part as f64 / RECORDS_A_SECOND as f64;
             for wagon in 1..=WAGONS {
-                let values = columns::values(&all, &health(wagon, at_s));
+                let values = columns::values(all, &health(wagon, at_s));
                 store.push(wagon, START_S + second, &values).map_err(CliError::failed)?;
             }
         }
-        if second % FLUSH_S == FLUSH_S - 1 {
+        if second % flush_s == flush_s - 1 {
             blocks += store.flush(false).map_err(CliError::failed)?.bytes;
         }
     }
@@ -97,19 +131,12 @@ fn measure(folder: &Path) -> Result<Report, CliError> {
     drop(store);
     let written_bytes = before.zip(written()).map(|(before, after)| after - before);
     let a_day = |bytes: u64| bytes as f64 * 1e-6 * DAY_S as f64 / WRITTEN_S as f64;
-    let (mut took_ms, month_answer_bytes) = month(folder, &all, &names)?;
-    took_ms.sort_by(f64::total_cmp);
-    Ok(Report {
-        wagons: WAGONS,
-        columns: names.len(),
-        written_s: WRITTEN_S,
+    Ok(Written {
+        flush_s,
         written_bytes,
         megabytes_a_day: written_bytes.map(a_day),
         blocks_megabytes_a_day: a_day(blocks),
         kept_bytes,
-        month_p50_ms: took_ms[took_ms.len() / 2],
-        month_worst_ms: took_ms[took_ms.len() - 1],
-        month_answer_bytes,
     })
 }
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use railgrip_health::history::export::{self, ExportError, Form, Wanted};
-use railgrip_health::time::{parse_rfc3339, rfc3339};
+use railgrip_health::time::{self, rfc3339};
 use railgrip_history::{EventFilter, Reader};
 
 use crate::CliError;
@@ -45,11 +45,11 @@ struct Export {
     /// csv or parquet [default: by the ending of the file, else csv]
     #[arg(long, value_parser = form)]
     format: Option<Form>,
-    /// Begin: RFC 3339, Unix seconds, or so long ago, for example 30d [default: everything]
-    #[arg(long, value_name = "TIME", value_parser = instant)]
+    /// Begin: RFC 3339, Unix seconds, now, or so long ago, for example 30d [default: everything]
+    #[arg(long, value_name = "TIME", value_parser = instant, allow_hyphen_values = true)]
     from: Option<i64>,
     /// End: RFC 3339, Unix seconds, or so long ago [default: now]
-    #[arg(long, value_name = "TIME", value_parser = instant)]
+    #[arg(long, value_name = "TIME", value_parser = instant, allow_hyphen_values = true)]
     to: Option<i64>,
     /// Width of a step: seconds, or a number with s, m, h or d
     #[arg(long, value_name = "TIME", value_parser = span, default_value = "60s")]
@@ -166,25 +166,11 @@ fn form(text: &str) -> Result<Form, String> {
 }
 
 fn span(text: &str) -> Result<i64, String> {
-    let allowed = || "allowed are seconds, or a whole number with s, m, h or d, at most 366d".to_owned();
-    let (number, unit_s) = match text.char_indices().last() {
-        Some((at, 's')) => (&text[..at], 1),
-        Some((at, 'm')) => (&text[..at], 60),
-        Some((at, 'h')) => (&text[..at], 3600),
-        Some((at, 'd')) => (&text[..at], 86_400),
-        _ => (text, 1),
-    };
-    let number: i64 = number.parse().map_err(|_| allowed())?;
-    let span_s = number.checked_mul(unit_s).filter(|s| (1..=366 * 86_400).contains(s));
-    span_s.ok_or_else(allowed)
+    time::span_s(text).ok_or_else(|| format!("allowed is {}", time::SPAN_ALLOWED))
 }
 
 fn instant(text: &str) -> Result<i64, String> {
-    let told = text.parse::<i64>().ok().or_else(|| parse_rfc3339(text).map(|s| s.floor() as i64));
-    let known = told.or_else(|| span(text).ok().map(|ago_s| now_s() - ago_s));
-    known.filter(|s| (0..=253_402_300_799).contains(s)).ok_or_else(|| {
-        "allowed are an instant such as 2026-03-01T12:00:00Z, Unix seconds, or so long ago, for example 30d".to_owned()
-    })
+    time::instant_s(text, now_s()).ok_or_else(|| format!("allowed is {}", time::INSTANT_ALLOWED))
 }
 
 fn now_s() -> i64 {
@@ -203,6 +189,7 @@ mod tests {
         let ago = instant("30d").expect("ago");
         assert!((now_s() - ago - 30 * 86_400).abs() <= 1);
         assert_eq!(span("90"), Ok(90));
+        assert_eq!(instant("-30d"), instant("30d"));
         for wrong in ["", "x", "-1", "0s", "1y", "99999d"] {
             assert!(span(wrong).is_err(), "{wrong}");
         }

@@ -16,6 +16,11 @@ use std::collections::VecDeque;
 const MEMORY_S: f64 = 20.0;
 /// A mismatch must last so long before it is told, s.
 const PERSISTENT_S: f64 = 20.0;
+/// One that was told is over when the mean has stayed below its limit for so long, s: an effect that only shows while the
+/// train brakes is still there while it coasts.
+const OVER_S: f64 = 90.0;
+/// Slower than this, creepage is no longer a small number and the equations say little: nothing is judged, m/s.
+const MOVES_FROM_M_S: f64 = 2.0;
 /// After a change of pressing force the brake counts as changing for so long, s.
 const CHANGING_S: f64 = 1.0;
 /// Pressing force that changes faster than this is changing, share of its level per second.
@@ -66,6 +71,8 @@ pub struct GapWatch {
     mean: f64,
     weight: f64,
     mismatch_s: f64,
+    calm_s: f64,
+    found: Option<Mismatch>,
     last_time_s: f64,
     last_force_n: f64,
     changing_s: f64,
@@ -103,6 +110,8 @@ impl GapWatch {
             mean: 0.0,
             weight: 0.0,
             mismatch_s: 0.0,
+            calm_s: 0.0,
+            found: None,
             last_time_s: f64::NAN,
             last_force_n: 0.0,
             changing_s: f64::INFINITY,
@@ -131,6 +140,9 @@ impl GapWatch {
         if begins || dt_s <= 0.0 || estimate.flags & flags::CONVERGING != 0 {
             return;
         }
+        if estimate.v_m_s.abs() < MOVES_FROM_M_S {
+            return;
+        }
         let regime = self.regime(sample, estimate, dt_s) as usize;
         let share = (dt_s / MEMORY_S).min(1.0);
         self.excess.iter_mut().flatten().for_each(|excess| *excess *= 1.0 - share);
@@ -148,7 +160,26 @@ impl GapWatch {
             self.weight += share * (1.0 - self.weight);
         }
         let high = self.weight > 0.3 && self.mean / self.weight > self.limit;
-        self.mismatch_s = if high { self.mismatch_s + dt_s } else { 0.0 };
+        self.last(high, dt_s);
+    }
+
+    /// Counts how long it has been high or calm.
+    fn last(&mut self, high: bool, dt_s: f64) {
+        if !high {
+            self.calm_s += dt_s;
+            if self.found.is_none() || self.calm_s >= OVER_S {
+                (self.mismatch_s, self.found) = (0.0, None);
+            }
+            return;
+        }
+        self.calm_s = 0.0;
+        self.mismatch_s += dt_s;
+        let ratio = self.mean / self.weight;
+        let worse = self.found.as_ref().is_none_or(|found| ratio > 1.1 * found.ratio);
+        if self.mismatch_s >= PERSISTENT_S && worse {
+            let (term, place) = self.suspect();
+            self.found = Some(Mismatch { term, place, ratio, seconds: self.mismatch_s });
+        }
     }
 
     fn regime(&mut self, sample: &Sample, estimate: &Estimate, dt_s: f64) -> Regime {
@@ -178,13 +209,10 @@ impl GapWatch {
         (self.weight > 0.3).then(|| self.mean / self.weight)
     }
 
-    /// The mismatch, if there is one that lasts.
+    /// The mismatch, if there is one that lasts, as it was at its worst.
     #[must_use]
-    pub fn mismatch(&self) -> Option<Mismatch> {
-        (self.mismatch_s >= PERSISTENT_S).then(|| {
-            let (term, place) = self.suspect();
-            Mismatch { term, place, ratio: self.mean / self.weight, seconds: self.mismatch_s }
-        })
+    pub const fn mismatch(&self) -> Option<&Mismatch> {
+        self.found.as_ref()
     }
 
     fn suspect(&self) -> (&'static str, String) {

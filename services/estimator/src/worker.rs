@@ -271,7 +271,7 @@ impl Worker {
         }
     }
 
-    /// A mismatch that lasts shows in the indicator of the filter, and is told once.
+    /// A mismatch that lasts shows in the indicator of the model, and is told once.
     fn watch_gap(&mut self, health: &mut Health) {
         self.gap.on_rail(Condition::from_code(health.condition).unwrap_or(Condition::Dry));
         if let Some(ratio) = self.gap.ratio() {
@@ -282,7 +282,7 @@ impl Worker {
             (health.model.known, health.model.grade) = (1, Grade::Ok.code());
             health.model.reason = Text::new(&words);
         }
-        let Some(found) = self.gap.mismatch() else {
+        let Some(found) = self.gap.mismatch().cloned() else {
             self.told = None;
             return;
         };
@@ -290,9 +290,9 @@ impl Worker {
             "model and data disagree (ratio {:.1}, ideal 1), most for {}: suspect {}",
             found.ratio, found.place, found.term
         );
-        let grade = health.filter.grade().max(Grade::Watch);
-        health.filter.grade = grade.code();
-        health.filter.reason = Text::new(&text);
+        let grade = Grade::Watch;
+        health.model.grade = grade.code();
+        health.model.reason = Text::new(&text);
         health.grade = health.grade().max(grade).code();
         if self.told.as_ref().is_none_or(|told| told.term != found.term) {
             let values = [found.ratio, found.seconds, 0.0, 0.0];

@@ -11,7 +11,7 @@ use railgrip_bus::{
     Bus, BusConfig, BusError, HealthSubscriber, HeardSubscriber, HeartbeatPublisher, HeartbeatSubscriber,
     Lifecycle, now,
 };
-use railgrip_history::Event;
+use railgrip_history::{Event, Reader};
 use railgrip_messages::{Heartbeat, NO_WAGON, ProcessKind};
 use railgrip_settings::TrainSettings;
 use std::sync::Arc;
@@ -39,6 +39,7 @@ pub(crate) fn collect(
 ) -> Result<(), BusError> {
     let mut ends = Ends::open(settings)?;
     let mut store = Store::new(settings);
+    recall_map(settings, &mut store);
     let post = Post::open(settings, shared, &store);
     let mut streamer = Streamer::default();
     let mut watch = Watch::default();
@@ -50,7 +51,9 @@ pub(crate) fn collect(
     tell(of_service("service_started"));
     let refresh = Duration::from_secs_f64(settings.http.refresh_s);
     let started = Instant::now();
+    let map_period = Duration::from_secs_f64(settings.capability.map_save_s);
     let (mut renewed, mut checked, mut beaten) = (None::<Instant>, started, None::<Instant>);
+    let mut kept_map = started;
     let elapsed =
         |since: Option<Instant>, period: Duration| since.is_none_or(|since| since.elapsed() >= period);
     while !lifecycle.should_stop() {
@@ -77,11 +80,34 @@ pub(crate) fn collect(
             checked = Instant::now();
             ends.bus.check_holder()?;
         }
+        if let Some(recorder) = recorder.as_ref().filter(|_| kept_map.elapsed() >= map_period) {
+            kept_map = Instant::now();
+            recorder.take_cells(store.changed_map(now()));
+        }
         std::thread::sleep(POLL);
+    }
+    if let Some(recorder) = &recorder {
+        recorder.take_cells(store.changed_map(now()));
     }
     tell(of_service("service_stopped"));
     post.close();
     Ok(())
+}
+
+/// Goes on with the map of the track as it was when this service last ran.
+fn recall_map(settings: &TrainSettings, store: &mut Store) {
+    let database = settings.history.database();
+    if !settings.history.enabled || !database.exists() {
+        return;
+    }
+    match Reader::open(&database).and_then(|reader| reader.cells()) {
+        Ok(cells) => {
+            let known = store.restore_map(&cells, now());
+            tracing::info!(known, "cells of the adhesion map are known from before");
+        }
+        // Also of a database that an older version wrote: it has no map yet.
+        Err(error) => tracing::info!(%error, "the adhesion map begins anew"),
+    }
 }
 
 /// A start or stop of this service.

@@ -1,7 +1,7 @@
 //! The description of the interface: OpenAPI 3.1 for programs, and `/docs`, the same for people, without any script.
 
-use crate::history::query::{INSTANT, STEP};
 use crate::shared::Shared;
+use crate::time::{INSTANT, SPAN};
 use axum::extract::State;
 use axum::http::{HeaderValue, header};
 use axum::response::{IntoResponse, Response};
@@ -9,9 +9,16 @@ use maud::{DOCTYPE, Markup, html};
 use serde_json::{Value, json};
 use utoipa::openapi::OpenApi;
 
-/// Names of indicators, separated by commas.
-const FIELDS: &str =
-    "^(brake_friction|asymmetry|speed|slides|adhesion)(,(brake_friction|asymmetry|speed|slides|adhesion))*$";
+/// Words of somebody: no control characters but line feeds, and not only blanks.
+const WORDS: &str = "^[^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*[^\\s\\x00-\\x1f\\x7f-\\x9f][^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*$";
+/// From the answer of one route to the next ones: path, method, and where in the answer their `id` is.
+const LINKS: [(&str, &str, &str, &[&str]); 5] = [
+    ("/api/v1/wagons", "get", "#/wagons/0/id", &["wagon", "history", "trends"]),
+    ("/api/v1/alerts", "get", "#/alerts/0/id", &["alert", "acknowledge", "shelve", "unshelve"]),
+    ("/api/v1/alerts/{id}/acknowledge", "post", "#/id", &["alert", "shelve"]),
+    ("/api/v1/alerts/{id}/shelve", "post", "#/id", &["alert", "unshelve", "acknowledge"]),
+    ("/api/v1/alerts/{id}/unshelve", "post", "#/id", &["alert", "shelve"]),
+];
 /// What a refusal of the doors looks like; the same for every route.
 const REFUSALS: [(&str, &str); 6] = [
     ("401", "A token is needed, or it is wrong"),
@@ -22,9 +29,12 @@ const REFUSALS: [(&str, &str); 6] = [
     ("503", "There was no answer in time"),
 ];
 
-/// The description as JSON, with what the doors add to every route.
-pub(crate) fn describe(api: &OpenApi) -> Vec<u8> {
+/// The description as JSON, with what the doors add to every route, where one route leads to others, and the form of
+/// whatever is refused. `fields` are the indicators that the history holds.
+pub(crate) fn describe(api: &OpenApi, fields: &[String]) -> Vec<u8> {
     let mut api = serde_json::to_value(api).unwrap_or_default();
+    let fields = fields.join("|").replace('.', "\\.");
+    expand_patterns(&mut api, &format!("^({fields})(,({fields}))*$"));
     api["components"]["securitySchemes"] = json!({
         "token": { "type": "http", "scheme": "bearer", "description":
             "Asked for where [http] token_file is set; made by `railgrip token add`. Roles: read, acknowledge, admin." }
@@ -37,33 +47,50 @@ pub(crate) fn describe(api: &OpenApi) -> Vec<u8> {
             if path.starts_with("/health/") {
                 method["security"] = json!([]);
             }
-            for parameter in method["parameters"].as_array_mut().into_iter().flatten() {
-                name_pattern(parameter);
-            }
             let Some(responses) = method["responses"].as_object_mut() else { continue };
             for (status, description) in REFUSALS {
-                responses.entry(status).or_insert_with(|| problem(description));
+                responses.entry(status).or_insert_with(|| json!({ "description": description }));
             }
+            let refusals = responses.iter_mut().filter(|(status, _)| status.starts_with(['4', '5']));
+            refusals.for_each(|(_, refusal)| {
+                refusal.as_object_mut().map(|refusal| refusal.entry("content").or_insert_with(problem));
+            });
         }
+    }
+    for (path, method, id, next) in LINKS {
+        let link = |name: &&str| {
+            (
+                (*name).to_owned(),
+                json!({ "operationId": name, "parameters": { "id": format!("$response.body{id}") } }),
+            )
+        };
+        let links: serde_json::Map<String, Value> = next.iter().map(link).collect();
+        api["paths"][path][method]["responses"]["200"]["links"] = links.into();
     }
     serde_json::to_vec(&api).unwrap_or_default()
 }
 
-fn problem(description: &str) -> Value {
-    let schema = json!({ "schema": { "$ref": "#/components/schemas/Problem" } });
-    json!({ "description": description, "content": { "application/problem+json": schema } })
+fn problem() -> Value {
+    json!({ "application/problem+json": { "schema": { "$ref": "#/components/schemas/Problem" } } })
 }
 
 /// Puts the long patterns in the place of their names.
-fn name_pattern(parameter: &mut Value) {
-    let Some(pattern) = parameter["schema"].get_mut("pattern") else { return };
-    let long = match pattern.as_str() {
-        Some("instant") => INSTANT,
-        Some("step") => STEP,
-        Some("fields") => FIELDS,
-        _ => return,
-    };
-    *pattern = long.into();
+fn expand_patterns(part: &mut Value, fields: &str) {
+    match part {
+        Value::Object(entries) => {
+            for (key, entry) in entries.iter_mut() {
+                match entry.as_str().filter(|_| key == "pattern") {
+                    Some("instant") => *entry = INSTANT.into(),
+                    Some("step") => *entry = SPAN.into(),
+                    Some("fields") => *entry = fields.into(),
+                    Some("words") => *entry = WORDS.into(),
+                    _ => expand_patterns(entry, fields),
+                }
+            }
+        }
+        Value::Array(entries) => entries.iter_mut().for_each(|entry| expand_patterns(entry, fields)),
+        _ => {}
+    }
 }
 
 /// The description for people.

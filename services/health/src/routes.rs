@@ -20,11 +20,15 @@ use utoipa_axum::routes;
 const STUCK_S: f64 = 5.0;
 
 #[derive(OpenApi)]
-#[openapi(info(
-    title = "railgrip",
-    description = "Brake friction and adhesion of every wagon of a train. Figures carry a 95 % interval, a grade and the \
+#[openapi(
+    info(
+        title = "railgrip",
+        description = "Brake friction and adhesion of every wagon of a train. Figures carry a 95 % interval, a grade and the \
                    reason in words; what is unknown is null; what is stale says so with its age."
-))]
+    ),
+    paths(crate::doors::records::records),
+    components(schemas(Problem))
+)]
 struct Api;
 
 /// All routes of the service.
@@ -52,7 +56,7 @@ pub fn router(shared: Shared) -> axum::Router {
         .routes(routes!(metrics::metrics))
         .routes(routes!(openapi))
         .split_for_parts();
-    let _ = shared.openapi().set(docs::describe(&api).into());
+    let _ = shared.openapi().set(docs::describe(&api, &shared.fields()).into());
     let router = router
         .merge(page::routes())
         .route("/docs", axum::routing::get(docs::page))
@@ -105,7 +109,9 @@ async fn ready(State(shared): State<Shared>) -> (StatusCode, Json<Check>) {
 }
 
 /// The train at a glance.
-#[utoipa::path(get, path = "/api/v1/train", tag = "train", responses((status = 200, body = TrainView)))]
+#[utoipa::path(get, path = "/api/v1/train", tag = "train", responses(
+    (status = 200, description = "The train now", body = TrainView),
+))]
 async fn train(State(shared): State<Shared>) -> Response {
     let snapshot = shared.latest();
     of_snapshot(&snapshot, snapshot.train_json.clone())
@@ -117,14 +123,13 @@ async fn train(State(shared): State<Shared>) -> Response {
         ("grade" = Option<Grade>, Query, description = "Only of this grade"),
         ("state" = Option<DataState>, Query, description = "Only in this state"),
         ("limit" = Option<u32>, Query, minimum = 1, maximum = 1000, description = "At most so many; default 1000"),
-        ("after" = Option<u32>, Query, minimum = 0, description = "Only behind the wagon with this number"),
+        ("after" = Option<i64>, Query, minimum = 0, description = "Only behind the wagon with this number"),
     ),
     responses(
-        (status = 200, body = WagonList, headers(
+        (status = 200, description = "The wagons now", body = WagonList, headers(
             ("ETag" = String, description = "For If-None-Match"),
             ("Link" = String, description = "The next page, rel=\"next\""))),
-        (status = 400, description = "A query parameter is wrong; the detail names it and what is allowed",
-            body = Problem, content_type = "application/problem+json"),
+        (status = 400, description = "A query parameter is wrong; the detail names it and what is allowed"),
     ))]
 async fn wagons(State(shared): State<Shared>, RawQuery(query): RawQuery) -> Result<Response, Problem> {
     let snapshot = shared.latest();
@@ -162,8 +167,8 @@ async fn wagons(State(shared): State<Shared>, RawQuery(query): RawQuery) -> Resu
 #[utoipa::path(get, path = "/api/v1/wagons/{id}", tag = "wagons",
     params(("id" = u32, Path, minimum = 1, description = "Number of the wagon, 1 first")),
     responses(
-        (status = 200, body = WagonView),
-        (status = 404, description = "There is no such wagon", body = Problem, content_type = "application/problem+json"),
+        (status = 200, description = "The wagon now", body = WagonView),
+        (status = 404, description = "There is no such wagon"),
     ))]
 async fn wagon(State(shared): State<Shared>, Path(id): Path<String>) -> Result<Json<WagonView>, Problem> {
     let snapshot = shared.latest();

@@ -1,6 +1,6 @@
 //! What the feeding thread and the requests share.
 
-use crate::history::History;
+use crate::history::{History, columns};
 use crate::page::Limits;
 use crate::store::Snapshot;
 use axum::body::Bytes;
@@ -74,6 +74,13 @@ impl Shared {
     pub fn send(&self, event: StreamEvent) {
         // An error only says that nobody listens.
         let _ = self.inner.stream.send(event);
+    }
+
+    /// Names of the indicators that the history holds, or would hold.
+    pub(crate) fn fields(&self) -> Vec<String> {
+        let wagons = || columns::all(railgrip_messages::MAX_WHEELSETS);
+        let columns = self.history().map_or_else(wagons, |history| history.columns().to_vec());
+        columns.into_iter().map(|column| column.name).collect()
     }
 
     /// True if somebody listens.

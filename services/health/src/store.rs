@@ -16,7 +16,7 @@ use axum::body::Bytes;
 use railgrip_indicators::IndicatorSettings;
 use railgrip_indicators::belief::{Evidence, Rail};
 use railgrip_indicators::stopping::BrakedWagon;
-use railgrip_indicators::track::TrackMap;
+use railgrip_indicators::track::{KeptCell, TrackMap};
 use railgrip_messages::{Health, Heard, Heartbeat, ProcessKind, Stamp, WheelsetHealth};
 use railgrip_settings::{CapabilitySettings, TrainSettings};
 use serde::Serialize;
@@ -227,6 +227,16 @@ impl Store {
         }
     }
 
+    /// Goes on from cells of the map that were kept; returns how many there were.
+    pub fn restore_map(&mut self, cells: &[(i64, Vec<u8>)], now: Stamp) -> usize {
+        self.map.restore(cells, unix_ahead_s(now))
+    }
+
+    /// Cells of the map that have changed since this was last asked.
+    pub fn changed_map(&mut self, now: Stamp) -> Vec<KeptCell> {
+        self.map.take_changed(unix_ahead_s(now))
+    }
+
     /// The alerts, for whoever keeps them.
     #[must_use]
     pub fn book(&self) -> SharedBook {
@@ -375,6 +385,11 @@ impl Store {
     fn processes(&self, now_ns: u64) -> Vec<ProcessView> {
         self.heartbeats.values().map(|beat| view::process(beat, now_ns)).collect()
     }
+}
+
+/// What the wall clock is ahead of the monotonic one, s.
+fn unix_ahead_s(now: Stamp) -> f64 {
+    now.unix_ns as f64 * 1e-9 - now.monotonic_ns as f64 * 1e-9
 }
 
 /// Puts what a wagon says onto the map, for the time since it last spoke.

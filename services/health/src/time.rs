@@ -1,4 +1,61 @@
-//! Instants as people and JSON read them.
+//! Instants and spans as people and JSON write them.
+
+/// Instants beyond are refused: the year 9999.
+const LAST_UNIX_S: i64 = 253_402_300_799;
+const DAY_S: i64 = 86_400;
+
+/// What [`instant_s`] takes, in words.
+pub const INSTANT_ALLOWED: &str = "an RFC 3339 instant from 1970 on such as 2026-03-01T12:00:00Z, Unix seconds, now, or \
+    so long ago as a whole number with s, m, h or d, such as 7d or -7d";
+/// What [`span_s`] takes, in words.
+pub const SPAN_ALLOWED: &str =
+    "a whole number of seconds, or one with s, m, h or d, at most 9999999s, 999999m, 99999h or 9999d";
+/// What [`instant_s`] takes, as a pattern. Leap days: of years that 4 divides, and of centuries that 400 divides.
+pub(crate) const INSTANT: &str = "^([0-9]{1,11}(\\.[0-9]{1,9})?|now|\
+    -?([1-9][0-9]{0,6}s|[1-9][0-9]{0,5}m|[1-9][0-9]{0,4}h|[1-9][0-9]{0,3}d)|\
+    ((19[7-9][0-9]|[2-9][0-9]{3})-((0[13578]|1[02])-(0[1-9]|[12][0-9]|3[01])|(0[469]|11)-(0[1-9]|[12][0-9]|30)|\
+    02-(0[1-9]|1[0-9]|2[0-8]))|(19(7[26]|8[048]|9[26])|[2-9][0-9](0[48]|[2468][048]|[13579][26])|\
+    ([2468][048]|[3579][26])00)-02-29)\
+    [Tt]([01][0-9]|2[0-3]):[0-5][0-9]:([0-5][0-9]|60)(\\.[0-9]{1,9})?([Zz]|[+-]([01][0-9]|2[0-3]):[0-5][0-9]))$";
+/// What [`span_s`] takes, as a pattern.
+pub(crate) const SPAN: &str = "^([1-9][0-9]{0,6}s?|[1-9][0-9]{0,5}m|[1-9][0-9]{0,4}h|[1-9][0-9]{0,3}d)$";
+
+/// Unix seconds of an instant as people write it: RFC 3339, Unix seconds, `now`, or so long ago, with or without a minus.
+#[must_use]
+pub fn instant_s(text: &str, now_unix_s: i64) -> Option<i64> {
+    if text == "now" {
+        return Some(now_unix_s.clamp(0, LAST_UNIX_S));
+    }
+    let ago = text.strip_prefix('-').unwrap_or(text);
+    if ago.ends_with(['s', 'm', 'h', 'd']) {
+        return span_s(ago).map(|ago_s| (now_unix_s - ago_s).clamp(0, LAST_UNIX_S));
+    }
+    let digits = |text: &str, most: usize| {
+        (1..=most).contains(&text.len()) && text.bytes().all(|byte| byte.is_ascii_digit())
+    };
+    let (whole, fraction) = text.split_once('.').unwrap_or((text, "0"));
+    if digits(whole, 11) && digits(fraction, 9) {
+        return whole.parse().ok();
+    }
+    // Zones move the first and the last day a little beyond these years.
+    let named = parse_rfc3339(text).filter(|_| text >= "1970")?;
+    Some((named.floor() as i64).clamp(0, LAST_UNIX_S))
+}
+
+/// A span: seconds, or a whole number with `s`, `m`, `h` or `d`.
+#[must_use]
+pub fn span_s(text: &str) -> Option<i64> {
+    let (number, unit_s, most_digits) = match text.char_indices().last()? {
+        (at, 's') => (&text[..at], 1, 7),
+        (at, 'm') => (&text[..at], 60, 6),
+        (at, 'h') => (&text[..at], 3600, 5),
+        (at, 'd') => (&text[..at], DAY_S, 4),
+        _ => (text, 1, 7),
+    };
+    let plain = number.bytes().all(|byte| byte.is_ascii_digit()) && !number.starts_with('0');
+    let number: i64 = number.parse().ok().filter(|_| plain && number.len() <= most_digits)?;
+    Some(number * unit_s)
+}
 
 /// RFC 3339 in UTC with milliseconds, for example `2026-03-01T12:00:00.250Z`.
 #[must_use]
@@ -47,7 +104,7 @@ pub fn parse_rfc3339(text: &str) -> Option<f64> {
     let fraction = match clock.get(8..)? {
         "" => 0.0,
         text => {
-            let digits = text.strip_prefix('.').filter(|digits| !digits.is_empty())?;
+            let digits = text.strip_prefix('.').filter(|digits| (1..=9).contains(&digits.len()))?;
             let plain = digits.bytes().all(|byte| byte.is_ascii_digit());
             plain.then(|| format!("0.{digits}").parse::<f64>().ok()).flatten()?
         }
@@ -100,6 +157,52 @@ mod tests {
             assert_eq!(rfc3339(seconds * 1_000_000_000), text);
         }
         assert_eq!(rfc3339(250_000_000), "1970-01-01T00:00:00.250Z");
+    }
+
+    #[test]
+    fn people_write_instants_in_several_ways() {
+        const NOW: i64 = 1_772_366_400;
+        for (text, unix_s) in [
+            ("2026-03-01T12:00:00Z", NOW),
+            ("2026-03-01t12:00:00.9z", NOW),
+            ("1772366400", NOW),
+            ("1772366400.75", NOW),
+            ("now", NOW),
+            ("90s", NOW - 90),
+            ("-7d", NOW - 7 * 86_400),
+            ("7d", NOW - 7 * 86_400),
+            ("9999d", NOW - 9999 * 86_400),
+            ("1970-01-01T00:00:00+05:00", 0),
+            ("2000-02-29T00:00:00Z", 951_782_400),
+        ] {
+            assert_eq!(instant_s(text, NOW), Some(unix_s), "{text}");
+        }
+        for wrong in [
+            "",
+            "-",
+            "d",
+            "-d",
+            "0d",
+            "+7d",
+            "--7d",
+            "99999d",
+            "-90",
+            "yesterday",
+            "1969-12-31T23:00:00Z",
+            "1900-02-29T00:00:00Z",
+            "123456789012",
+            "1.",
+            "9é",
+        ] {
+            assert_eq!(instant_s(wrong, NOW), None, "{wrong}");
+        }
+        assert_eq!(
+            [span_s("90"), span_s("90s"), span_s("2m"), span_s("12h")],
+            [Some(90), Some(90), Some(120), Some(43_200)]
+        );
+        for wrong in ["", "s", "0", "01", "-1", "1y", "1.5h", "12345678", "10000d"] {
+            assert_eq!(span_s(wrong), None, "{wrong}");
+        }
     }
 
     #[test]

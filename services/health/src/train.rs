@@ -109,9 +109,8 @@ pub struct WeakWagon {
     params(("speed_km_h" = Option<f64>, Query, minimum = 1, maximum = 500,
         description = "One speed, km/h, instead of those of the config")),
     responses(
-        (status = 200, body = CapabilityView),
-        (status = 400, description = "A query parameter is wrong; the detail names it and what is allowed",
-            body = Problem, content_type = "application/problem+json"),
+        (status = 200, description = "Now against nominal", body = CapabilityView),
+        (status = 400, description = "A query parameter is wrong; the detail names it and what is allowed"),
     ))]
 pub(crate) async fn capability(
     State(shared): State<Shared>,
@@ -247,7 +246,9 @@ impl MapView {
 }
 
 /// Adhesion by track position, from what every wagon saw that passed; it fades when nobody passes.
-#[utoipa::path(get, path = "/api/v1/train/adhesion-map", tag = "train", responses((status = 200, body = MapView)))]
+#[utoipa::path(get, path = "/api/v1/train/adhesion-map", tag = "train", responses(
+    (status = 200, description = "The passed stretches", body = MapView),
+))]
 pub(crate) async fn adhesion_map(State(shared): State<Shared>) -> Json<MapView> {
     Json(shared.latest().whole.map.clone())
 }

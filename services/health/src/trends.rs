@@ -1,6 +1,7 @@
 //! Where the indicators of a wagon are going: their slope over the stored past, and the time until they need action.
 
 use crate::history::History;
+use crate::history::routes::wagon;
 use crate::page::Limits;
 use crate::problem::Problem;
 use crate::shared::Shared;
@@ -90,21 +91,15 @@ pub struct TrendList {
 #[utoipa::path(get, path = "/api/v1/wagons/{id}/trends", tag = "history",
     params(("id" = u32, Path, minimum = 1, description = "Number of the wagon, 1 first")),
     responses(
-        (status = 200, body = TrendList),
-        (status = 404, description = "There is no such wagon, or no history", body = Problem,
-            content_type = "application/problem+json"),
-        (status = 503, description = "The database refuses", body = Problem, content_type = "application/problem+json"),
+        (status = 200, description = "One trend an indicator", body = TrendList),
+        (status = 404, description = "There is no such wagon, or no history"),
+        (status = 503, description = "The database refuses"),
     ))]
 pub(crate) async fn trends(
     State(shared): State<Shared>,
     Path(id): Path<String>,
 ) -> Result<Json<TrendList>, Problem> {
-    let count = shared.latest().wagons.len();
-    let wagon = id.parse().ok().filter(|id: &u32| (1..=count).contains(&(*id as usize)));
-    let wagon = wagon.ok_or_else(|| {
-        let detail = format!("there is no wagon \"{id}\"; allowed is 1 to {count}");
-        Problem::new(StatusCode::NOT_FOUND, detail)
-    })?;
+    let wagon = wagon(&shared, &id)?;
     Ok(Json(TrendList { wagon, trends: of(&shared, wagon).await? }))
 }
 

@@ -190,6 +190,8 @@ async fn every_refusal_is_a_problem() {
         ("from=1&from=2", 400),
         ("fields=nothing", 400),
         ("from=200&to=100", 409),
+        ("from=1d&to=-2d", 409),
+        ("from=7w", 400),
         ("from=0&to=99999999&step=1", 409),
     ] {
         let answer = train.get(&format!("/api/v1/wagons/1/history?{query}"), &[]).await;
@@ -284,6 +286,17 @@ async fn stored_data_leave_as_csv_and_as_parquet() {
     }
 }
 
+/// All routes of a description, with path and method.
+fn routes(api: &Value) -> Vec<(&str, &str, &Value)> {
+    let paths = api["paths"].as_object().unwrap().iter();
+    paths
+        .flat_map(|(path, methods)| {
+            let methods = methods.as_object().unwrap().iter();
+            methods.map(move |(method, route)| (path.as_str(), method.as_str(), route))
+        })
+        .collect()
+}
+
 #[tokio::test]
 async fn the_interface_is_described_for_people_and_for_programs() {
     let train = train();
@@ -293,6 +306,31 @@ async fn the_interface_is_described_for_people_and_for_programs() {
     for path in api["paths"].as_object().unwrap().keys() {
         assert!(docs.contains(path.as_str()), "{path} is missing at /docs");
     }
+    let fields = api["paths"]["/api/v1/wagons/{id}/history"]["get"]["parameters"].as_array().unwrap();
+    let fields =
+        fields.iter().find(|one| one["name"] == "fields").unwrap()["schema"]["pattern"].as_str().unwrap();
+    assert!(fields.contains("|dragging|") && fields.contains("|wheelset_2\\.slides|"), "{fields}");
+    for (path, method, route) in routes(&api) {
+        for (status, answer) in route["responses"].as_object().unwrap() {
+            let said = format!("{method} {path} {status}: {answer}");
+            assert!(answer["description"].as_str().is_some_and(|words| !words.is_empty()), "{said}");
+            let is_check = path.starts_with("/health/") && status == "503";
+            let refuses = status.starts_with(['4', '5']) && !is_check;
+            assert_eq!(refuses, answer["content"]["application/problem+json"].is_object(), "{said}");
+        }
+        let operations: Vec<&Value> =
+            routes(&api).into_iter().map(|(.., route)| &route["operationId"]).collect();
+        for link in
+            route["responses"]["200"]["links"].as_object().into_iter().flat_map(|links| links.values())
+        {
+            assert!(operations.contains(&&link["operationId"]), "{path}: {link}");
+        }
+    }
+    assert_eq!(
+        api["paths"]["/api/v1/alerts"]["get"]["responses"]["200"]["links"].as_object().unwrap().len(),
+        4
+    );
+    assert!(api["paths"]["/api/v1/audit"]["get"].is_object());
     assert!(!docs.contains("<script") && !docs.contains("http://www") && docs.contains("id=\"WagonView\""));
     assert_eq!(api["components"]["securitySchemes"]["token"]["scheme"], "bearer");
     assert_eq!(train.get("/docs.css", &[]).await.status, 200);

@@ -1,12 +1,13 @@
 //! All alerts, with the state of what may become one.
 
+mod people;
+
+pub use people::Refusal;
+
 use super::journal::{Journal, Letter};
-use super::model::{
-    AcknowledgeRequest, Acknowledgement, Alert, AlertPlace, AlertState, Change, Scope, Shelf, ShelveRequest,
-};
+use super::model::{Alert, AlertPlace, AlertState, Change, Scope};
 use super::rules;
 use crate::model::{AlertCounts, Grade};
-use crate::time::rfc3339;
 use railgrip_messages::Stamp;
 use railgrip_settings::AlertSettings;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -18,6 +19,8 @@ const REMEMBERED: usize = 200;
 const MOST_PATIENCE: u32 = 5;
 /// While the journal refuses, it is tried again after so long, ns.
 const JOURNAL_PAUSE_NS: u64 = 5_000_000_000;
+/// Recordings of mismatches, which are written while an alert is raised, are looked for so often, ns.
+const RECORDING_PAUSE_NS: u64 = 2_000_000_000;
 
 /// A symptom: an indicator at one place. Wagon 0 is the train itself, or this service.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -28,23 +31,6 @@ pub struct Cause {
     pub wheelset: Option<u32>,
     /// The indicator, or `silent`, `no_pressure`, `late`, `storage`.
     pub name: &'static str,
-}
-
-/// Why a request of a person cannot be carried out.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum Refusal {
-    /// There is no such alert.
-    #[error("there is no alert {0}")]
-    Unknown(u64),
-    /// It is over.
-    #[error("alert {0} is over: its cause is gone")]
-    Over(u64),
-    /// It is not shelved.
-    #[error("alert {0} is not shelved")]
-    NotShelved(u64),
-    /// The request makes no sense.
-    #[error("{0}")]
-    Invalid(String),
 }
 
 /// Whether a symptom counts.
@@ -76,6 +62,8 @@ pub struct AlertBook {
     unsaved: BTreeSet<u64>,
     letters: Vec<Letter>,
     refused_ns: Option<u64>,
+    /// When recordings were last looked for, monotonic, ns.
+    looked_ns: u64,
     trouble: Option<String>,
 }
 
@@ -97,6 +85,7 @@ impl AlertBook {
             unsaved: BTreeSet::new(),
             letters: Vec::new(),
             refused_ns: None,
+            looked_ns: 0,
             trouble: None,
         }
     }
@@ -110,7 +99,9 @@ impl AlertBook {
                 continue;
             }
             for place in alert.places.iter().filter(|place| place.wagon <= self.wagons) {
-                let Some(name) = NAMES.iter().find(|name| **name == place.indicator) else { continue };
+                let Some(name) = rules::SYMPTOMS.iter().find(|name| **name == place.indicator) else {
+                    continue;
+                };
                 let cause = Cause { wagon: place.wagon, wheelset: place.wheelset, name };
                 let counts = Some((place.grade, place.reason.clone()));
                 self.watched.insert(cause, Watched { counts, ..Watched::default() });
@@ -193,8 +184,24 @@ impl AlertBook {
                 self.raise(key, places, now);
             }
         }
+        self.find_recordings(now);
         self.unshelve_in_time(now);
         self.save(now);
+    }
+
+    /// Adds recordings to alerts that were raised before theirs was written.
+    fn find_recordings(&mut self, now: Stamp) {
+        if now.monotonic_ns.saturating_sub(self.looked_ns) < RECORDING_PAUSE_NS {
+            return;
+        }
+        self.looked_ns = now.monotonic_ns;
+        for alert in self.open.values_mut().filter(|alert| alert.evidence.recording.is_none()) {
+            alert.find_recording(&self.gaps);
+            if alert.evidence.recording.is_some() {
+                self.version += 1;
+                self.unsaved.insert(alert.id);
+            }
+        }
     }
 
     /// The symptoms that count by cause, and by wagon unless the cause is the train's.
@@ -285,7 +292,6 @@ impl AlertBook {
             return;
         }
         let (worst, before, wagons) = (alert.grade, alert.grade_now, alert.wagons.len());
-        let unwatched = alert.evidence.recording.is_none();
         alert.show(places);
         let change = if alert.grade_now > worst {
             alert.become_worse(now);
@@ -299,9 +305,6 @@ impl AlertBook {
         } else {
             None
         };
-        if unwatched && change.is_some() {
-            alert.find_recording(&self.gaps);
-        }
         let alert = alert.clone();
         match change {
             Some(change) => self.tell(&alert, change, now),
@@ -334,81 +337,6 @@ impl AlertBook {
             back.push(alert.clone());
         }
         back.iter().for_each(|alert| self.tell(alert, Change::Unshelved, now));
-    }
-
-    /// Somebody takes notice.
-    ///
-    /// # Errors
-    /// An alert that is not there or over, or a request without a name.
-    pub fn acknowledge(
-        &mut self,
-        id: u64,
-        request: AcknowledgeRequest,
-        now: Stamp,
-    ) -> Result<Alert, Refusal> {
-        let by = sane("by", &request.by, 100)?;
-        let note = request.note.map(|note| sane("note", &note, 500)).transpose()?;
-        self.change(id, Change::Acknowledged, now, |alert| {
-            alert.acknowledged =
-                Some(Acknowledgement { by: by.clone(), at: rfc3339(now.unix_ns), note: note.clone() });
-            alert.note(Change::Acknowledged, Some(&by), note, now);
-            Ok(())
-        })
-    }
-
-    /// Somebody puts it aside for a time.
-    ///
-    /// # Errors
-    /// As [`Self::acknowledge`], and a duration out of range.
-    pub fn shelve(&mut self, id: u64, request: ShelveRequest, now: Stamp) -> Result<Alert, Refusal> {
-        let (by, why) = (sane("by", &request.by, 100)?, sane("why", &request.why, 500)?);
-        if !(60.0..=2_592_000.0).contains(&request.duration_s) {
-            let said = format!("`duration_s` is {}; allowed is 60 to 2592000 (30 days)", request.duration_s);
-            return Err(Refusal::Invalid(said));
-        }
-        let until_unix_ns = now.unix_ns + (request.duration_s * 1e9) as i64;
-        self.change(id, Change::Shelved, now, |alert| {
-            alert.shelved = Some(Shelf {
-                by: by.clone(),
-                at: rfc3339(now.unix_ns),
-                why: why.clone(),
-                until: rfc3339(until_unix_ns),
-                until_unix_ns,
-            });
-            alert.note(Change::Shelved, Some(&by), Some(why), now);
-            Ok(())
-        })
-    }
-
-    /// Somebody takes it back before its time is over.
-    ///
-    /// # Errors
-    /// As [`Self::acknowledge`], and an alert that is not shelved.
-    pub fn unshelve(&mut self, id: u64, request: AcknowledgeRequest, now: Stamp) -> Result<Alert, Refusal> {
-        let by = sane("by", &request.by, 100)?;
-        self.change(id, Change::Unshelved, now, |alert| {
-            alert.shelved.take().ok_or(Refusal::NotShelved(id))?;
-            alert.note(Change::Unshelved, Some(&by), request.note, now);
-            Ok(())
-        })
-    }
-
-    fn change(
-        &mut self,
-        id: u64,
-        change: Change,
-        now: Stamp,
-        make: impl FnOnce(&mut Alert) -> Result<(), Refusal>,
-    ) -> Result<Alert, Refusal> {
-        let Some(alert) = self.open.values_mut().find(|alert| alert.id == id) else {
-            let over = self.over.iter().any(|alert| alert.id == id);
-            return Err(if over { Refusal::Over(id) } else { Refusal::Unknown(id) });
-        };
-        make(alert)?;
-        let alert = alert.clone();
-        self.tell(&alert, change, now);
-        self.save(now);
-        Ok(alert)
     }
 
     fn tell(&mut self, alert: &Alert, change: Change, now: Stamp) {
@@ -505,36 +433,6 @@ impl AlertBook {
         let of = |grade| told.clone().filter(|alert| alert.grade_now == grade).count() as u32;
         AlertCounts { watch: of(Grade::Watch), act: of(Grade::Act) }
     }
-}
-
-/// Symptoms that a journal may hold.
-const NAMES: &[&str] = &[
-    "asymmetry",
-    "brake_friction",
-    "brake_friction_standard",
-    "capability",
-    "dragging",
-    "filter",
-    "isolated",
-    "late",
-    "model",
-    "no_pressure",
-    "rail",
-    "response",
-    "sanding",
-    "sensors",
-    "silent",
-    "slides",
-    "storage",
-    "wsp_share",
-];
-
-fn sane(key: &str, text: &str, most: usize) -> Result<String, Refusal> {
-    let text = text.trim();
-    if (1..=most).contains(&text.chars().count()) && !text.chars().any(|c| c.is_control() && c != '\n') {
-        return Ok(text.to_owned());
-    }
-    Err(Refusal::Invalid(format!("`{key}` must be a text of 1 to {most} characters")))
 }
 
 #[cfg(test)]

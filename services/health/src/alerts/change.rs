@@ -6,11 +6,14 @@ use crate::model::Grade;
 use crate::time::rfc3339;
 use railgrip_messages::Stamp;
 use std::path::Path;
+use std::time::UNIX_EPOCH;
 
 /// Lines that an alert's history keeps.
 const LINES: usize = 50;
 /// Evidence begins so long before the alert, s, and ends so long after.
 const EVIDENCE_S: i64 = 600;
+/// A recording of a mismatch is written at most so long before its alert is raised, ns.
+const RECORDED_BEFORE_NS: i64 = 600_000_000_000;
 
 impl Alert {
     /// A new alert.
@@ -67,10 +70,18 @@ impl Alert {
         if self.cause != "filter" {
             return;
         }
+        // One of another day explains nothing of today.
+        let since_ns = self.unix_ns.saturating_sub(RECORDED_BEFORE_NS);
+        let fresh = |path: &Path| {
+            let modified = path.metadata().and_then(|metadata| metadata.modified()).ok();
+            let age = modified.and_then(|at| at.duration_since(UNIX_EPOCH).ok());
+            age.is_some_and(|age| age.as_nanos() as i64 >= since_ns)
+        };
         let prefix = format!("wagon-{}-", self.wagon);
         let folders = std::fs::read_dir(gaps).into_iter().flatten().flatten().map(|entry| entry.path());
         let name = |path: &Path| path.file_name().map(|name| name.to_string_lossy().into_owned());
-        let own = folders.filter(|path| name(path).is_some_and(|name| name.starts_with(&prefix)));
+        let own =
+            folders.filter(|path| name(path).is_some_and(|name| name.starts_with(&prefix)) && fresh(path));
         if let Some(path) = own.max_by_key(|path| name(path)) {
             self.evidence.recording = Some(path.display().to_string());
         }

@@ -222,18 +222,10 @@ pub struct AlertList {
 #[serde(deny_unknown_fields)]
 pub struct AcknowledgeRequest {
     /// Who, for example a name or a role.
-    #[schema(
-        min_length = 1,
-        max_length = 100,
-        pattern = "^[^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*[^\\s\\x00-\\x1f\\x7f-\\x9f][^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*$"
-    )]
+    #[schema(min_length = 1, max_length = 100, pattern = "words")]
     pub by: String,
     /// What they say.
-    #[schema(
-        min_length = 1,
-        max_length = 500,
-        pattern = "^[^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*[^\\s\\x00-\\x1f\\x7f-\\x9f][^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*$"
-    )]
+    #[schema(min_length = 1, max_length = 500, pattern = "words")]
     #[serde(default)]
     pub note: Option<String>,
 }
@@ -243,18 +235,10 @@ pub struct AcknowledgeRequest {
 #[serde(deny_unknown_fields)]
 pub struct ShelveRequest {
     /// Who, for example a name or a role.
-    #[schema(
-        min_length = 1,
-        max_length = 100,
-        pattern = "^[^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*[^\\s\\x00-\\x1f\\x7f-\\x9f][^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*$"
-    )]
+    #[schema(min_length = 1, max_length = 100, pattern = "words")]
     pub by: String,
     /// Why.
-    #[schema(
-        min_length = 1,
-        max_length = 500,
-        pattern = "^[^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*[^\\s\\x00-\\x1f\\x7f-\\x9f][^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*$"
-    )]
+    #[schema(min_length = 1, max_length = 500, pattern = "words")]
     pub why: String,
     /// For so many seconds: a minute to 30 days.
     #[schema(minimum = 60, maximum = 2_592_000)]

@@ -3,6 +3,7 @@
 use super::Refusal;
 use super::model::{AcknowledgeRequest, Alert, AlertList, AlertState, ShelveRequest};
 use crate::history::query::{parameters, refuse, value};
+use crate::history::routes::wagon;
 use crate::model::Grade;
 use crate::problem::Problem;
 use crate::shared::Shared;
@@ -34,12 +35,12 @@ impl From<Refusal> for Problem {
         ("grade" = Option<Grade>, Query, description = "Only of this grade now"),
         ("wagon" = Option<u32>, Query, minimum = 1, description = "Only of this wagon"),
         ("limit" = Option<u32>, Query, minimum = 1, maximum = 1000, description = "At most so many; default 1000"),
-        ("after" = Option<u64>, Query, minimum = 0, description = "Only behind the alert with this number"),
+        ("after" = Option<i64>, Query, minimum = 0, description = "Only behind the alert with this number"),
     ),
     responses(
-        (status = 200, body = AlertList, headers(("Link" = String, description = "The next page, rel=\"next\""))),
-        (status = 400, description = "A query parameter is wrong; the detail names it and what is allowed",
-            body = Problem, content_type = "application/problem+json"),
+        (status = 200, description = "The alerts", body = AlertList, headers(("Link" = String, description = "The next page, rel=\"next\""))),
+        (status = 400, description = "A query parameter is wrong; the detail names it and what is allowed"),
+        (status = 404, description = "There is no such wagon"),
     ))]
 pub(crate) async fn alerts(
     State(shared): State<Shared>,
@@ -53,14 +54,7 @@ pub(crate) async fn alerts(
     };
     let state = one_of("state", &["active", "acknowledged", "shelved", "cleared"])?;
     let grade = one_of("grade", &["unknown", "ok", "watch", "act"])?;
-    let wagon = match value(&pairs, "wagon") {
-        None => None,
-        Some(text) => {
-            let plain = text.bytes().all(|byte| byte.is_ascii_digit());
-            let number = text.parse::<u32>().ok().filter(|number| plain && *number > 0);
-            Some(number.ok_or_else(|| refuse("wagon", text, "the number of a wagon, 1 first"))?)
-        }
-    };
+    let wagon = value(&pairs, "wagon").map(|text| wagon(&shared, text)).transpose()?;
     let wanted = |alert: &&Alert| {
         state.as_deref().is_none_or(|state| alert.state.word() == state)
             && grade.as_deref().is_none_or(|grade| alert.grade_now.word() == grade)
@@ -83,8 +77,8 @@ pub(crate) async fn alerts(
 #[utoipa::path(get, path = "/api/v1/alerts/{id}", tag = "alerts",
     params(("id" = u64, Path, minimum = 1, description = "Number of the alert")),
     responses(
-        (status = 200, body = Alert),
-        (status = 404, description = "There is no such alert", body = Problem, content_type = "application/problem+json"),
+        (status = 200, description = "The alert now", body = Alert),
+        (status = 404, description = "There is no such alert"),
     ))]
 pub(crate) async fn alert(
     State(shared): State<Shared>,
@@ -95,21 +89,38 @@ pub(crate) async fn alert(
     alert.map(Json).ok_or_else(|| Refusal::Unknown(id).into())
 }
 
+/// What comes of a change.
+#[derive(utoipa::IntoResponses)]
+#[allow(dead_code, reason = "describes answers and is never made")]
+enum Changed {
+    /// The alert now
+    #[response(status = 200)]
+    Done(Alert),
+    /// The body is no JSON
+    #[response(status = 400)]
+    NoJson,
+    /// There is no such alert
+    #[response(status = 404)]
+    Unknown,
+    /// It is over, or not shelved
+    #[response(status = 409)]
+    Over,
+    /// The body is too large
+    #[response(status = 413)]
+    TooLarge,
+    /// The body is not application/json
+    #[response(status = 415)]
+    OtherKind,
+    /// The body lacks something, or a value in it is not allowed
+    #[response(status = 422)]
+    NotAllowed,
+}
+
 /// Takes notice of an alert: it stays in the list, and asks for nobody's attention until it becomes worse.
 #[utoipa::path(post, path = "/api/v1/alerts/{id}/acknowledge", tag = "alerts",
     params(("id" = u64, Path, minimum = 1, description = "Number of the alert")),
     request_body = AcknowledgeRequest,
-    responses(
-        (status = 200, body = Alert),
-        (status = 400, description = "The body is no JSON", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "There is no such alert", body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "It is over", body = Problem, content_type = "application/problem+json"),
-        (status = 413, description = "The body is too large", body = Problem, content_type = "application/problem+json"),
-        (status = 415, description = "The body is not application/json", body = Problem,
-            content_type = "application/problem+json"),
-        (status = 422, description = "The body lacks something, or a value in it is not allowed", body = Problem,
-            content_type = "application/problem+json"),
-    ))]
+    responses(Changed))]
 pub(crate) async fn acknowledge(
     State(shared): State<Shared>,
     Path(id): Path<String>,
@@ -124,17 +135,7 @@ pub(crate) async fn acknowledge(
 #[utoipa::path(post, path = "/api/v1/alerts/{id}/shelve", tag = "alerts",
     params(("id" = u64, Path, minimum = 1, description = "Number of the alert")),
     request_body = ShelveRequest,
-    responses(
-        (status = 200, body = Alert),
-        (status = 400, description = "The body is no JSON", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "There is no such alert", body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "It is over", body = Problem, content_type = "application/problem+json"),
-        (status = 413, description = "The body is too large", body = Problem, content_type = "application/problem+json"),
-        (status = 415, description = "The body is not application/json", body = Problem,
-            content_type = "application/problem+json"),
-        (status = 422, description = "The body lacks something, or a value in it is not allowed", body = Problem,
-            content_type = "application/problem+json"),
-    ))]
+    responses(Changed))]
 pub(crate) async fn shelve(
     State(shared): State<Shared>,
     Path(id): Path<String>,
@@ -149,18 +150,7 @@ pub(crate) async fn shelve(
 #[utoipa::path(post, path = "/api/v1/alerts/{id}/unshelve", tag = "alerts",
     params(("id" = u64, Path, minimum = 1, description = "Number of the alert")),
     request_body = AcknowledgeRequest,
-    responses(
-        (status = 200, body = Alert),
-        (status = 400, description = "The body is no JSON", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "There is no such alert", body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "It is over or not shelved", body = Problem,
-            content_type = "application/problem+json"),
-        (status = 413, description = "The body is too large", body = Problem, content_type = "application/problem+json"),
-        (status = 415, description = "The body is not application/json", body = Problem,
-            content_type = "application/problem+json"),
-        (status = 422, description = "The body lacks something, or a value in it is not allowed", body = Problem,
-            content_type = "application/problem+json"),
-    ))]
+    responses(Changed))]
 pub(crate) async fn unshelve(
     State(shared): State<Shared>,
     Path(id): Path<String>,

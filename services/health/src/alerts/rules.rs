@@ -3,13 +3,38 @@
 use super::model::{AlertPlace, Scope};
 use crate::model::Grade;
 
+/// All symptoms: what a journal may hold.
+pub(super) const SYMPTOMS: &[&str] = &[
+    "asymmetry",
+    "brake_friction",
+    "brake_friction_standard",
+    "capability",
+    "dragging",
+    "filter",
+    "history",
+    "isolated",
+    "late",
+    "model",
+    "no_pressure",
+    "rail",
+    "response",
+    "sanding",
+    "sensors",
+    "silent",
+    "slides",
+    "storage",
+    "wsp_share",
+];
+
 /// The cause behind a symptom.
 pub(super) fn cause_of(symptom: &'static str) -> &'static str {
     match symptom {
         "brake_friction" | "brake_friction_standard" | "asymmetry" => "brake_friction",
         "no_pressure" | "isolated" => "isolated",
         "late" | "response" => "response",
-        // The gap watch speaks through the indicator of the filter.
+        // A disk that is full or read-only takes neither indicators nor alerts.
+        "history" | "storage" => "storage",
+        // What the filter shows within seconds, the watch over minutes shows with the term to suspect.
         "model" | "filter" => "filter",
         other => other,
     }
@@ -27,7 +52,7 @@ pub(super) fn patience(symptom: &str, grade: Grade) -> f64 {
 
 /// True for causes that lie in the rail, the data path or this service, never in one wagon.
 pub(super) fn is_of_the_train(cause: &str) -> bool {
-    matches!(cause, "rail" | "silent" | "storage" | "history" | "capability")
+    matches!(cause, "rail" | "silent" | "storage" | "capability")
 }
 
 /// True if `cause` on a wagon follows from `other` on the same wagon, which needs action.
@@ -80,10 +105,9 @@ pub(super) fn advice(cause: &str, scope: Scope) -> &'static str {
             "The model does not explain this wagon: run `railgrip gap diagnose` on the recording that was kept."
         }
         ("silent", _) => "Check the data connection and the processes of these wagons.",
-        ("history", _) => {
-            "Free space on the disk, make it writable or replace it; live figures go on, their history has a gap."
+        ("storage", _) => {
+            "Free space on the disk, make it writable or replace it; live figures go on, what is remembered has a gap."
         }
-        ("storage", _) => "Free space on the disk or replace it; until then nothing new is remembered.",
         ("capability", _) => "Reduce speed: the train needs more than its nominal braking distance.",
         (_, Scope::Train) => "Have a look at these wagons.",
         _ => "Have a look at this wagon.",

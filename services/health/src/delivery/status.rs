@@ -60,7 +60,9 @@ impl Mailbox {
 }
 
 /// Receivers of alerts: what waits for them, what they have confirmed, why they cannot be reached.
-#[utoipa::path(get, path = "/api/v1/delivery", tag = "alerts", responses((status = 200, body = DeliveryView)))]
+#[utoipa::path(get, path = "/api/v1/delivery", tag = "alerts", responses(
+    (status = 200, description = "Each receiver", body = DeliveryView),
+))]
 pub(crate) async fn deliveries(State(shared): State<Shared>) -> Json<DeliveryView> {
     Json(shared.mailbox().view())
 }

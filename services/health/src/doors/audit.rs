@@ -9,6 +9,7 @@ use crate::doors::{Peer, unix_s};
 use crate::time::rfc3339;
 use railgrip_settings::AuditSettings;
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::fs::File;
 use std::io::Write;
 use std::os::unix::fs::OpenOptionsExt;
@@ -270,8 +271,8 @@ fn ends_with_newline(file: &File, size: u64) -> std::io::Result<bool> {
     Ok(last == *b"\n")
 }
 
-/// The latest lines of the log, oldest first; at most so many.
-pub(super) fn latest(file: &Path, count: usize) -> std::io::Result<Vec<serde_json::Value>> {
+/// The latest records of the log, oldest first; at most so many.
+pub(super) fn latest<T: DeserializeOwned>(file: &Path, count: usize) -> std::io::Result<Vec<T>> {
     let text = std::fs::read_to_string(file)?;
     let lines: Vec<&str> = text.lines().collect();
     let from = lines.len().saturating_sub(count);
@@ -281,6 +282,7 @@ pub(super) fn latest(file: &Path, count: usize) -> std::io::Result<Vec<serde_jso
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde_json::Value;
 
     fn settings(file: &Path, max_bytes: u64, keep: usize) -> AuditSettings {
         AuditSettings { file: file.to_owned(), max_bytes, keep }
@@ -315,7 +317,7 @@ mod tests {
         names.sort();
         assert_eq!(names, ["audit.jsonl", "audit.jsonl.1", "audit.jsonl.2"]);
         assert!(std::fs::metadata(file.with_file_name("audit.jsonl.1")).expect("file").len() <= 2000);
-        let lines = latest(&file, 3).expect("lines");
+        let lines: Vec<Value> = latest(&file, 3).expect("lines");
         println!("{}", lines[0]);
         assert_eq!(lines.last().expect("line")["event"], "stop");
         let change = &lines[lines.len() - 2];
@@ -333,7 +335,7 @@ mod tests {
         (0..1000).for_each(|_| audit.refusal(&record(&peer, "/")));
         audit.request(&record(&peer, "/last"));
         drop(audit);
-        let lines = latest(&file, 10_000).expect("lines");
+        let lines: Vec<Value> = latest(&file, 10_000).expect("lines");
         let last = lines.iter().find(|line| line["path"] == "/last").expect("last");
         println!("{} lines, {} not written", lines.len(), last["lost"]);
         assert!(lines.len() <= 60 && last["lost"].as_u64().expect("count") > 900);
@@ -359,6 +361,6 @@ mod tests {
         let file = folder.path().join("audit.jsonl");
         std::fs::write(&file, "{\"at\":\"2026").expect("write");
         drop(Audit::start(&settings(&file, 1000, 2), "demo"));
-        assert_eq!(latest(&file, 10).expect("lines").len(), 2);
+        assert_eq!(latest::<Value>(&file, 10).expect("lines").len(), 2);
     }
 }

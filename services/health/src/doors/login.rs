@@ -1,14 +1,14 @@
-//! Where a browser trades a token for a session, and gives it back; and where an admin reads the audit log.
+//! Where a browser trades a token for a session, and gives it back.
 
 use crate::doors::access::{Identity, Proof};
-use crate::doors::audit::{self, Record};
+use crate::doors::audit::Record;
+use crate::doors::records::records;
 use crate::doors::{Doors, Peer, unix_s};
-use crate::problem::Problem;
+use axum::Router;
 use axum::extract::{Extension, Form, FromRequest, Query, Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
-use axum::{Json, Router};
 use maud::{DOCTYPE, html};
 use serde::Deserialize;
 use std::fmt::Write;
@@ -16,8 +16,6 @@ use std::fmt::Write;
 const STYLE: &str = include_str!("login.css");
 /// What a wrong token costs of a client's bucket, in requests.
 const WRONG_TOKEN_COST: f64 = 10.0;
-/// Lines of the audit log that are served.
-const AUDIT_LINES: usize = 500;
 /// Longest token that is looked at.
 const MAX_TOKEN: usize = 256;
 
@@ -37,18 +35,8 @@ pub(super) fn routes(doors: &Doors) -> Router {
         .route("/login", get(form).post(enter))
         .route("/logout", post(leave))
         .route("/login.css", get(style))
-        .route("/api/v1/audit", get(log))
+        .route("/api/v1/audit", get(records))
         .with_state(doors.clone())
-}
-
-/// The latest lines of the audit log.
-async fn log(State(doors): State<Doors>) -> Response {
-    let file = doors.inner.audit.file().to_owned();
-    match audit::latest(&file, AUDIT_LINES) {
-        Ok(lines) => Json(serde_json::json!({ "records": lines })).into_response(),
-        Err(error) => Problem::new(StatusCode::SERVICE_UNAVAILABLE, format!("{}: {error}", file.display()))
-            .into_response(),
-    }
 }
 
 async fn style() -> impl IntoResponse {

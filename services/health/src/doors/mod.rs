@@ -23,6 +23,7 @@ mod listen;
 mod local;
 mod login;
 mod origin;
+pub(crate) mod records;
 mod seats;
 mod session;
 mod stall;

@@ -8,18 +8,20 @@
 //! The file is read again within a second when it changes. A file that is gone lets nobody in any more; one that cannot
 //! be understood (half written by an editor) leaves the tokens that were known before.
 
-use crate::doors::{DoorError, Role, unix_s};
+mod book;
+mod edit;
+
+pub(in crate::doors) use book::TokenBook;
+pub use edit::{add, revoke, rotate};
+
+use crate::doors::{DoorError, Role};
 use crate::time::{parse_rfc3339, rfc3339};
 use ring::digest::{SHA256, digest};
 use ring::rand::{SecureRandom, SystemRandom};
 use serde::{Deserialize, Serialize};
-use std::fs::{File, Metadata, OpenOptions};
-use std::io::Write;
-use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError, RwLock};
-use subtle::ConstantTimeEq;
+use std::fs::Metadata;
+use std::os::unix::fs::MetadataExt;
+use std::path::Path;
 
 /// What every token begins with, so that people and scanners know one when they see it.
 pub const PREFIX: &str = "railgrip_";
@@ -212,124 +214,6 @@ fn check_name(name: &str) -> Result<(), String> {
     ))
 }
 
-/// Makes a token and returns its secret, which nobody can look up later.
-///
-/// # Errors
-/// A name that is taken or not allowed; a file that cannot be read or written.
-pub fn add(file: &Path, name: &str, role: Role, expires_s: Option<i64>) -> Result<String, DoorError> {
-    let wrong = |problem: String| DoorError::Tokens { file: file.to_owned(), problem };
-    check_name(name).map_err(wrong)?;
-    change(file, |tokens| {
-        if tokens.iter().any(|token| token.name == name) {
-            return Err(wrong(format!(
-                "there is a token \"{name}\" already; `token rotate` renews its secret"
-            )));
-        }
-        if tokens.len() >= MAX_TOKENS {
-            return Err(wrong(format!("holds {MAX_TOKENS} tokens already, more are not allowed")));
-        }
-        let (secret, hash) = secret(file)?;
-        let name = name.to_owned();
-        tokens.push(Token { name, role, created_s: unix_s(), expires_s, previous: None, hash });
-        Ok(secret)
-    })
-}
-
-/// Ends a token.
-///
-/// # Errors
-/// No such token; a file that cannot be read or written.
-pub fn revoke(file: &Path, name: &str) -> Result<(), DoorError> {
-    change(file, |tokens| {
-        let at = find(file, tokens, name)?;
-        tokens.remove(at);
-        Ok(())
-    })
-}
-
-/// Gives a token a new secret; the old one counts for `overlap_s` seconds more.
-///
-/// # Errors
-/// No such token; a file that cannot be read or written.
-pub fn rotate(file: &Path, name: &str, overlap_s: i64) -> Result<String, DoorError> {
-    change(file, |tokens| {
-        let at = find(file, tokens, name)?;
-        let (secret, hash) = secret(file)?;
-        let token = &mut tokens[at];
-        token.previous = (overlap_s > 0).then_some((token.hash, unix_s().saturating_add(overlap_s)));
-        token.hash = hash;
-        Ok(secret)
-    })
-}
-
-fn find(file: &Path, tokens: &[Token], name: &str) -> Result<usize, DoorError> {
-    tokens.iter().position(|token| token.name == name).ok_or_else(|| {
-        let names: Vec<&str> = tokens.iter().map(|token| token.name.as_str()).collect();
-        let there = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-        let problem = format!("there is no token \"{}\"; there is {there}", name.escape_debug());
-        DoorError::Tokens { file: file.to_owned(), problem }
-    })
-}
-
-fn secret(file: &Path) -> Result<(String, Hash), DoorError> {
-    let bytes =
-        random::<SECRET_BYTES>().map_err(|source| DoorError::File { file: file.to_owned(), source })?;
-    let secret = format!("{PREFIX}{}", hex(&bytes));
-    let hash = Hash::of(&secret);
-    Ok((secret, hash))
-}
-
-/// Reads, changes and replaces the file while nobody else does. A reader sees the old file or the new one.
-fn change<T>(
-    file: &Path,
-    edit: impl FnOnce(&mut Vec<Token>) -> Result<T, DoorError>,
-) -> Result<T, DoorError> {
-    let failed = |file: &Path| {
-        let file = file.to_owned();
-        move |source| DoorError::File { file, source }
-    };
-    if let Some(folder) = file.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder).map_err(failed(folder))?;
-    }
-    let lock_path = beside(file, ".lock");
-    let lock = private().create(true).truncate(false).open(&lock_path).map_err(failed(&lock_path))?;
-    lock.lock().map_err(failed(&lock_path))?;
-    let mut tokens = read(file)?;
-    let result = edit(&mut tokens)?;
-    let new = beside(file, ".new");
-    let _ = std::fs::remove_file(&new);
-    let mut written = private().create_new(true).open(&new).map_err(failed(&new))?;
-    let text = format!(
-        "# Tokens of railgrip's HTTP service, as SHA-256. Made by `railgrip token`; read again when this file changes.\n{}",
-        text(&tokens)
-    );
-    written.write_all(text.as_bytes()).and_then(|()| written.sync_all()).map_err(failed(&new))?;
-    keep_owner(file, &written);
-    std::fs::rename(&new, file).map_err(failed(file))?;
-    Ok(result)
-}
-
-/// Root may change a file that the service's user must still read afterwards.
-fn keep_owner(old: &Path, new: &File) {
-    if let Ok(old) = std::fs::metadata(old)
-        && let Err(error) = std::os::unix::fs::fchown(new, Some(old.uid()), Some(old.gid()))
-    {
-        tracing::debug!(%error, "the owner of the token file changes");
-    }
-}
-
-fn private() -> OpenOptions {
-    let mut options = File::options();
-    options.write(true).mode(0o600);
-    options
-}
-
-fn beside(file: &Path, ending: &str) -> PathBuf {
-    let mut name = file.file_name().unwrap_or_default().to_owned();
-    name.push(ending);
-    file.with_file_name(name)
-}
-
 fn text(tokens: &[Token]) -> String {
     let instant = |s: i64| rfc3339(s.saturating_mul(1_000_000_000));
     let forms = tokens.iter().map(|token| TokenForm {
@@ -344,91 +228,11 @@ fn text(tokens: &[Token]) -> String {
     toml::to_string(&FileForm { schema: 1, token: forms.collect() }).unwrap_or_default()
 }
 
-/// What tells whether a file is another than before.
-type Mark = (i64, i64, u64, u64);
-
-/// The tokens that count now, renewed when their file changes.
-pub(super) struct TokenBook {
-    file: PathBuf,
-    tokens: RwLock<Arc<Vec<Token>>>,
-    seen: Mutex<Option<Mark>>,
-    generation: AtomicU64,
-}
-
-impl TokenBook {
-    pub(super) fn open(file: &Path) -> Result<Self, DoorError> {
-        let seen = mark(file);
-        let tokens = read(file)?;
-        if !tokens.iter().any(|token| token.usable(unix_s())) {
-            tracing::error!("{} holds no token that is valid: nobody can come in", file.display());
-        }
-        Ok(Self {
-            file: file.to_owned(),
-            tokens: RwLock::new(Arc::new(tokens)),
-            seen: Mutex::new(seen),
-            generation: AtomicU64::new(0),
-        })
-    }
-
-    /// Reads the file again if it is another; says what came of it.
-    pub(super) fn look(&self) -> Option<String> {
-        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
-        let now = mark(&self.file);
-        if *seen == now {
-            return None;
-        }
-        *seen = now;
-        Some(match read(&self.file) {
-            Ok(tokens) => {
-                let count = tokens.len();
-                tracing::info!("{}: {count} tokens", self.file.display());
-                *self.tokens.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(tokens);
-                self.generation.fetch_add(1, Ordering::Release);
-                format!("{count} tokens")
-            }
-            Err(error) => {
-                tracing::error!("{error}; the tokens known before still count");
-                format!("refused: {error}")
-            }
-        })
-    }
-
-    /// Counts how often the tokens changed.
-    pub(super) fn generation(&self) -> u64 {
-        self.generation.load(Ordering::Acquire)
-    }
-
-    pub(super) fn all(&self) -> Arc<Vec<Token>> {
-        Arc::clone(&self.tokens.read().unwrap_or_else(PoisonError::into_inner))
-    }
-
-    /// The token of that secret.
-    pub(super) fn of_secret(&self, secret: &str, now_s: i64) -> Option<Token> {
-        if !secret.starts_with(PREFIX) {
-            return None;
-        }
-        let presented = Hash::of(secret);
-        let tokens = self.all();
-        let mut found = None;
-        for token in tokens.iter() {
-            for hash in token.hashes(now_s) {
-                if bool::from(hash.0.ct_eq(&presented.0)) {
-                    found = Some(token);
-                }
-            }
-        }
-        found.cloned()
-    }
-}
-
-fn mark(file: &Path) -> Option<Mark> {
-    let metadata = std::fs::metadata(file).ok()?;
-    Some((metadata.mtime(), metadata.mtime_nsec(), metadata.ino(), metadata.len()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::doors::unix_s;
+    use std::path::PathBuf;
 
     fn folder() -> (tempfile::TempDir, PathBuf) {
         let folder = tempfile::tempdir().expect("folder");

@@ -65,9 +65,9 @@ impl From<NumberedEvent> for EventView {
 /// What happened, newest first, page by page.
 #[utoipa::path(get, path = "/api/v1/events", tag = "history",
     params(
-        ("from" = Option<String>, Query, description = "Begin: RFC 3339 or Unix seconds; default: the first",
+        ("from" = Option<String>, Query, description = "Begin: RFC 3339, Unix seconds, or so long ago such as `7d`; default: the first",
             pattern = "instant"),
-        ("to" = Option<String>, Query, description = "End: RFC 3339 or Unix seconds; default: now",
+        ("to" = Option<String>, Query, description = "End, exclusive: RFC 3339, Unix seconds, so long ago, or `now`, the default",
             pattern = "instant"),
         ("wagon" = Option<u32>, Query, minimum = 1, description = "Only of this wagon"),
         ("kind" = Option<String>, Query, max_length = 40, pattern = "^[a-z_]+$",
@@ -76,12 +76,10 @@ impl From<NumberedEvent> for EventView {
         ("after" = Option<i64>, Query, minimum = 0, description = "Only behind the event with this number, that is older ones"),
     ),
     responses(
-        (status = 200, body = EventPage, headers(("Link" = String, description = "The next page, rel=\"next\""))),
-        (status = 400, description = "A query parameter is wrong; the detail names it and what is allowed",
-            body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "There is no such wagon, or no history", body = Problem,
-            content_type = "application/problem+json"),
-        (status = 503, description = "The database refuses", body = Problem, content_type = "application/problem+json"),
+        (status = 200, description = "A page", body = EventPage, headers(("Link" = String, description = "The next page, rel=\"next\""))),
+        (status = 400, description = "A query parameter is wrong; the detail names it and what is allowed"),
+        (status = 404, description = "There is no such wagon, or no history"),
+        (status = 503, description = "The database refuses"),
     ))]
 pub(crate) async fn events(
     State(shared): State<Shared>,
@@ -89,7 +87,8 @@ pub(crate) async fn events(
 ) -> Result<Response, Problem> {
     let pairs = parameters(query.as_deref(), &["from", "to", "wagon", "kind", "limit", "after"])?;
     let page = Page::of(&pairs, USUAL)?;
-    let at_ms = |name| value(&pairs, name).map(|text| instant(name, text)).transpose();
+    let now_s = shared.now().unix_ns.div_euclid(1_000_000_000);
+    let at_ms = |name| value(&pairs, name).map(|text| instant(name, text, now_s)).transpose();
     let filter = EventFilter {
         from_ms: at_ms("from")?.map(|s| s * 1000),
         to_ms: at_ms("to")?.map(|s| s * 1000),

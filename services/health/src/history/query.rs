@@ -12,15 +12,6 @@ const USUAL_STEPS: i64 = 500;
 const USUAL_SPAN_S: i64 = 3600;
 /// Steps that read well.
 const STEPS_S: [i64; 14] = [1, 2, 5, 10, 30, 60, 300, 600, 1800, 3600, 10_800, 21_600, 43_200, 86_400];
-/// Instants beyond are refused: the year 9999.
-const LAST_UNIX_S: i64 = 253_402_300_799;
-
-/// Instants as [`instant`] takes them, for the description of the interface.
-pub(crate) const INSTANT: &str = "^([0-9]{1,11}(\\.[0-9]{1,9})?|[0-9]{4}-((0[13578]|1[02])-(0[1-9]|[12][0-9]|3[01])|\
-    (0[469]|11)-(0[1-9]|[12][0-9]|30)|02-(0[1-9]|1[0-9]|2[0-8]))[Tt]([01][0-9]|2[0-3]):[0-5][0-9]:[0-5][0-9]\
-    (\\.[0-9]{1,9})?([Zz]|[+-]([01][0-9]|2[0-3]):[0-5][0-9]))$";
-/// Widths of steps as [`duration`] takes them.
-pub(crate) const STEP: &str = "^([1-9][0-9]{0,6}s?|[1-9][0-9]{0,4}m|[1-9][0-9]{0,2}[hd])$";
 
 /// A span of time in steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,7 +32,8 @@ impl Span {
     }
 }
 
-/// Values that are fine one by one, but contradict each other.
+/// Values that are fine one by one, but contradict each other: a conflict, while 400 stays for what no description of
+/// the interface allows.
 fn contradict(detail: String) -> Problem {
     Problem::new(StatusCode::CONFLICT, detail)
 }
@@ -98,43 +90,23 @@ pub(crate) fn value<'a>(pairs: &'a [(String, String)], name: &str) -> Option<&'a
     pairs.iter().find(|(other, _)| other == name).map(|(_, value)| value.as_str())
 }
 
-/// An instant: RFC 3339, or Unix seconds.
-pub(crate) fn instant(name: &str, text: &str) -> Result<i64, Problem> {
+/// An instant as [`time::instant_s`] takes it.
+pub(crate) fn instant(name: &str, text: &str, now_unix_s: i64) -> Result<i64, Problem> {
     // A plus that was not encoded arrives as a space.
     let repaired = text.replace(' ', "+");
-    let plain = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
-    let (whole, fraction) = text.split_once('.').unwrap_or((text, "0"));
-    let unix = (plain(whole) && plain(fraction)).then(|| text.parse::<f64>().ok()).flatten();
-    let seconds = unix.or_else(|| time::parse_rfc3339(&repaired));
-    seconds
-        .filter(|seconds| (0.0..=LAST_UNIX_S as f64).contains(seconds))
-        .map(|seconds| seconds.floor() as i64)
-        .ok_or_else(|| {
-            refuse(name, text, "an RFC 3339 instant such as 2026-03-01T12:00:00Z, or Unix seconds")
-        })
+    time::instant_s(&repaired, now_unix_s).ok_or_else(|| refuse(name, text, time::INSTANT_ALLOWED))
 }
 
-/// A duration: seconds, or a number with `s`, `m`, `h` or `d`.
+/// A span as [`time::span_s`] takes it.
 pub(crate) fn duration(name: &str, text: &str) -> Result<i64, Problem> {
-    let (number, unit_s) = match text.char_indices().last() {
-        Some((at, 's')) => (&text[..at], 1),
-        Some((at, 'm')) => (&text[..at], 60),
-        Some((at, 'h')) => (&text[..at], 3600),
-        Some((at, 'd')) => (&text[..at], 86_400),
-        _ => (text, 1),
-    };
-    let plain = !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
-    let seconds = plain.then(|| number.parse::<i64>().ok()).flatten().and_then(|n| n.checked_mul(unit_s));
-    seconds
-        .filter(|seconds| (1..=31_536_000).contains(seconds))
-        .ok_or_else(|| refuse(name, text, "1 to 31536000 seconds, or a whole number with s, m, h or d"))
+    time::span_s(text).ok_or_else(|| refuse(name, text, time::SPAN_ALLOWED))
 }
 
 /// Begin and end that `from` and `to` ask for; without `from`, `usual_s` before the end.
 pub(crate) fn ends(pairs: &[(String, String)], now_unix_s: i64, usual_s: i64) -> Result<(i64, i64), Problem> {
     let get = |name| value(pairs, name);
-    let to_s = get("to").map(|text| instant("to", text)).transpose()?;
-    let from_s = get("from").map(|text| instant("from", text)).transpose()?;
+    let to_s = get("to").map(|text| instant("to", text, now_unix_s)).transpose()?;
+    let from_s = get("from").map(|text| instant("from", text, now_unix_s)).transpose()?;
     let to_s = to_s.unwrap_or_else(|| (now_unix_s + 1).max(from_s.unwrap_or(0) + 1));
     let from_s = from_s.unwrap_or_else(|| (to_s - usual_s).max(0));
     if from_s >= to_s {

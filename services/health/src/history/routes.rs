@@ -37,8 +37,8 @@ pub struct IndicatorView {
 
 /// How the history is, and which indicators it holds.
 #[utoipa::path(get, path = "/api/v1/history", tag = "history", responses(
-    (status = 200, body = HistoryOverview),
-    (status = 404, description = "There is no history", body = Problem, content_type = "application/problem+json"),
+    (status = 200, description = "Its state and what it holds", body = HistoryOverview),
+    (status = 404, description = "There is no history"),
 ))]
 pub(crate) async fn overview(State(shared): State<Shared>) -> Result<Json<HistoryOverview>, Problem> {
     let history = available(&shared)?;
@@ -59,21 +59,19 @@ pub(crate) async fn overview(State(shared): State<Shared>) -> Result<Json<Histor
     params(
         ("id" = u32, Path, minimum = 1, description = "Number of the wagon, 1 first"),
         ("from" = Option<String>, Query, pattern = "instant",
-            description = "Begin: RFC 3339 or Unix seconds; default: an hour before `to`"),
-        ("to" = Option<String>, Query, pattern = "instant", description = "End: RFC 3339 or Unix seconds; default: now"),
+            description = "Begin: RFC 3339, Unix seconds, or so long ago such as `7d`; default: an hour before `to`"),
+        ("to" = Option<String>, Query, pattern = "instant", 
+            description = "End, exclusive: RFC 3339, Unix seconds, so long ago, or `now`, the default"),
         ("step" = Option<String>, Query, pattern = "step",
             description = "Width of a step: seconds, or a number with s, m, h or d; default: one that gives up to 500 steps"),
         ("fields" = Option<String>, Query, pattern = "fields", description = "Indicators, separated by commas; default: all"),
     ),
     responses(
-        (status = 200, body = HistoryView),
-        (status = 400, description = "A query parameter is wrong; the detail names it and what is allowed",
-            body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "There is no such wagon, or no history", body = Problem,
-            content_type = "application/problem+json"),
-        (status = 409, description = "`from`, `to` and `step` contradict each other", body = Problem,
-            content_type = "application/problem+json"),
-        (status = 503, description = "The database refuses", body = Problem, content_type = "application/problem+json"),
+        (status = 200, description = "The steps", body = HistoryView),
+        (status = 400, description = "A query parameter is wrong; the detail names it and what is allowed"),
+        (status = 404, description = "There is no such wagon, or no history"),
+        (status = 409, description = "`from`, `to` and `step` contradict each other"),
+        (status = 503, description = "The database refuses"),
     ))]
 pub(crate) async fn history(
     State(shared): State<Shared>,
@@ -95,9 +93,11 @@ fn view(history: &History, wagon: u32, span: Span, fields: Option<&[String]>) ->
 }
 
 /// The number of a wagon that there is.
-pub(super) fn wagon(shared: &Shared, id: &str) -> Result<u32, Problem> {
+pub(crate) fn wagon(shared: &Shared, id: &str) -> Result<u32, Problem> {
     let snapshot = shared.latest();
-    let number = id.parse().ok().filter(|id: &u32| snapshot.wagons.iter().any(|wagon| wagon.id == *id));
+    let plain = id.bytes().all(|byte| byte.is_ascii_digit()) && !id.starts_with('0');
+    let known = |id: &u32| plain && snapshot.wagons.iter().any(|wagon| wagon.id == *id);
+    let number = id.parse().ok().filter(known);
     number.ok_or_else(|| {
         let detail = format!("there is no wagon \"{id}\"; allowed is 1 to {}", snapshot.wagons.len());
         Problem::new(StatusCode::NOT_FOUND, detail)

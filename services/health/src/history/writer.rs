@@ -4,6 +4,7 @@ use super::History;
 use super::columns::{self, Column};
 use railgrip_bus::now;
 use railgrip_history::{Event, HistoryError, Limits, Retention, Store};
+use railgrip_indicators::track::KeptCell;
 use railgrip_messages::Health;
 use railgrip_settings::HistorySettings;
 use std::sync::Arc;
@@ -15,6 +16,9 @@ use std::time::{Duration, Instant};
 const WAITING_RECORDS: usize = 16_384;
 /// Time between two tries to open a database that refuses.
 const REOPEN: Duration = Duration::from_secs(2);
+/// A service that has just begun writes sooner: at first so often, then at a quarter of its age until that is longer than
+/// the set time. What people ask for first is there, and one that is restarted again and again loses little.
+const FIRST: Duration = Duration::from_secs(1);
 /// Time between two looks at age and size.
 const PRUNE: Duration = Duration::from_secs(600);
 /// A clock that jumps ahead by more while this process runs is not trusted, s.
@@ -31,6 +35,7 @@ struct Figures {
 enum Record {
     Figures(Figures),
     Event(Event),
+    Cells(Vec<KeptCell>),
 }
 
 /// Takes what shall be remembered.
@@ -54,6 +59,13 @@ impl Recorder {
     /// Takes something that happened; never waits.
     pub fn take_event(&self, event: Event) {
         self.send(Record::Event(event));
+    }
+
+    /// Takes what changed on the map of the track; never waits.
+    pub fn take_cells(&self, cells: Vec<KeptCell>) {
+        if !cells.is_empty() {
+            self.send(Record::Cells(cells));
+        }
     }
 
     fn send(&self, record: Record) {
@@ -130,9 +142,11 @@ struct Writer {
 
 impl Writer {
     fn run(mut self) {
-        let period = Duration::from_secs_f64(self.settings.flush_s);
-        let (mut flushed, mut pruned) = (Instant::now(), None::<Instant>);
+        let set = Duration::from_secs_f64(self.settings.flush_s);
+        let started = Instant::now();
+        let (mut flushed, mut pruned) = (started, None::<Instant>);
         loop {
+            let period = set.min((started.elapsed() / 4).max(FIRST));
             self.open_if_due();
             match self.receiver.recv_timeout(period.saturating_sub(flushed.elapsed())) {
                 Ok(record) => self.push(record),
@@ -188,6 +202,9 @@ impl Writer {
         let record = match record {
             Record::Figures(record) => record,
             Record::Event(event) => return store.push_event(event),
+            Record::Cells(cells) => {
+                return cells.into_iter().for_each(|(place, packed)| store.push_cell(place, packed));
+            }
         };
         if let Err(error) = store.push(record.wagon, record.unix_s, &record.values) {
             self.lost += 1;

@@ -7,6 +7,8 @@ use axum::response::Response;
 
 /// Most entries of one page.
 pub(crate) const MOST: usize = 1000;
+/// Entries have no larger numbers: they are 64-bit numbers with a sign elsewhere.
+const LAST_NUMBER: u64 = i64::MAX as u64;
 
 /// The entries that a request asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,13 +32,14 @@ impl Page {
                 .filter(|limit| (1..=MOST).contains(limit))
                 .ok_or_else(|| refuse("limit", text, &format!("1 to {MOST}")))?,
         };
-        let after =
-            match value(pairs, "after") {
-                None => None,
-                Some(text) => Some(whole(text).flatten().ok_or_else(|| {
-                    refuse("after", text, "the number of the last entry of the page before")
-                })?),
-            };
+        let after = match value(pairs, "after") {
+            None => None,
+            Some(text) => {
+                let number = whole(text).flatten().filter(|number| *number <= LAST_NUMBER);
+                let allowed = "the number of the last entry of the page before";
+                Some(number.ok_or_else(|| refuse("after", text, allowed))?)
+            }
+        };
         Ok(Self { limit, after })
     }
 
@@ -93,7 +96,9 @@ mod tests {
         for wrong in ["0", "1001", "-1", "+5", "", "x", "99999999999999999999999"] {
             assert!(page(&[("limit", wrong)]).is_err(), "{wrong:?}");
         }
-        assert!(page(&[("after", "x")]).is_err());
+        for wrong in ["x", "-1", "9223372036854775808"] {
+            assert!(page(&[("after", wrong)]).is_err(), "{wrong}");
+        }
         let pairs = [
             ("limit".to_owned(), "5".to_owned()),
             ("from".to_owned(), "2026-03-01T12:00:00+01:00".to_owned()),

@@ -139,7 +139,10 @@ pub fn open(settings: &TrainSettings) -> Result<Box<dyn Feed>, InputError> {
     let plants: Vec<_> = settings.wagons.iter().map(|wagon| wagon.plant.kind()).collect();
     Ok(match &settings.source {
         Source::Simulate { scenario, seed, sample_rate_hz, speed } => {
-            Box::new(Simulated::new(scenario, &vehicles, *seed, *sample_rate_hz, *speed)?)
+            let real = settings.wagons.iter().zip(vehicles);
+            let real: Vec<_> =
+                real.map(|(wagon, believed)| wagon.simulated.clone().unwrap_or(believed)).collect();
+            Box::new(Simulated::new(scenario, &real, *seed, *sample_rate_hz, *speed)?)
         }
         Source::Replay { runs, speed, repeat } => {
             Box::new(Replay::open(runs, &vehicles, &plants, *speed, *repeat)?)

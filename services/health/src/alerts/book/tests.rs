@@ -1,6 +1,7 @@
 use super::*;
 use crate::alerts::journal::Target;
 use crate::alerts::model::Alert;
+use crate::alerts::model::{AcknowledgeRequest, ShelveRequest};
 
 const SETTINGS: AlertSettings = AlertSettings {
     raise_after_s: 2.0,
