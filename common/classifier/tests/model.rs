@@ -33,7 +33,10 @@ fn a_rig_never_heard_is_told_better_than_by_chance() {
     let unheard = |noise_db| Circumstances { rigs: vec![UNHEARD_RIG], ..held_out(noise_db) };
     let accuracy = [-32.0, -20.0].map(|noise_db| {
         let confusion = Confusion::of(&model, &synthesise(&unheard(noise_db), 300, 902)).expect("judged");
-        println!("{UNHEARD_RIG}, noise {noise_db:>4} dB: accuracy {:.3}, {confusion:?}", confusion.accuracy());
+        println!(
+            "{UNHEARD_RIG}, noise {noise_db:>4} dB: accuracy {:.3}, {confusion:?}",
+            confusion.accuracy()
+        );
         confusion.accuracy()
     });
     assert!(accuracy.iter().all(|accuracy| *accuracy > 0.6));

@@ -51,7 +51,7 @@ fn bogie_samples(count: usize) -> Vec<EstimatorInput> {
             step = rig.step(&state, 25.0, [60.0, 58.0], &law, [1.0; 2], 1e-3);
             state = step.state;
         }
-        let roller_pulses = if k % 13 == 0 { sensors.roller_pulses(&step) } else { f64::NAN };
+        let roller_pulses = if k.is_multiple_of(13) { sensors.roller_pulses(&step) } else { f64::NAN };
         EstimatorInput {
             bogie: BogieInput {
                 shaft_torque_nm: sensors.torque_nm(&step, noise),

@@ -69,7 +69,7 @@ mod tests {
     #[test]
     fn a_counter_that_is_read_seldom_is_no_gap_and_any_other_empty_cell_is() {
         let row = |k: usize| {
-            let pulses = if k % 12 == 0 { 13.0 } else { f64::NAN };
+            let pulses = if k.is_multiple_of(12) { 13.0 } else { f64::NAN };
             BogieRow::of(0.01 * k as f64, [40.0, 1500.0, 8e5, 8120.0, pulses, 40.0, 39.0])
         };
         let run = BogieRecording { name: "run".into(), rows: (0..400).map(row).collect() };

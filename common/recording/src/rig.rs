@@ -119,8 +119,8 @@ fn check(table: &Table, column: &RigColumn) -> Result<()> {
         table.require_finite(column.name)?;
     }
     let cells = table.column(column.name).unwrap_or_default();
-    let wrong = |value: &f64| !column.allowed.contains(value) && !(column.sparse && value.is_nan());
-    match cells.iter().position(wrong) {
+    let sound = |value: &f64| column.allowed.contains(value) || column.sparse && value.is_nan();
+    match cells.iter().position(|value| !sound(value)) {
         None => Ok(()),
         Some(row) => {
             let (low, high) = (*column.allowed.start(), *column.allowed.end());
