@@ -54,9 +54,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         judgement.chance.as_ref().map(|c| c.threshold())
     );
     println!("left {:.3}", judgement.left);
-    for w in found.places.iter().take(5) {
-        let Wander { place, scope, evidence, amplitude, time_s } = w;
-        println!("  {place:?} {scope:?} evidence {evidence:.0} amplitude {amplitude:.4} over {time_s} s");
+    for (what, places) in [("before", &found.places), ("after", &found.rest)] {
+        println!("{what}");
+        for w in places.iter().take(4) {
+            let Wander { place, scope, evidence, amplitude, time_s } = w;
+            println!("  {place:?} {scope:?} evidence {evidence:.0} amplitude {amplitude:.4} over {time_s} s");
+        }
     }
     if let Some(missing) = &judgement.missing {
         println!("missing");
@@ -70,6 +73,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn show(round: &engine::Round) {
+    println!("  {:?}", round.settled);
     let mut gains: Vec<&engine::Gain> = round.gains.iter().collect();
     gains.sort_by(|a, b| b.score().total_cmp(&a.score()));
     for gain in gains.iter().take(7) {

@@ -25,9 +25,17 @@ const STRICT_FINALISTS: usize = 3;
 pub struct Round {
     /// Log-likelihood gained by each candidate over the round's base, in the order of the library.
     pub gains: Vec<Gain>,
+    /// Evidence that those carried to a filter of their own gained over the round's base.
+    pub settled: Vec<(&'static str, f64)>,
 }
 
 impl Round {
+    /// Evidence that a candidate gained with a filter of its own, if it was carried so far.
+    pub fn settled_gain(&self, id: &str) -> Option<f64> {
+        let own = self.settled.iter().filter(|(settled, _)| *settled == id);
+        own.map(|(_, gain)| *gain).max_by(f64::total_cmp)
+    }
+
     /// Without the large tables that only the test against chance needs.
     fn lighter(mut self) -> Self {
         for gain in &mut self.gains {
@@ -130,15 +138,16 @@ pub fn search<'a>(
         if candidates.is_empty() {
             break;
         }
-        let round = try_all(current, &candidates, progress);
-        let next = carry_on(case, &clutter, current, &candidates, &round);
+        let mut round = try_all(current, &candidates, progress);
+        let (next, settled) = carry_on(case, &clutter, current, &candidates, &round);
+        round.settled = settled;
         let round = if rounds.is_empty() { round } else { round.lighter() };
         rounds.push(round);
         let Some(next) = next else { break };
         let gain = current.evidence_cost() - next.evidence_cost();
         let predictive = current.fitted.predictive_cost() - next.fitted.predictive_cost();
         let predicts = predictive >= acceptance.predictive || gain > CERTAIN || next.level != current.level;
-        if gain < acceptance.gain || !predicts || !is_new(&next, rest, &accepted, gain) {
+        if gain < acceptance.gain || !predicts || !is_new(&next, rest, &accepted, gain, predictive) {
             break;
         }
         accepted.push(gain);
@@ -165,9 +174,15 @@ fn free_places(case: &Case, clutter: &Clutter, level: &Level) -> Vec<Wander> {
 /// What freeing any place may gain where nothing is left to explain.
 const QUIET: f64 = 25.0;
 
-/// Whether a model leaves nothing to explain.
+/// Innovations that are white cost half a unit each; how far above that they may lie where nothing is left to explain.
+const WHITE: f64 = 1.03;
+
+/// Whether a model leaves nothing to explain. Freed places alone do not tell: beside a late or smoothed sensor, which
+/// unsettles a filter that trusts it, they may gain nothing although much is left.
 pub(crate) fn is_quiet(level: &Level, rest: &[Wander]) -> bool {
-    level.level == 0 && rest.first().is_none_or(|w| w.evidence < QUIET)
+    let expected = 0.5 * level.fitted.residuals.len() as f64;
+    let white = level.fitted.fit.cost < WHITE * expected;
+    level.level == 0 && white && rest.first().is_none_or(|w| w.evidence < QUIET)
 }
 
 /// Whether named effects leave most of a gross misfit, at their own place or more than there was: then what is wrong is
@@ -182,20 +197,25 @@ fn is_hopeless(level: &Level, before: &[Wander], rest: &[Wander]) -> bool {
 /// Least gain of a further effect, as a share of what effects at the same place gained before it.
 const REFINEMENT: f64 = 0.2;
 /// The same for effects elsewhere, as a share of all that was gained before; and where the likeliest place says so too.
-const ELSEWHERE: f64 = 0.04;
-const ELSEWHERE_IN_PLACE: f64 = 0.004;
+const ELSEWHERE: f64 = 0.006;
+const ELSEWHERE_IN_PLACE: f64 = 0.002;
+/// Least gain of effects elsewhere on left-out runs, as a share of their gain on all runs.
+const ELSEWHERE_PREDICTS: f64 = 0.3;
 
 /// Whether the last effect of `next` is one more effect. A law of another form than the plant's leaves a rest that a
 /// neighbour can mend: at the same place of the equations an effect must gain a good share of what those before it gained;
-/// elsewhere little is enough if that is where the model before errs most, as `rest` says.
-fn is_new(next: &Level, rest: &[Wander], accepted: &[f64], gain: f64) -> bool {
+/// elsewhere little is enough if runs left out agree, or if that is where the model before errs most, as `rest` says.
+fn is_new(next: &Level, rest: &[Wander], accepted: &[f64], gain: f64, predictive: f64) -> bool {
     let Some((last, before)) = next.fitted.shape.effects.split_last() else { return false };
     let there = |(e, _): &(&FittedEffect, &f64)| wander::may_share_place(e.spec.term, last.spec.term);
     let same_place: f64 = before.iter().zip(accepted).filter(there).map(|(_, gain)| gain).sum();
     let all: f64 = accepted.iter().sum();
-    let in_place = || wander::may_act_at(last.spec.term, wander::likely(rest));
-    gain >= (REFINEMENT * same_place).max(ELSEWHERE_IN_PLACE * all)
-        && (same_place > 0.0 || gain >= ELSEWHERE * all || in_place())
+    if same_place > 0.0 {
+        return gain >= (REFINEMENT * same_place).max(ELSEWHERE_IN_PLACE * all);
+    }
+    let in_place = wander::may_act_at(last.spec.term, wander::likely(rest));
+    (gain >= ELSEWHERE_IN_PLACE * all && in_place)
+        || (gain >= ELSEWHERE * all && predictive >= ELSEWHERE_PREDICTS * gain)
 }
 
 /// Later rounds start from where a candidate ended before, and from its first start.
@@ -229,20 +249,21 @@ fn try_all(current: &Level, candidates: &[Candidate], progress: &(dyn Fn(&'stati
             fitted,
         }
     });
-    Round { gains: gains.collect() }
+    Round { gains: gains.collect(), settled: Vec::new() }
 }
 
-/// Gives the best candidates of a round filters frozen at themselves, and returns the most likely one.
+/// Gives the best candidates of a round filters frozen at themselves, and returns the most likely one, with what each
+/// gained.
 fn carry_on<'a>(
     case: &'a Case,
     clutter: &Clutter,
     current: &Level,
     candidates: &[Candidate],
     round: &Round,
-) -> Option<Level<'a>> {
+) -> (Option<Level<'a>>, Vec<(&'static str, f64)>) {
     let mut order: Vec<&Gain> = round.gains.iter().collect();
     order.sort_by(|a, b| b.score().total_cmp(&a.score()));
-    let best = order.first()?;
+    let Some(best) = order.first() else { return (None, Vec::new()) };
     // A tolerant filter separates candidates less sharply than the one it leads to.
     let share = if current.level > 0 { 0.5 } else { 0.85 };
     let worth = |g: &&&Gain| g.gain > 5.0 && g.score() > share * best.score();
@@ -257,7 +278,12 @@ fn carry_on<'a>(
         };
         settled.extend(strict.par_iter().map(settle).collect::<Vec<_>>());
     }
-    settled.into_iter().min_by(|a, b| a.evidence_cost().total_cmp(&b.evidence_cost()))
+    let gained = |level: &Level| {
+        let last = level.fitted.shape.effects.last()?;
+        Some((last.spec.id, current.evidence_cost() - level.evidence_cost()))
+    };
+    let gains = settled.iter().filter_map(gained).collect();
+    (settled.into_iter().min_by(|a, b| a.evidence_cost().total_cmp(&b.evidence_cost())), gains)
 }
 
 /// Drops effects that the others have made superfluous.

@@ -95,7 +95,10 @@ pub fn judge(case: &Case, found: &Found, acceptance: Acceptance, seed: u64) -> J
         true if left > wander::MOST || (structure && recovered < NEARLY_ALL) => Verdict::EffectsAndUnknown,
         true => Verdict::Effects,
     };
-    let mut instead: Vec<Freed> = instead.into_iter().map(|(freed, _)| freed).collect();
+    // What makes the recordings less likely is no discrepancy, even at the likeliest place.
+    let gains = instead.iter().any(|(_, evidence)| *evidence > 0.0);
+    let kept = instead.into_iter().filter(|(_, evidence)| !gains || *evidence > 0.0);
+    let mut instead: Vec<Freed> = kept.map(|(freed, _)| freed).collect();
     let missing = match verdict {
         Verdict::Unknown if !instead.is_empty() => Some(instead.remove(0)),
         Verdict::Unknown | Verdict::EffectsAndUnknown if !beside.is_empty() => Some(beside.remove(0)),
@@ -219,12 +222,19 @@ fn on_bound(level: &Level) -> bool {
     })
 }
 
-/// Candidates of a round that do nearly as well as the one named `id`.
+/// How well the other candidates of a round do beside the one named `id`, best first: by the evidence that they gain with
+/// a filter of their own if they were carried so far, else by their score.
 pub fn rivals<'a>(round: &'a Round, id: &str) -> Vec<(&'a Gain, f64)> {
     let Some(own) = round.gains.iter().find(|g| g.id == id) else { return Vec::new() };
-    let score = Gain::score;
+    let top = round.gains.iter().max_by(|a, b| a.score().total_cmp(&b.score())).unwrap_or(own);
+    let settled = |other: &Gain| {
+        let (other, own) = (round.settled_gain(other.id)?, round.settled_gain(id)?);
+        Some(other / own.max(1.0))
+    };
+    let scale = settled(top).unwrap_or(1.0).clamp(0.0, 1.0) / top.score().max(1.0);
+    let ratio = |g: &Gain| settled(g).unwrap_or(scale * g.score());
     let mut rivals: Vec<(&Gain, f64)> =
-        round.gains.iter().filter(|g| g.id != id).map(|g| (g, score(g) / score(own).max(1.0))).collect();
+        round.gains.iter().filter(|g| g.id != id).map(|g| (g, ratio(g))).collect();
     rivals.sort_by(|a, b| b.1.total_cmp(&a.1));
     rivals
 }
@@ -274,7 +284,7 @@ pub struct Standing {
 pub fn confidence(standing: Standing) -> f64 {
     let Standing { recovered, left, rival, gain, mends } = standing;
     let margin = 3.8 + 3.0 * (recovered.max(0.5) - 0.95) - 4.5 * left.min(1.0) - 5.0 * (rival - 0.6).max(0.0)
-        + 0.4 * (gain / 300.0).ln().clamp(-2.0, 1.0)
+        + 0.4 * (gain.max(1.0) / 300.0).ln().clamp(-2.0, 1.0)
         - if mends { 1.5 } else { 0.0 };
     (1.0 / (1.0 + (-margin).exp())).clamp(0.1, 0.985)
 }

@@ -174,7 +174,7 @@ fn effects(found: &Found, judgement: &Judgement, models: &Models) -> Vec<FoundEf
                 .map(|(_, ratio)| *ratio)
                 .next()
                 .unwrap_or(0.0);
-            let gain = round.gains.iter().find(|g| g.id == spec.id).map_or(total, |g| g.gain);
+            let gain = round.settled_gain(spec.id).unwrap_or(total);
             let range = shape.range_of(e);
             let intervals = details::intervals(found, models);
             let fitted = shape.effects[e].parameters.iter().zip(range).map(|(p, i)| {

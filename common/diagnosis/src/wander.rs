@@ -45,6 +45,10 @@ const TIME_S: f64 = 1.0;
 const TIMES_S: [f64; 2] = [0.1, 10.0];
 /// Samples over which derivatives are held: they change slowly beside the sampling.
 const HELD: usize = 3;
+/// Length of the stretches whose costs are kept apart, s.
+const STRETCH_S: f64 = 5.0;
+/// Cost of a filter that diverged.
+const DIVERGED: f64 = 1e12;
 /// Whitened innovations beyond this many sigma count linearly.
 const HUBER: f64 = 4.0;
 
@@ -65,14 +69,15 @@ pub struct Wander {
 
 /// Frees every place in turn; the most likely first.
 pub fn wanders(case: &Case, built: &Built, clutter: &Clutter) -> Vec<Wander> {
-    let nothing = cost(case, built, clutter, &Freed::nothing());
+    let nothing = costs(case, built, clutter, &Freed::nothing());
     let mut all: Vec<Wander> = FREED
         .par_iter()
         .map(|&(place, scope)| {
             let scale = place.scale().0;
             let try_one = |step: usize, time_s: f64| {
                 let freed = Freed { place, scope, amplitude: AMPLITUDES[step] * scale, time_s };
-                (cost(case, built, clutter, &freed), step, time_s)
+                let costs = costs(case, built, clutter, &freed);
+                (costs.iter().sum::<f64>(), step, time_s, costs)
             };
             // The likelihood has one hill over the amplitude: up it from the middle.
             let (mut best, mut beside) = (try_one(1, TIME_S), try_one(2, TIME_S));
@@ -98,12 +103,24 @@ pub fn wanders(case: &Case, built: &Built, clutter: &Clutter) -> Vec<Wander> {
                 }
             }
             let amplitude = AMPLITUDES[best.1] * scale;
-            Wander { place, scope, evidence: nothing - best.0, amplitude, time_s: best.2 }
+            Wander { place, scope, evidence: evidence(&nothing, &best.3), amplitude, time_s: best.2 }
         })
         .collect();
     all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     all
 }
+
+/// What is gained over all stretches but the few that gain most: a wheelset at the edge between holding and sliding may
+/// fall either way, and a filter that lost it there gains by whatever is freed.
+fn evidence(nothing: &[f64], freed: &[f64]) -> f64 {
+    let mut gains: Vec<f64> = nothing.iter().zip(freed).map(|(a, b)| a - b).collect();
+    gains.sort_by(f64::total_cmp);
+    let events = (EVENTS * gains.len() as f64).ceil() as usize;
+    gains.iter().take(gains.len() - events).sum()
+}
+
+/// Share of the stretches in which such events may lie.
+const EVENTS: f64 = 0.05;
 
 /// Places that gain nearly as much as the best one: the recordings cannot tell them apart.
 pub fn likely(wanders: &[Wander]) -> &[Wander] {
@@ -167,9 +184,9 @@ impl Freed {
     }
 }
 
-/// Minus the log-likelihood of all runs to fit on, up to a constant.
-fn cost(case: &Case, built: &Built, clutter: &Clutter, freed: &Freed) -> f64 {
-    case.fit.iter().map(|run| Filter::new(case, built, run, clutter, freed).cost()).sum()
+/// Minus the log-likelihood of each stretch of the runs to fit on, up to a constant.
+fn costs(case: &Case, built: &Built, clutter: &Clutter, freed: &Freed) -> Vec<f64> {
+    case.fit.iter().flat_map(|run| Filter::new(case, built, run, clutter, freed).costs()).collect()
 }
 
 struct Filter<'a> {
@@ -228,13 +245,16 @@ impl<'a> Filter<'a> {
         }
     }
 
-    fn cost(mut self) -> f64 {
-        let mut cost = 0.0;
+    /// Cost of each stretch of the run.
+    fn costs(mut self) -> Vec<f64> {
+        let stretch = (STRETCH_S / self.run.dt_s).round().max(1.0) as usize;
+        let mut costs = vec![0.0; self.run.len().div_ceil(stretch)];
         for k in 0..self.run.len() {
             let sample = &self.run.samples[k];
-            cost += self.update(sample);
+            let cost = self.update(sample);
+            costs[k / stretch] += if cost.is_finite() { cost } else { DIVERGED };
             if !cost.is_finite() {
-                return f64::MAX / 1e3;
+                break;
             }
             if k + 1 < self.run.len() {
                 if k % HELD == 0 {
@@ -243,7 +263,7 @@ impl<'a> Filter<'a> {
                 self.predict(sample);
             }
         }
-        cost
+        costs
     }
 
     /// Kalman update with a sample; returns its share of the cost.

@@ -52,6 +52,8 @@ const APPLIED_N: f64 = 3e3;
 const MOMENT_S: f64 = 0.3;
 /// Adhesion available above which a rail counts as dry.
 const DRY_RAIL_ADHESION: f64 = 0.2;
+/// Fewest of the thinned samples at which a covariate must be at work: ten seconds of recordings.
+const FEWEST: usize = 50;
 /// Slip velocity below which a wheelset rolls, m/s.
 const ROLLING_M_S: f64 = 0.1;
 
@@ -124,7 +126,9 @@ impl Covariate {
         values.sort_by(f64::total_cmp);
         let n = values.len();
         let at = |share: f64| values[((n - 1) as f64 * share) as usize];
-        if n < 200 || at(0.98) - at(0.02) < 1e-3 * at(0.98).abs().max(1e-9) {
+        // A constant torque differs from none.
+        let varies = |values: f64| values >= 1e-3 * at(0.98).abs().max(1e-9);
+        if n < FEWEST || !(self.vanishes_at_zero() || varies(at(0.98) - at(0.02))) {
             return None;
         }
         let (low, high) = (at(0.01), at(0.99));

@@ -1,13 +1,14 @@
 //! Forces along the track that do not come from the wagon itself.
 
 use super::{Effect, EffectSpec, Operating, ParameterSpec, Term};
+use crate::GRAVITY_M_S2;
 
 /// A neighbour in the train pushes and pulls.
 pub static COUPLER: EffectSpec = EffectSpec {
     id: "coupler_force",
     term: Term::LongitudinalForce,
-    equation: "x'' + 2 zeta w x' + w^2 x = a - a_n, T da_n/dt = a - a_n, F = -M (w^2 x + 2 zeta w x'), w = 2 pi f",
-    source: "neighbour of mass M on a spring and damper whose brakes act T later; coupler dynamics of 0.2 to 5 Hz; general knowledge",
+    equation: "x'' = a + g i - r b + F/M, T db/dt = min(a + g i, 0) - b, F = -M (w^2 (x - s sgn x) + 2 zeta w x') beyond |x| = s, w = 2 pi f",
+    source: "neighbour of mass M without motors on a spring and damper with slack s, whose brakes act T later and r times as much; coupler dynamics of 0.2 to 5 Hz, slack up to 30 mm; general knowledge",
     parameters: &[
         ParameterSpec {
             name: "mass_kg",
@@ -44,8 +45,25 @@ pub static COUPLER: EffectSpec = EffectSpec {
             starts: &[],
             ..ParameterSpec::PLAIN
         },
+        ParameterSpec {
+            name: "neighbour_brake_ratio",
+            lower: 0.0,
+            upper: 2.0,
+            default: 1.0,
+            starts: &[0.75, 1.3],
+            ..ParameterSpec::PLAIN
+        },
+        ParameterSpec {
+            name: "slack_m",
+            unit: "m",
+            lower: 0.0,
+            upper: 0.03,
+            default: 0.0,
+            starts: &[0.008],
+            ..ParameterSpec::PLAIN
+        },
     ],
-    hidden: &["x, m", "dx/dt, m/s", "a_n, m/s^2"],
+    hidden: &["x, m", "dx/dt, m/s", "b, m/s^2"],
     twins: &["grade", "running_resistance"],
     separated_by: "the wagon alone, uncoupled, in the same braking",
 };
@@ -57,6 +75,8 @@ pub struct Coupler {
     angular_rad_s: f64,
     damping_ratio: f64,
     neighbour_lag_s: f64,
+    neighbour_brake_ratio: f64,
+    slack_m: f64,
 }
 
 impl Coupler {
@@ -67,7 +87,21 @@ impl Coupler {
             angular_rad_s: std::f64::consts::TAU * values[1],
             damping_ratio: values[2],
             neighbour_lag_s: values[3],
+            neighbour_brake_ratio: values[4],
+            slack_m: values[5],
         })
+    }
+}
+
+/// The wagon's own acceleration by brakes, not positive: a neighbour without motors does not share the rest.
+fn braking_m_s2(at: &Operating) -> f64 {
+    (at.acceleration_m_s2 + GRAVITY_M_S2 * at.grade_rad.sin()).min(0.0)
+}
+
+impl Coupler {
+    /// How far the coupler is stretched or pressed beyond its slack; `None` within.
+    fn beyond_slack_m(&self, stretch_m: f64) -> Option<f64> {
+        (stretch_m.abs() >= self.slack_m).then(|| stretch_m - self.slack_m.copysign(stretch_m))
     }
 }
 
@@ -81,22 +115,30 @@ impl Effect for Coupler {
     }
 
     fn start(&self, at: &Operating, hidden: &mut [f64]) {
-        hidden[2] = at.acceleration_m_s2;
+        hidden[2] = braking_m_s2(at);
     }
 
     fn advance(&self, at: &Operating, dt_s: f64, hidden: &mut [f64]) {
         let w = self.angular_rad_s;
-        let drive = at.acceleration_m_s2 - hidden[2];
-        // Implicit in the oscillator: stable at any frequency.
+        let drive =
+            at.acceleration_m_s2 + GRAVITY_M_S2 * at.grade_rad.sin() - self.neighbour_brake_ratio * hidden[2];
         let (x, speed) = (hidden[0], hidden[1]);
-        let implicit = 1.0 + dt_s * (2.0 * self.damping_ratio * w + dt_s * w * w);
-        hidden[1] = (speed + dt_s * (drive - w * w * x)) / implicit;
+        // Implicit in the oscillator: stable at any frequency. Between its stops the coupler passes no force.
+        hidden[1] = match self.beyond_slack_m(x) {
+            Some(beyond_m) => {
+                let implicit = 1.0 + dt_s * (2.0 * self.damping_ratio * w + dt_s * w * w);
+                (speed + dt_s * (drive - w * w * beyond_m)) / implicit
+            }
+            None => speed + dt_s * drive,
+        };
         hidden[0] = x + dt_s * hidden[1];
-        hidden[2] += drive * (1.0 - (-dt_s / self.neighbour_lag_s).exp());
+        hidden[2] += (braking_m_s2(at) - hidden[2]) * (1.0 - (-dt_s / self.neighbour_lag_s).exp());
     }
 
     fn body_force_n(&self, _at: &Operating, hidden: &[f64], force_n: f64) -> f64 {
         let w = self.angular_rad_s;
-        force_n - self.mass_kg * (w * w * hidden[0] + 2.0 * self.damping_ratio * w * hidden[1])
+        self.beyond_slack_m(hidden[0]).map_or(force_n, |beyond_m| {
+            force_n - self.mass_kg * (w * w * beyond_m + 2.0 * self.damping_ratio * w * hidden[1])
+        })
     }
 }
