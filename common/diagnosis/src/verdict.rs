@@ -288,3 +288,31 @@ pub fn confidence(standing: Standing) -> f64 {
         - if mends { 1.5 } else { 0.0 };
     (1.0 / (1.0 + (-margin).exp())).clamp(0.1, 0.985)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SURE: Standing = Standing { recovered: 1.0, left: 0.0, rival: 0.1, gain: 1e4, mends: false };
+
+    #[test]
+    fn confidence_is_a_probability_whatever_the_gain() {
+        for gain in [-1e5, 0.0, 1e-9, 1e9] {
+            let confidence = confidence(Standing { gain, ..SURE });
+            assert!((0.0..=1.0).contains(&confidence), "{confidence} at {gain}");
+        }
+    }
+
+    #[test]
+    fn a_close_rival_and_a_rest_cost_confidence() {
+        let sure = confidence(SURE);
+        for worse in [
+            Standing { rival: 0.92, ..SURE },
+            Standing { left: 0.5, ..SURE },
+            Standing { recovered: 0.6, ..SURE },
+            Standing { mends: true, ..SURE },
+        ] {
+            assert!(confidence(worse) < sure - 0.005, "{worse:?}");
+        }
+    }
+}

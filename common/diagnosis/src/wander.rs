@@ -398,3 +398,19 @@ impl<'a> Filter<'a> {
         jacobian
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_few_stretches_decide_nothing() {
+        let nothing = vec![10.0; 40];
+        let mut event = nothing.clone();
+        event[7] -= 650.0;
+        event[8] -= 130.0;
+        assert!(evidence(&nothing, &event) <= 0.0, "an event counts for {}", evidence(&nothing, &event));
+        let everywhere: Vec<f64> = nothing.iter().map(|cost| cost - 5.0).collect();
+        assert!((evidence(&nothing, &everywhere) - 190.0).abs() < 1e-9);
+    }
+}

@@ -142,3 +142,41 @@ impl Effect for Coupler {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MASS_KG: f64 = 2e4;
+
+    /// Force on the wagon after five seconds at a steady acceleration, N.
+    fn settled_n(acceleration_m_s2: f64, ratio: f64, slack_m: f64) -> f64 {
+        let coupler = Coupler::boxed(&[MASS_KG, 1.0, 0.7, 0.3, ratio, slack_m]);
+        let mut hidden = [0.0; 3];
+        coupler.start(&Operating::default(), &mut hidden);
+        let at = Operating { acceleration_m_s2, ..Operating::default() };
+        (0..500).for_each(|_| coupler.advance(&at, 0.01, &mut hidden));
+        coupler.body_force_n(&at, &hidden, 0.0)
+    }
+
+    #[test]
+    fn a_neighbour_is_pulled_in_traction_and_brakes_for_itself() {
+        let pulled = settled_n(0.5, 1.0, 0.0);
+        assert!((pulled / (-0.5 * MASS_KG) - 1.0).abs() < 0.01, "{pulled}");
+        let alike = settled_n(-1.0, 1.0, 0.0);
+        assert!(alike.abs() < 0.02 * MASS_KG, "{alike}");
+        let weaker = settled_n(-1.0, 0.8, 0.0);
+        assert!(
+            (weaker / (0.2 * MASS_KG) - 1.0).abs() < 0.05,
+            "a neighbour that brakes less pushes: {weaker}"
+        );
+    }
+
+    #[test]
+    fn slack_delays_but_does_not_change_a_steady_pull() {
+        let (tight, slack) = (settled_n(0.5, 1.0, 0.0), settled_n(0.5, 1.0, 0.02));
+        assert!((slack / tight - 1.0).abs() < 0.05, "{tight} {slack}");
+        let coupler = Coupler::boxed(&[MASS_KG, 1.0, 0.7, 0.3, 1.0, 0.02]);
+        assert_eq!(coupler.body_force_n(&Operating::default(), &[0.01, 0.1, 0.0], 5.0), 5.0);
+    }
+}
