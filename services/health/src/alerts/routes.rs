@@ -91,7 +91,7 @@ pub(crate) async fn alert(
 
 /// What comes of a change.
 #[derive(utoipa::IntoResponses)]
-#[allow(dead_code, reason = "describes answers and is never made")]
+#[allow(dead_code, clippy::large_enum_variant, reason = "describes answers and is never made")]
 enum Changed {
     /// The alert now
     #[response(status = 200)]
