@@ -204,9 +204,13 @@ const ELSEWHERE_PREDICTS: f64 = 0.3;
 
 /// Whether the last effect of `next` is one more effect. A law of another form than the plant's leaves a rest that a
 /// neighbour can mend: at the same place of the equations an effect must gain a good share of what those before it gained;
-/// elsewhere little is enough if runs left out agree, or if that is where the model before errs most, as `rest` says.
+/// elsewhere little is enough if runs left out agree, or if that is where the model before errs most, as `rest` says. The
+/// first effect, too, must be one or the other; a further one whose strength runs into its bound only mends something else.
 fn is_new(next: &Level, rest: &[Wander], accepted: &[f64], gain: f64, predictive: f64) -> bool {
     let Some((last, before)) = next.fitted.shape.effects.split_last() else { return false };
+    if !before.is_empty() && is_on_bound(&next.fitted, before.len()) {
+        return false;
+    }
     let there = |(e, _): &(&FittedEffect, &f64)| wander::may_share_place(e.spec.term, last.spec.term);
     let same_place: f64 = before.iter().zip(accepted).filter(there).map(|(_, gain)| gain).sum();
     let all: f64 = accepted.iter().sum();
@@ -216,6 +220,17 @@ fn is_new(next: &Level, rest: &[Wander], accepted: &[f64], gain: f64, predictive
     let in_place = wander::may_act_at(last.spec.term, wander::likely(rest));
     (gain >= ELSEWHERE_IN_PLACE * all && in_place)
         || (gain >= ELSEWHERE * all && predictive >= ELSEWHERE_PREDICTS * gain)
+}
+
+/// Whether the strength of an effect sits on a bound that is not its neutral value.
+pub(crate) fn is_on_bound(fitted: &Fitted, effect: usize) -> bool {
+    let Some(own) = fitted.shape.effects.get(effect) else { return false };
+    let values = &fitted.fit.theta[fitted.shape.range_of(effect)];
+    own.parameters.iter().zip(values).any(|(p, v)| {
+        let neutral = own.spec.parameters.iter().find(|s| s.name == p.name).and_then(|s| s.neutral);
+        let near = |bound: f64| (v - bound).abs() < 1e-6 * (p.upper - p.lower);
+        neutral.is_some_and(|n| (near(p.lower) && n != p.lower) || (near(p.upper) && n != p.upper))
+    })
 }
 
 /// Later rounds start from where a candidate ended before, and from its first start.

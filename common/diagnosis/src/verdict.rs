@@ -208,18 +208,9 @@ impl Freed {
     }
 }
 
-/// Whether an effect's strength sits on a bound that is not its neutral value.
+/// Whether an effect's strength sits on a bound.
 fn on_bound(level: &Level) -> bool {
-    let shape = &level.fitted.shape;
-    (0..shape.effects.len()).any(|e| {
-        let effect = &shape.effects[e];
-        let values = &level.fitted.fit.theta[shape.range_of(e)];
-        effect.parameters.iter().zip(values).any(|(p, v)| {
-            let neutral = effect.spec.parameters.iter().find(|s| s.name == p.name).and_then(|s| s.neutral);
-            let near = |bound: f64| (v - bound).abs() < 1e-6 * (p.upper - p.lower);
-            neutral.is_some_and(|n| (near(p.lower) && n != p.lower) || (near(p.upper) && n != p.upper))
-        })
-    })
+    (0..level.fitted.shape.effects.len()).any(|e| engine::is_on_bound(&level.fitted, e))
 }
 
 /// How well the other candidates of a round do beside the one named `id`, best first: by the evidence that they gain with

@@ -23,6 +23,7 @@ use std::{
     path::{Path, PathBuf},
     sync::atomic::{AtomicUsize, Ordering},
     thread,
+    time::Instant,
 };
 
 use clap::{Args as ClapArgs, ValueEnum};
@@ -53,6 +54,9 @@ pub struct Args {
     /// Longest diagnosis of one case, s; a longer one counts as failed
     #[arg(long, default_value_t = 600)]
     time_limit: u64,
+    /// Begin no diagnosis after so many minutes, and score those that were done; the same command goes on from there
+    #[arg(long)]
+    minutes: Option<f64>,
 }
 
 /// Who calibrates the nominal model on the twin.
@@ -74,7 +78,8 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     fs::create_dir_all(&args.out).map_err(|error| cannot_write(&args.out, &error))?;
     let orders = make::orders(args.cases, args.seed);
     let bar = progress("making cases", orders.len());
-    let made = parallel(threads, orders.len(), |index| {
+    let all = || true;
+    let made = parallel(threads, orders.len(), all, |index| {
         let made = make::make(&args.out, &orders[index]);
         bar.inc(1);
         made
@@ -87,7 +92,9 @@ pub fn run(args: &Args) -> Result<(), CliError> {
 
     let surgery = diagnose::Surgery::new(args)?;
     let bar = progress("diagnosing", made.len());
-    let outcomes = parallel(threads, made.len(), |index| {
+    let started = Instant::now();
+    let in_time = || args.minutes.is_none_or(|minutes| started.elapsed().as_secs_f64() < 60.0 * minutes);
+    let outcomes = parallel(threads, made.len(), in_time, |index| {
         let outcome = surgery.outcome(&made[index]);
         bar.inc(1);
         outcome
@@ -95,7 +102,10 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     bar.finish_and_clear();
     let outcomes: Vec<Outcome> = outcomes.into_iter().collect::<Result<_, CliError>>()?;
 
-    sealed.open(&args.out)?;
+    // While cases are left, their labels stay sealed.
+    if outcomes.len() == made.len() {
+        sealed.open(&args.out)?;
+    }
     let score = score::Score::of(&outcomes);
     let markdown = table::markdown(&score, &outcomes, args.cases, args.seed, sealed.digest());
     write(&args.out.join("score.md"), &markdown)?;
@@ -107,12 +117,20 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Runs `work` on every index on so many threads, results in order.
-fn parallel<T: Send>(threads: usize, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+/// Runs `work` on every index on so many threads while `goes_on`, results in order.
+fn parallel<T: Send>(
+    threads: usize,
+    count: usize,
+    goes_on: impl Fn() -> bool + Sync,
+    work: impl Fn(usize) -> T + Sync,
+) -> Vec<T> {
     let next = AtomicUsize::new(0);
     let take = || {
         let mut done = Vec::new();
         loop {
+            if !goes_on() {
+                return done;
+            }
             let index = next.fetch_add(1, Ordering::Relaxed);
             if index >= count {
                 return done;

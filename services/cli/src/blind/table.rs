@@ -9,8 +9,12 @@ use crate::CliError;
 
 /// The score for people.
 pub(super) fn markdown(score: &Score, outcomes: &[Outcome], cases: usize, seed: u64, digest: &str) -> String {
+    let left = match cases - outcomes.len().min(cases) {
+        0 => String::new(),
+        _ => format!("; {} of its cases, the labels of the others still sealed", outcomes.len()),
+    };
     let mut text = format!(
-        "# Blind test of the gap diagnosis\n\n`railgrip gap blind --cases {cases} --seed {seed}`; labels sealed as \
+        "# Blind test of the gap diagnosis\n\n`railgrip gap blind --cases {cases} --seed {seed}`{left}; labels sealed as \
          SHA-256 `{digest}`.\n\n| figure | diagnosis | RMSE ranking | one-shot correlation | to reach |\n| --- | --- | --- | --- | --- |\n"
     );
     let baselines = [&score.baseline_rmse, &score.baseline_correlation];
@@ -90,7 +94,7 @@ pub(super) fn json(
         .map(|((truth, answer), times)| json!({"truth": truth, "answer": answer, "times": times}))
         .collect();
     let all = json!({
-        "schema": "railgrip.gap.blind/1", "cases": cases, "seed": seed, "sealed_sha256": digest,
+        "schema": "railgrip.gap.blind/1", "cases": cases, "scored": outcomes.len(), "seed": seed, "sealed_sha256": digest,
         "score": score, "confusion": matrix, "outcomes": outcomes,
     });
     serde_json::to_string_pretty(&all).map_err(CliError::failed)
