@@ -209,6 +209,8 @@ table! {
         nis_watch_high = 1.8 in 1.0..1000.0;
         /// Act above it.
         nis_act_high = 5.0 in 1.0..1000.0;
+        /// Nothing is judged more slowly than this, m/s: creepage loses its meaning as the wagon comes to rest.
+        min_speed_m_s = 2.0 in 0.0..20.0;
     }
 }
 

@@ -228,7 +228,8 @@ impl WagonIndicators {
         let radius_m = self.nominal.wheel_radius_m;
         let dead = self.state.sensors.add(dt_s.max(0.0), sample, estimate, radius_m, braking, memory_s);
         self.state.dead.add(dt_s.max(0.0), dead, memory_s);
-        if estimate.nis_dof > 0 && estimate.nis.is_finite() {
+        let judged = estimate.v_m_s.abs() >= self.settings.filter.min_speed_m_s;
+        if judged && estimate.nis_dof > 0 && estimate.nis.is_finite() {
             let ratio = estimate.nis / f64::from(estimate.nis_dof);
             self.state.nis.add(dt_s, ratio, self.settings.filter.memory_s);
         }

@@ -239,6 +239,19 @@ fn missing_values_and_a_wrong_model_are_seen() {
 }
 
 #[test]
+fn a_train_that_comes_to_rest_says_nothing_against_its_filter() {
+    let mut bench = Bench::new();
+    bench.run(20.0, |_, _| {});
+    let before = bench.indicators.health().filter;
+    bench.run(20.0, |_, estimate| {
+        estimate.v_m_s = 0.4;
+        estimate.nis = 30.0;
+    });
+    let filter = bench.indicators.health().filter;
+    assert_eq!((filter.value, filter.grade()), (before.value, Grade::Ok));
+}
+
+#[test]
 fn gaps_and_restarts_count_for_nothing() {
     let mut bench = Bench::new();
     bench.run(10.0, |_, _| {});

@@ -247,8 +247,11 @@ fn rail(limits: &Limits) -> Vec<Meaning> {
 fn data(limits: &Limits) -> Vec<Meaning> {
     let set = &limits.settings;
     let nis = format!(
-        "Watch above {} or below {}, act above {}.",
-        set.filter.nis_watch_high, set.filter.nis_watch_low, set.filter.nis_act_high
+        "Watch above {} or below {}, act above {}. Nothing is judged below {} m/s.",
+        set.filter.nis_watch_high,
+        set.filter.nis_watch_low,
+        set.filter.nis_act_high,
+        set.filter.min_speed_m_s
     );
     vec![
         Meaning {
