@@ -119,12 +119,13 @@ pub fn search<'a>(
     let clutter = Clutter::default();
     let shape = Shape::nominal(case);
     let library = library::candidates(case, without);
-    let base = search::settle(case, &shape, &clutter, &shape.start(), 3);
-    let places = free_places(case, &clutter, &base);
+    let mut base = search::settle(case, &shape, &clutter, &shape.start(), 3);
+    let mut places = free_places(case, &clutter, &base);
     let mut best: Option<(Level<'a>, Vec<Wander>)> = None;
-    let mut rounds = Vec::new();
+    let mut rounds: Vec<Round> = Vec::new();
     let mut accepted: Vec<f64> = Vec::new();
-    for _ in 0..MOST_EFFECTS {
+    let mut afresh = 0;
+    while accepted.len() < MOST_EFFECTS {
         let (current, rest) = best.as_ref().map_or((&base, &places), |(level, rest)| (level, rest));
         // Every candidate is tried once; on top of a model that leaves nothing there is nothing to try.
         if !rounds.is_empty() && (is_quiet(current, rest) || is_hopeless(current, &places, rest)) {
@@ -139,11 +140,23 @@ pub fn search<'a>(
             break;
         }
         let mut round = try_all(current, &candidates, progress);
-        let (next, settled) = carry_on(case, &clutter, current, &candidates, &round);
+        let (next, settled) = carry_on(case, &clutter, current, &candidates, &round, rest, &accepted);
         round.settled = settled;
-        let round = if rounds.is_empty() { round } else { round.lighter() };
-        rounds.push(round);
-        let Some(next) = next else { break };
+        // What looks like a small effect may be a base that another start would have fitted better.
+        if afresh < MOST_AFRESH
+            && let Some(better) = next.as_ref().and_then(|next| better_base(case, &clutter, current, next))
+        {
+            afresh += 1;
+            let rest = free_places(case, &clutter, &better);
+            match &mut best {
+                Some(best) => *best = (better, rest),
+                None => (base, places) = (better, rest),
+            }
+            continue;
+        }
+        let eventful = next.as_ref().is_some_and(|next| is_an_event(current, next, &round, acceptance));
+        rounds.push(if rounds.is_empty() { round } else { round.lighter() });
+        let Some(next) = next.filter(|_| !eventful) else { break };
         let gain = current.evidence_cost() - next.evidence_cost();
         let predictive = current.fitted.predictive_cost() - next.fitted.predictive_cost();
         let predicts = predictive >= acceptance.predictive || gain > CERTAIN || next.level != current.level;
@@ -199,6 +212,8 @@ const REFINEMENT: f64 = 0.2;
 /// The same for effects elsewhere, as a share of all that was gained before; and where the likeliest place says so too.
 const ELSEWHERE: f64 = 0.006;
 const ELSEWHERE_IN_PLACE: f64 = 0.002;
+/// Least gain of a further effect elsewhere that the likeliest place does not speak for.
+const FURTHER: f64 = 100.0;
 /// Least gain of effects elsewhere on left-out runs, as a share of their gain on all runs.
 const ELSEWHERE_PREDICTS: f64 = 0.3;
 
@@ -218,9 +233,54 @@ fn is_new(next: &Level, rest: &[Wander], accepted: &[f64], gain: f64, predictive
         return gain >= (REFINEMENT * same_place).max(ELSEWHERE_IN_PLACE * all);
     }
     let in_place = wander::may_act_at(last.spec.term, wander::likely(rest));
+    let least = if before.is_empty() { 0.0 } else { (ELSEWHERE * all).max(FURTHER) };
     (gain >= ELSEWHERE_IN_PLACE * all && in_place)
-        || (gain >= ELSEWHERE * all && predictive >= ELSEWHERE_PREDICTS * gain)
+        || (gain >= least && predictive >= ELSEWHERE_PREDICTS * gain)
 }
+
+/// The model before `next` fitted again from where `next` ended, if that is better: one that gained little may have only
+/// led the nuisances out of a side valley.
+fn better_base<'a>(
+    case: &'a Case,
+    clutter: &Clutter,
+    current: &Level<'a>,
+    next: &Level<'a>,
+) -> Option<Level<'a>> {
+    let gain = current.evidence_cost() - next.evidence_cost();
+    let last = next.fitted.shape.effects.len().checked_sub(1)?;
+    if gain > DOUBTED || next.level != current.level {
+        return None;
+    }
+    let start = without_range(&next.fitted.fit.theta, next.fitted.shape.range_of(last));
+    let again = search::settle(case, &current.fitted.shape, clutter, &start, current.level);
+    (again.evidence_cost() < current.evidence_cost() - SIDE_VALLEY).then_some(again)
+}
+
+/// Gain up to which an effect is doubted so.
+const DOUBTED: f64 = 600.0;
+/// By how much the model before it must be better to count as better.
+const SIDE_VALLEY: f64 = 5.0;
+/// How often a search may begin again.
+const MOST_AFRESH: usize = 2;
+
+/// Whether what the last effect of `next` gains is next to nothing outside of a few stretches, by the filter that both
+/// share: a wheelset at the edge between holding and sliding that falls the other way once is no effect.
+fn is_an_event(current: &Level, next: &Level, round: &Round, acceptance: Acceptance) -> bool {
+    let gain = current.evidence_cost() - next.evidence_cost();
+    let last = next.fitted.shape.effects.last().map_or("", |effect| effect.spec.id);
+    let own = round.gains.iter().find(|gain| gain.id == last);
+    if gain > CERTAIN || next.level != current.level {
+        return false;
+    }
+    own.is_none_or(|own| {
+        let stretches = |fitted: &Fitted| search::costs_of_stretches(&fitted.residuals);
+        let lasting = wander::evidence(&stretches(&current.fitted), &stretches(&own.fitted));
+        own.gain < acceptance.gain || lasting < LASTING * acceptance.gain
+    })
+}
+
+/// Least gain of a small effect outside of the few stretches in which it gains most, relative to the least gain at all.
+const LASTING: f64 = 0.3;
 
 /// Whether the strength of an effect sits on a bound that is not its neutral value.
 pub(crate) fn is_on_bound(fitted: &Fitted, effect: usize) -> bool {
@@ -275,6 +335,8 @@ fn carry_on<'a>(
     current: &Level,
     candidates: &[Candidate],
     round: &Round,
+    rest: &[Wander],
+    accepted: &[f64],
 ) -> (Option<Level<'a>>, Vec<(&'static str, f64)>) {
     let mut order: Vec<&Gain> = round.gains.iter().collect();
     order.sort_by(|a, b| b.score().total_cmp(&a.score()));
@@ -282,7 +344,18 @@ fn carry_on<'a>(
     // A tolerant filter separates candidates less sharply than the one it leads to.
     let share = if current.level > 0 { 0.5 } else { 0.85 };
     let worth = |g: &&&Gain| g.gain > 5.0 && g.score() > share * best.score();
-    let finalists: Vec<&Gain> = order.iter().filter(worth).take(FINALISTS).copied().collect();
+    let likely = wander::likely(rest);
+    let errs_there =
+        |g: &Gain| g.own().is_some_and(|(effect, _)| wander::may_act_at(effect.spec.term, likely));
+    let mut finalists: Vec<&Gain> = order.iter().filter(worth).take(FINALISTS).copied().collect();
+    // What is left of an effect whose form is not quite right may hide a smaller one where the model errs most now.
+    let hidden = |g: &&&Gain| g.gain > 5.0 && !shares_place(current, g) && errs_there(g);
+    let elsewhere = order.iter().find(hidden).copied();
+    if let Some(other) = elsewhere
+        && finalists.iter().all(|g| shares_place(current, g))
+    {
+        finalists.push(other);
+    }
     let settle =
         |g: &&Gain| search::settle(case, &g.fitted.shape, clutter, &g.fitted.fit.theta, current.level);
     let mut settled: Vec<Level<'a>> = finalists.par_iter().map(settle).collect();
@@ -297,9 +370,40 @@ fn carry_on<'a>(
         let last = level.fitted.shape.effects.last()?;
         Some((last.spec.id, current.evidence_cost() - level.evidence_cost()))
     };
-    let gains = settled.iter().filter_map(gained).collect();
-    (settled.into_iter().min_by(|a, b| a.evidence_cost().total_cmp(&b.evidence_cost())), gains)
+    let gains: Vec<(&str, f64)> = settled.iter().filter_map(gained).collect();
+    let refines = |level: &Level| {
+        let (last, before) = level.fitted.shape.effects.split_last()?;
+        let gain = current.evidence_cost() - level.evidence_cost();
+        let same = before.iter().any(|e| wander::may_share_place(e.spec.term, last.spec.term));
+        let there = wander::may_act_at(last.spec.term, likely);
+        Some(if same { gain < REFINEMENT * accepted.iter().sum::<f64>() } else { !there })
+    };
+    // A law with more to adjust must earn it, and one whose strength runs into its bound imitates something else.
+    let cost = |level: &Level| {
+        let effects = &level.fitted.shape.effects;
+        let last = effects.len().saturating_sub(1);
+        let adjusted = effects.last().map_or(0, |effect| effect.parameters.len());
+        let imitates = last > 0 && is_on_bound(&level.fitted, last);
+        let gain = (current.evidence_cost() - level.evidence_cost()).max(0.0);
+        level.evidence_cost()
+            + PER_PARAMETER * adjusted as f64
+            + if imitates { IMITATION * gain } else { 0.0 }
+    };
+    let mends = |level: &Level| refines(level).unwrap_or(false);
+    let first = |a: &Level, b: &Level| mends(a).cmp(&mends(b)).then(cost(a).total_cmp(&cost(b)));
+    (settled.into_iter().min_by(first), gains)
 }
+
+/// Whether a candidate shows at a place at which an effect of the model does already.
+fn shares_place(current: &Level, candidate: &Gain) -> bool {
+    let Some((effect, _)) = candidate.own() else { return true };
+    current.fitted.shape.effects.iter().any(|e| wander::may_share_place(e.spec.term, effect.spec.term))
+}
+
+/// Evidence that each parameter of an effect must earn, about half the logarithm of the number of samples.
+const PER_PARAMETER: f64 = 5.0;
+/// Share of its gain by which a further effect on its bound must lead.
+const IMITATION: f64 = 0.1;
 
 /// Drops effects that the others have made superfluous.
 fn delete_backwards<'a>(

@@ -6,7 +6,7 @@
 //! Jacobian, which here leaves out what acceleration does to the loads.
 
 use crate::case::{OUTPUTS, Run, Sample, WHEELSETS};
-use railgrip_vehicle::adhesion::{ContactForce, creep_force};
+use railgrip_vehicle::adhesion::{ContactForce, creep_force_pair};
 use railgrip_vehicle::effects::{Observation, Operating};
 use railgrip_vehicle::resistance::running_resistance;
 use railgrip_vehicle::{Loading, MAX_WHEELSETS, PerWheelset, WagonInput, WagonModel};
@@ -45,12 +45,22 @@ pub struct Kernel<'a> {
     adhesion: f64,
     dt_s: f64,
     bare: bool,
+    per_mass: f64,
+    per_inertia: [f64; WHEELSETS],
 }
 
 impl<'a> Kernel<'a> {
     /// `adhesion` is μ0 of the rail class, `dt_s` the sample period.
     pub fn new(model: &'a WagonModel, adhesion: f64, dt_s: f64) -> Self {
-        Self { model, adhesion, dt_s, bare: model.effects().is_empty() }
+        let constants = model.constants();
+        Self {
+            model,
+            adhesion,
+            dt_s,
+            bare: model.effects().is_empty(),
+            per_mass: 1.0 / constants.mass_kg,
+            per_inertia: std::array::from_fn(|i| 1.0 / constants.inertia_kg_m2[i]),
+        }
     }
 
     /// The operating point of a simulated motion at a sample.
@@ -60,6 +70,7 @@ impl<'a> Kernel<'a> {
             v_m_s: motion.state[0],
             acceleration_m_s2: motion.acceleration_m_s2,
             position_m: sample.position_m,
+            wheelset_position_m: self.model.constants().wheelset_positions_m,
             sanding: sample.sanding,
             grade_rad: sample.grade_rad,
             adhesion_peak: [self.adhesion; MAX_WHEELSETS],
@@ -176,10 +187,15 @@ impl<'a> Kernel<'a> {
         loading: &Loading,
     ) -> [ContactForce; WHEELSETS] {
         let constants = self.model.constants();
-        std::array::from_fn(|i| {
-            let rim = constants.wheel_radius_m[i] * state[1 + i];
-            creep_force(&constants.contact, rim, state[0], loads[i], loading.adhesion_peak[i])
-        })
+        let rims = [constants.wheel_radius_m[0] * state[1], constants.wheel_radius_m[1] * state[2]];
+        let first_two = |values: &PerWheelset| [values[0], values[1]];
+        creep_force_pair(
+            &constants.contact,
+            rims,
+            state[0],
+            first_two(loads),
+            first_two(&loading.adhesion_peak),
+        )
     }
 
     /// One sample, in one step or, where a wheelset breaks away or catches, in several; returns the contact forces
@@ -245,9 +261,9 @@ impl<'a> Kernel<'a> {
             force += contacts[i].force_n;
             let free = loading.drive_torque_nm[i] - constants.wheel_radius_m[i] * contacts[i].force_n;
             let torque = free - loading.brake_torque_nm[i] * state[1 + i].signum();
-            rates[1 + i] = if solver.locked[i] { 0.0 } else { torque / constants.inertia_kg_m2[i] };
+            rates[1 + i] = if solver.locked[i] { 0.0 } else { torque * self.per_inertia[i] };
         }
-        rates[0] = force / constants.mass_kg;
+        rates[0] = force * self.per_mass;
         rates
     }
 
@@ -265,19 +281,19 @@ impl<'a> Kernel<'a> {
         let mut solver = Solver::default();
         let mut body = drag;
         for i in 0..WHEELSETS {
-            let (radius, inertia) = (constants.wheel_radius_m[i], constants.inertia_kg_m2[i]);
+            let (radius, per_inertia) = (constants.wheel_radius_m[i], self.per_inertia[i]);
             let slope = contacts[i].slope_n_s_per_m;
             let held = (loading.drive_torque_nm[i] - radius * contacts[i].force_n).abs()
                 <= loading.brake_torque_nm[i];
             solver.locked[i] = state[1 + i] <= 0.0 && held;
             body += slope;
             if !solver.locked[i] {
-                solver.wheel[i] = 1.0 / (1.0 + step * radius * radius * slope / inertia);
-                solver.wheel_by_body[i] = step * radius * slope / inertia;
-                solver.body_by_wheel[i] = step * radius * slope / constants.mass_kg;
+                solver.wheel[i] = 1.0 / (1.0 + step * radius * radius * slope * per_inertia);
+                solver.wheel_by_body[i] = step * radius * slope * per_inertia;
+                solver.body_by_wheel[i] = step * radius * slope * self.per_mass;
             }
         }
-        let mut pivot = 1.0 + step * body / constants.mass_kg;
+        let mut pivot = 1.0 + step * body * self.per_mass;
         for i in 0..WHEELSETS {
             pivot -= solver.body_by_wheel[i] * solver.wheel[i] * solver.wheel_by_body[i];
         }

@@ -43,7 +43,7 @@ pub struct Innovations<'a> {
 }
 
 /// Innovations beyond this many sigma count linearly.
-const INNOVATION_HUBER: f64 = 4.0;
+pub(crate) const INNOVATION_HUBER: f64 = 4.0;
 
 impl Problem for Innovations<'_> {
     fn residuals(&self, theta: &[f64]) -> Vec<f64> {

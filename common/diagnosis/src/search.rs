@@ -3,7 +3,7 @@
 use crate::case::Case;
 use crate::innovations::Clutter;
 use crate::library::Candidate;
-use crate::objective::{Innovations, Whitening};
+use crate::objective::{INNOVATION_HUBER, Innovations, Whitening};
 use crate::parameters::{FittedEffect, Shape};
 use crate::solver::{self, Effort, Fit, Problem};
 use rayon::prelude::*;
@@ -275,6 +275,14 @@ fn at_level<'a>(case: &'a Case, shape: &Shape, clutter: &Clutter, start: &[f64])
     let (_, first) = fit_with(start, SHORT);
     fit_with(&first.theta, FULL)
 }
+
+/// Robust cost of each stretch of residuals, five seconds or so.
+pub(crate) fn costs_of_stretches(residuals: &[f64]) -> Vec<f64> {
+    residuals.chunks(STRETCH).map(|stretch| solver::cost_of(stretch, INNOVATION_HUBER)).collect()
+}
+
+/// Residuals of a stretch: five seconds of three outputs at 100 Hz.
+const STRETCH: usize = 1500;
 
 /// Number of residuals of a problem.
 pub fn count(problem: &impl Problem) -> usize {

@@ -112,7 +112,7 @@ pub fn wanders(case: &Case, built: &Built, clutter: &Clutter) -> Vec<Wander> {
 
 /// What is gained over all stretches but the few that gain most: a wheelset at the edge between holding and sliding may
 /// fall either way, and a filter that lost it there gains by whatever is freed.
-fn evidence(nothing: &[f64], freed: &[f64]) -> f64 {
+pub(crate) fn evidence(nothing: &[f64], freed: &[f64]) -> f64 {
     let mut gains: Vec<f64> = nothing.iter().zip(freed).map(|(a, b)| a - b).collect();
     gains.sort_by(f64::total_cmp);
     let events = (EVENTS * gains.len() as f64).ceil() as usize;

@@ -58,6 +58,7 @@ impl Laws {
             time_s: place.time_s,
             v_m_s: last.v_m_s,
             position_m: place.position_m,
+            wheelset_position_m: constants.wheelset_positions_m,
             sanding: sample.sanding,
             grade_rad: place.grade_rad,
             pressing_force_n: sample.step_force_n,

@@ -167,8 +167,6 @@ pub struct Patch {
 
 /// Width over which a stretch of track sets in, m.
 const EDGE_M: f64 = 3.0;
-/// Half the distance of the outer wheelsets that the patch assumes, m.
-const HALF_WHEELBASE_M: f64 = 5.5;
 
 impl Patch {
     /// From the values of the spec's parameters.
@@ -183,8 +181,8 @@ impl Effect for Patch {
     }
 
     fn adhesion_peak(&self, wheelset: usize, at: &Operating, _hidden: &[f64], peak: f64) -> f64 {
-        let ahead = if wheelset == 0 { HALF_WHEELBASE_M } else { -HALF_WHEELBASE_M };
-        let inside = window_share(at.position_m + ahead, self.start_m, self.length_m, EDGE_M);
+        let position_m = at.position_m + at.wheelset_position_m[wheelset];
+        let inside = window_share(position_m, self.start_m, self.length_m, EDGE_M);
         peak * (1.0 - self.loss * inside)
     }
 }

@@ -141,16 +141,27 @@ impl Effect for Fade {
 pub static PRESSURE: EffectSpec = EffectSpec {
     id: "brake_friction_pressure",
     term: Term::BrakeFriction,
-    equation: "mu = mu0 (F / 50 kN)^-n",
-    source: "speed, pressure and braked mass are the regressors of 10.3390/ma14164766; n of 0.05 to 0.2 is general knowledge",
-    parameters: &[ParameterSpec {
-        name: "exponent",
-        lower: -0.1,
-        upper: 1.0,
-        default: 0.1,
-        neutral: Some(0.0),
-        ..ParameterSpec::PLAIN
-    }],
+    equation: "mu = mu0 ((F + F1) / (50 kN + F1))^-n",
+    source: "speed, pressure and braked mass are the regressors of 10.3390/ma14164766; n of 0.05 to 0.2 is general knowledge; \
+             n = 1 with F1 is a hyperbola, as Karwatzki's",
+    parameters: &[
+        ParameterSpec {
+            name: "exponent",
+            lower: -0.3,
+            upper: 2.0,
+            default: 0.1,
+            neutral: Some(0.0),
+            ..ParameterSpec::PLAIN
+        },
+        ParameterSpec {
+            name: "levelling_force_n",
+            unit: "N",
+            lower: 0.0,
+            upper: 5e5,
+            prior_sigma: 5e4,
+            ..ParameterSpec::PLAIN
+        },
+    ],
     hidden: &[],
     twins: &["pressing_force_offset"],
     separated_by: "steady braking at three or more pressing forces from light to full",
@@ -160,6 +171,7 @@ pub static PRESSURE: EffectSpec = EffectSpec {
 #[derive(Debug)]
 pub struct Pressure {
     exponent: f64,
+    levelling_force_n: f64,
 }
 
 /// Force at which the pressure law leaves the friction as it is, N.
@@ -170,7 +182,7 @@ const SMALLEST_FORCE_N: f64 = 2e3;
 impl Pressure {
     /// From the values of the spec's parameters.
     pub fn boxed(values: &[f64]) -> Box<dyn Effect> {
-        Box::new(Self { exponent: values[0] })
+        Box::new(Self { exponent: values[0], levelling_force_n: values[1] })
     }
 }
 
@@ -181,7 +193,8 @@ impl Effect for Pressure {
 
     fn brake_friction(&self, wheelset: usize, at: &Operating, _hidden: &[f64], friction: f64) -> f64 {
         let force = at.pressing_force_n[wheelset].max(SMALLEST_FORCE_N);
-        friction * (force / REFERENCE_FORCE_N).powf(-self.exponent)
+        let ratio = (force + self.levelling_force_n) / (REFERENCE_FORCE_N + self.levelling_force_n);
+        friction * ratio.powf(-self.exponent)
     }
 }
 

@@ -12,7 +12,7 @@ pub static LOAD_TRANSFER: EffectSpec = EffectSpec {
     parameters: &[ParameterSpec {
         name: "relative_error",
         lower: -1.5,
-        upper: 3.0,
+        upper: 5.0,
         default: 0.2,
         neutral: Some(0.0),
         starts: &[-0.3],

@@ -138,6 +138,8 @@ pub struct Operating {
     pub acceleration_m_s2: f64,
     /// Position along the track, m.
     pub position_m: f64,
+    /// How far each wheelset is ahead of that position, m.
+    pub wheelset_position_m: PerWheelset,
     /// Sanding demand, 0 to 1.
     pub sanding: f64,
     /// Grade of the track, rad, uphill positive.

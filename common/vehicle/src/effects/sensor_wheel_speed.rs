@@ -8,8 +8,8 @@ use crate::MAX_WHEELSETS;
 pub static ECCENTRICITY: EffectSpec = EffectSpec {
     id: "wheel_encoder_eccentricity",
     term: Term::SensorWheelSpeed,
-    equation: "omega_read = omega (1 + s sin(theta) + c cos(theta))",
-    source: "pole wheels run out by 0.1 to 0.5 %; once-per-revolution theory after Kavanagh",
+    equation: "omega_read = omega (1 + s sin(theta) + c cos(theta) + s2 sin(2 theta) + c2 cos(2 theta))",
+    source: "pole wheels run out by 0.1 to 0.5 %, and are a little oval; once-per-revolution theory after Kavanagh",
     parameters: &[
         ParameterSpec {
             name: "sine",
@@ -25,6 +25,20 @@ pub static ECCENTRICITY: EffectSpec = EffectSpec {
             upper: 0.05,
             default: 0.001,
             neutral: Some(0.0),
+            ..ParameterSpec::PLAIN
+        },
+        ParameterSpec {
+            name: "second_sine",
+            lower: -0.02,
+            upper: 0.02,
+            prior_sigma: 0.003,
+            ..ParameterSpec::PLAIN
+        },
+        ParameterSpec {
+            name: "second_cosine",
+            lower: -0.02,
+            upper: 0.02,
+            prior_sigma: 0.003,
             ..ParameterSpec::PLAIN
         },
         ParameterSpec {
@@ -45,15 +59,16 @@ pub static ECCENTRICITY: EffectSpec = EffectSpec {
 /// See [`ECCENTRICITY`]; wheelset 0 means all alike.
 #[derive(Debug)]
 pub struct Eccentricity {
-    sine: f64,
-    cosine: f64,
+    first: [f64; 2],
+    second: [f64; 2],
     wheelset: usize,
 }
 
 impl Eccentricity {
     /// From the values of the spec's parameters.
     pub fn boxed(values: &[f64]) -> Box<dyn Effect> {
-        Box::new(Self { sine: values[0], cosine: values[1], wheelset: values[2] as usize })
+        let (first, second) = ([values[0], values[1]], [values[2], values[3]]);
+        Box::new(Self { first, second, wheelset: values[4] as usize })
     }
 }
 
@@ -66,7 +81,9 @@ impl Effect for Eccentricity {
         for (i, speed) in reading.wheel_speed_rad_s.iter_mut().enumerate() {
             if self.wheelset == 0 || self.wheelset == i + 1 {
                 let (sin, cos) = at.wheel_angle_rad[i].sin_cos();
-                *speed *= 1.0 + self.sine * sin + self.cosine * cos;
+                let (sin2, cos2) = (2.0 * sin * cos, cos * cos - sin * sin);
+                let wave = |[s, c]: [f64; 2], sin: f64, cos: f64| s * sin + c * cos;
+                *speed *= 1.0 + wave(self.first, sin, cos) + wave(self.second, sin2, cos2);
             }
         }
     }

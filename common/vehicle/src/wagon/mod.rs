@@ -175,6 +175,7 @@ impl WagonModel {
             time_s: input.time_s,
             v_m_s: state.v_m_s,
             position_m: input.position_m,
+            wheelset_position_m: self.constants.wheelset_positions_m,
             sanding: input.sanding,
             grade_rad: input.grade_rad,
             adhesion_peak: input.adhesion_peak,

@@ -1,5 +1,6 @@
 //! Whether stated confidences and intervals mean what they say.
 
+use railgrip_truth_plant::case::LabelledEffect;
 use serde::Serialize;
 
 use super::{
@@ -42,28 +43,38 @@ pub(super) struct Agreement {
     pub in_90: bool,
 }
 
-/// Effects whose form in the plant is that of the catalogue: id, the plant's parameter, the catalogue's, and what to add
-/// to the plant's value.
-const AGREEING: [(&str, &str, &str, f64); 6] = [
-    ("wheel_radius", "relative", "relative_error", 0.0),
-    ("mass_error", "relative", "relative_error", 0.0),
-    ("rotating_inertia", "relative", "relative_error", 0.0),
-    ("load_transfer", "factor", "relative_error", -1.0),
-    ("dragging_brake", "torque_nm", "torque_nm", 0.0),
-    ("wheel_encoder_window", "window_s", "window_s", 0.0),
+/// A parameter that means the same in the plant and in the catalogue, if the edges of its law do not: effect, the plant's
+/// name, the catalogue's, and what the plant's value is multiplied with and added to.
+struct Meaning(&'static str, &'static str, &'static str, f64, f64);
+
+const AGREEING: [Meaning; 11] = [
+    Meaning("wheel_radius", "relative", "relative_error", 1.0, 0.0),
+    Meaning("mass_error", "relative", "relative_error", 1.0, 0.0),
+    Meaning("rotating_inertia", "relative", "relative_error", 1.0, 0.0),
+    Meaning("load_transfer", "factor", "relative_error", 1.0, -1.0),
+    Meaning("dragging_brake", "torque_nm", "torque_nm", 1.0, 0.0),
+    Meaning("wheel_encoder_window", "window_s", "window_s", 1.0, 0.0),
+    // Edges softer or harder than the catalogue's, delay part transport and part smoothing, wind that breathes.
+    Meaning("pressing_force_offset", "threshold_n", "threshold_n", 1.0, 0.0),
+    Meaning("low_adhesion_patch", "loss", "loss", 1.0, 0.0),
+    Meaning("grade", "slope_rad", "error_permil", 1e3, 0.0),
+    Meaning("speed_latency", "latency_s", "latency_s", 1.0, 0.0),
+    Meaning("headwind", "mean_m_s", "headwind_m_s", 1.0, 0.0),
 ];
 
-/// Compares the fitted parameter with the true one where the first name is right and the forms agree.
-pub(super) fn agreement(outcome: &Outcome) -> Option<Agreement> {
-    let truth = outcome.made.label.effects.first()?;
-    let (_, plants, catalogues, offset) = AGREEING.iter().find(|(id, ..)| *id == truth.id)?;
-    let named = outcome.effects().iter().find(|named| named.id == truth.id)?;
-    let value = truth.parameters.iter().find(|(name, _)| name == plants)?.1 + offset;
-    let (fitted, low, high) = *named.parameters.get(*catalogues)?;
-    let narrow = 1.645 / 1.96;
-    Some(Agreement {
-        relative_error: ((fitted - value) / value).abs(),
-        in_ci95: (low..=high).contains(&value),
-        in_90: (fitted + narrow * (low - fitted)..=fitted + narrow * (high - fitted)).contains(&value),
-    })
+/// Compares the fitted parameters of the true effects that were named with the true ones, where they mean the same.
+pub(super) fn agreements(outcome: &Outcome) -> Vec<Agreement> {
+    let compare = |truth: &LabelledEffect| {
+        let Meaning(_, plants, catalogues, factor, offset) = AGREEING.iter().find(|m| m.0 == truth.id)?;
+        let named = outcome.effects().iter().find(|named| named.id == truth.id)?;
+        let value = factor * truth.parameters.iter().find(|(name, _)| name == plants)?.1 + offset;
+        let (fitted, low, high) = *named.parameters.get(*catalogues)?;
+        let narrow = 1.645 / 1.96;
+        Some(Agreement {
+            relative_error: ((fitted - value) / value).abs(),
+            in_ci95: (low..=high).contains(&value),
+            in_90: (fitted + narrow * (low - fitted)..=fitted + narrow * (high - fitted)).contains(&value),
+        })
+    };
+    outcome.made.label.effects.iter().filter_map(compare).collect()
 }

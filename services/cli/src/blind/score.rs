@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::{
     answer::{Answer, Named},
-    belief::{Agreement, Bin, agreement, reliability},
+    belief::{Agreement, Bin, agreements, reliability},
     make::Made,
     rankings::Rankings,
 };
@@ -148,6 +148,8 @@ pub(super) struct Score {
     pub nameless_called_unknown: Rate,
     pub pairs_both_named: Rate,
     pub unknown_beside_a_right_name: Rate,
+    /// Cases of one effect beside which another was named.
+    pub name_too_many: Rate,
     pub closure_median: f64,
     pub closure_lower_decile: f64,
     pub closure_cases: usize,
@@ -178,7 +180,7 @@ impl Score {
         closures.sort_by(f64::total_cmp);
         let mut seconds: Vec<f64> = outcomes.iter().map(|outcome| outcome.seconds).collect();
         seconds.sort_by(f64::total_cmp);
-        let agreeing: Vec<Agreement> = single().filter_map(agreement).collect();
+        let agreeing: Vec<Agreement> = single().chain(pair()).flat_map(agreements).collect();
         let mut errors: Vec<f64> = agreeing.iter().map(|agreement| agreement.relative_error).collect();
         errors.sort_by(f64::total_cmp);
         let tally = |test: &dyn Fn(&Agreement) -> bool| {
@@ -207,6 +209,7 @@ impl Score {
             ),
             pairs_both_named: Rate::count(pair(), Outcome::is_right),
             unknown_beside_a_right_name: Rate::count(single(), Outcome::says_unknown),
+            name_too_many: Rate::count(single(), |outcome| outcome.effects().len() > 1),
             closure_median: quantile(&closures, 0.5),
             closure_lower_decile: quantile(&closures, 0.1),
             closure_cases: closures.len(),

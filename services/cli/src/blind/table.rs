@@ -49,6 +49,7 @@ pub(super) fn markdown(score: &Score, outcomes: &[Outcome], cases: usize, seed: 
         "≥ 0.70",
     );
     row("`unknown` beside one nameable effect", rate(score.unknown_beside_a_right_name), nothing(), "");
+    row("a name too many beside one effect", rate(score.name_too_many), nothing(), "");
     row(
         &format!("closure on holdout, median of {}", score.closure_cases),
         two(score.closure_median),
