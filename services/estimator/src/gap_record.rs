@@ -18,6 +18,8 @@ const LEAST_STRETCH_S: f64 = 8.0;
 const BRIDGED: usize = 5;
 /// Share of a single stretch that a diagnosis may fit on; it predicts the rest.
 const FIT_SHARE: f64 = 0.65;
+/// A rail that is taken to be another for less than this, and then the former again, was not another, s.
+const WAVERS_S: f64 = 3.0;
 /// Worse rail is noticed late: so much before the change counts as neither, s.
 const NOTICED_LATE_S: f64 = 4.0;
 /// A position that jumps by more than this is that of another place, m.
@@ -54,8 +56,9 @@ struct Stretch {
 /// # Errors
 /// If something cannot be written.
 pub fn write(case: &Path, watch: &GapWatch, vehicle: &VehicleParameters) -> Result<bool, GapRecordError> {
-    let kept: Vec<KeptRow> = watch.rows().collect();
+    let mut kept: Vec<KeptRow> = watch.rows().collect();
     let Some(period_s) = period_s(&kept) else { return Ok(false) };
+    steady(&mut kept, period_s);
     let rows_of = |seconds: f64| (seconds / period_s) as usize;
     let mut stretches = stretches(&kept, period_s, watch.wheelsets());
     stretches.retain(|stretch| stretch.rows.len() >= rows_of(LEAST_STRETCH_S));
@@ -125,6 +128,22 @@ fn class(rail: Condition) -> &'static str {
 /// From dry to low.
 fn badness(rail: &str) -> usize {
     ["dry", "wet", "low"].iter().position(|class| *class == rail).unwrap_or(0)
+}
+
+/// Takes the wavering out of what the rail was taken to be: it would cut the minutes into pieces too short to keep.
+fn steady(kept: &mut [KeptRow], period_s: f64) {
+    let brief = (WAVERS_S / period_s) as usize;
+    // Where each spell of one class begins, in whole.
+    let begins = |kept: &[KeptRow], k: usize| k == 0 || class(kept[k].rail) != class(kept[k - 1].rail);
+    let mut starts: Vec<usize> = (0..kept.len()).filter(|k| begins(kept, *k)).collect();
+    starts.push(kept.len());
+    for spell in 1..starts.len().saturating_sub(2) {
+        let (from, to) = (starts[spell], starts[spell + 1]);
+        let before = kept[from - 1].rail;
+        if to - from < brief && class(before) == class(kept[to].rail) {
+            kept[from..to].iter_mut().for_each(|row| row.rail = before);
+        }
+    }
 }
 
 fn stretches(kept: &[KeptRow], period_s: f64, wheelsets: usize) -> Vec<Stretch> {
@@ -296,6 +315,27 @@ mod tests {
         }
         let (fit, holdout) = divide(stretches);
         assert_eq!((fit.len(), holdout.len(), holdout[0].rail), (2, 1, "low"));
+    }
+
+    #[test]
+    fn a_rail_that_wavers_cuts_nothing_and_one_that_changes_does() {
+        let mut rows = kept(0.0..10.0, Condition::Dry, None);
+        for (seconds, rail) in [
+            (10.0..12.0, Condition::Wet),
+            (12.0..13.0, Condition::Dry),
+            (13.0..15.0, Condition::Low),
+            (15.0..30.0, Condition::Dry),
+            (30.0..45.0, Condition::VeryLow),
+            (45.0..46.0, Condition::Wet),
+        ] {
+            rows.extend(kept(seconds, rail, None));
+        }
+        steady(&mut rows, 0.01);
+        let spells: Vec<(&str, usize)> =
+            stretches(&rows, 0.01, 2).iter().map(|s| (s.rail, s.rows.len())).collect();
+        println!("{spells:?}");
+        // Each end of a spell on better rail lies four seconds before worse rail was noticed; the last second is no return.
+        assert_eq!(spells, [("dry", 2600), ("low", 1500), ("wet", 100)]);
     }
 
     #[test]

@@ -1,0 +1,63 @@
+//! Laws of effects where another form would be easy to write: ovals, hyperbolas, patches under each wheelset.
+
+use railgrip_vehicle::EffectEntry;
+use railgrip_vehicle::effects::{self, Effect, Observation, Operating};
+
+fn built(id: &str, parameters: &[(&str, f64)]) -> Box<dyn Effect> {
+    let parameters = parameters.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+    effects::build(&EffectEntry { id: id.into(), parameters }).expect("an effect of the catalogue")
+}
+
+#[test]
+fn an_oval_ring_errs_twice_in_a_turn_and_an_eccentric_one_once() {
+    // What a file does not say about the oval is that there is none.
+    let eccentric =
+        built("wheel_encoder_eccentricity", &[("sine", 0.01), ("cosine", 0.0), ("wheelset", 1.0)]);
+    let oval = built(
+        "wheel_encoder_eccentricity",
+        &[("sine", 0.0), ("cosine", 0.0), ("second_sine", 0.004), ("wheelset", 1.0)],
+    );
+    let error = |effect: &dyn Effect, angle: f64| {
+        let mut at = Operating { wheel_speed_rad_s: [50.0; 4], ..Operating::default() };
+        at.wheel_angle_rad[0] = angle;
+        let mut reading = Observation { v_m_s: 20.0, wheel_speed_rad_s: [50.0; 4] };
+        effect.observe(&at, &[], &mut reading);
+        assert_eq!(reading.wheel_speed_rad_s[1], 50.0, "the other wheelset is read as it is");
+        reading.wheel_speed_rad_s[0] / 50.0 - 1.0
+    };
+    for angle in [0.3, 1.1, 2.0, 4.4] {
+        let half_turn = angle + std::f64::consts::PI;
+        let once = error(eccentric.as_ref(), angle) + error(eccentric.as_ref(), half_turn);
+        let twice = error(oval.as_ref(), angle) - error(oval.as_ref(), half_turn);
+        assert!(once.abs() < 1e-12 && twice.abs() < 1e-12, "{once} {twice}");
+        assert!((error(oval.as_ref(), angle) - 0.004 * (2.0 * angle).sin()).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn a_levelling_force_turns_the_power_into_a_hyperbola() {
+    let (level, force_n) = (1e5, [2e4, 4e4]);
+    let law = built("brake_friction_pressure", &[("exponent", 1.0), ("levelling_force_n", level)]);
+    let friction = |force_n: f64| {
+        let at = Operating { pressing_force_n: [force_n; 4], ..Operating::default() };
+        law.brake_friction(0, &at, &[], 0.35)
+    };
+    let product = force_n.map(|force_n| friction(force_n) * (force_n + level));
+    println!("mu (F + F1) at two forces: {product:?}");
+    assert!((product[0] / product[1] - 1.0).abs() < 1e-12 && (friction(5e4) - 0.35).abs() < 1e-12);
+}
+
+#[test]
+fn each_wheelset_meets_a_patch_at_its_own_place() {
+    let patch = built("low_adhesion_patch", &[("start_m", 200.0), ("length_m", 50.0), ("loss", 0.5)]);
+    // The centre of the wagon is a good wheelbase ahead of the patch's end.
+    let at =
+        Operating { position_m: 254.0, wheelset_position_m: [7.0, -7.0, 0.0, 0.0], ..Operating::default() };
+    let peaks = [0, 1].map(|wheelset| patch.adhesion_peak(wheelset, &at, &[], 0.3));
+    println!("adhesion of both wheelsets: {peaks:?}");
+    assert!(peaks[0] > 0.299 && peaks[1] < 0.2);
+    let before =
+        Operating { position_m: 195.0, wheelset_position_m: [7.0, -7.0, 0.0, 0.0], ..Operating::default() };
+    let peaks = [0, 1].map(|wheelset| patch.adhesion_peak(wheelset, &before, &[], 0.3));
+    assert!(peaks[0] < 0.2 && peaks[1] > 0.299);
+}
