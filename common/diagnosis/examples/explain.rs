@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         judgement.recovered,
         judgement.chance.as_ref().map(|c| c.threshold())
     );
-    println!("left {:.3}", judgement.left);
+    println!("left {:.3}, lost without each effect {:.0?}", judgement.left, found.worth);
     for (what, places) in [("before", &found.places), ("after", &found.rest)] {
         println!("{what}");
         for w in places.iter().take(4) {

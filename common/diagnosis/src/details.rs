@@ -21,8 +21,9 @@ use crate::wander::Wander;
 /// Two-sided 95 % quantile of the normal distribution.
 const NORMAL_95: f64 = 1.96;
 /// Standard errors of the whitened fit, which knows neither the wrong form of a law nor the last colour of clutter, are
-/// widened by this factor, set by hand; `railgrip gap blind` prints the coverage.
-const WIDENING: f64 = 2.0;
+/// widened by this factor, set so that the 90 % intervals of some twenty simulated cases hold the truth in more than four of
+/// five; `railgrip gap blind` prints the coverage.
+const WIDENING: f64 = 3.0;
 
 /// 95 % intervals of every parameter of the extended model.
 pub(crate) fn intervals(found: &Found, models: &Models) -> Vec<Interval> {

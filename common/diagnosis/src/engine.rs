@@ -92,6 +92,8 @@ pub struct Found<'a> {
     pub places: Vec<Wander>,
     /// The same over the best model.
     pub rest: Vec<Wander>,
+    /// Evidence that the best model loses without each of its effects, if it has several.
+    pub worth: Vec<f64>,
 }
 
 /// What decides whether one more effect is real.
@@ -167,17 +169,20 @@ pub fn search<'a>(
         let rest = free_places(case, &clutter, &next);
         best = Some((next, rest));
     }
-    let (best, rest) = match best {
+    let (best, rest, worth) = match best {
         Some((best, rest)) => {
             let number = best.fitted.shape.effects.len();
-            let best = delete_backwards(case, &clutter, acceptance, best);
+            let (best, worth) = delete_backwards(case, &clutter, acceptance, best);
             let same = best.fitted.shape.effects.len() == number;
             let rest = if same { rest } else { free_places(case, &clutter, &best) };
-            (best, rest)
+            (best, rest, worth)
         }
-        None => (search::settle(case, &shape, &clutter, &base.fitted.fit.theta, base.level), places.clone()),
+        None => {
+            let best = search::settle(case, &shape, &clutter, &base.fitted.fit.theta, base.level);
+            (best, places.clone(), Vec::new())
+        }
     };
-    Found { base, best, rounds, places, rest }
+    Found { base, best, rounds, places, rest, worth }
 }
 
 fn free_places(case: &Case, clutter: &Clutter, level: &Level) -> Vec<Wander> {
@@ -405,13 +410,13 @@ const PER_PARAMETER: f64 = 5.0;
 /// Share of its gain by which a further effect on its bound must lead.
 const IMITATION: f64 = 0.1;
 
-/// Drops effects that the others have made superfluous.
+/// Drops effects that the others have made superfluous; returns the model and what it would lose without each of several.
 fn delete_backwards<'a>(
     case: &'a Case,
     clutter: &Clutter,
     acceptance: Acceptance,
     best: Level<'a>,
-) -> Level<'a> {
+) -> (Level<'a>, Vec<f64>) {
     let mut best = best;
     while best.fitted.shape.effects.len() > 1 {
         let effects = &best.fitted.shape.effects;
@@ -423,15 +428,16 @@ fn delete_backwards<'a>(
                 search::settle(case, &best.fitted.shape.with_all(&keep), clutter, &theta, best.level)
             })
             .collect();
+        let worth = reduced.iter().map(|r| r.evidence_cost() - best.evidence_cost()).collect();
         let cheapest = reduced.into_iter().min_by(|a, b| a.evidence_cost().total_cmp(&b.evidence_cost()));
         match cheapest {
             Some(smaller) if smaller.evidence_cost() < best.evidence_cost() + acceptance.gain => {
                 best = smaller
             }
-            _ => break,
+            _ => return (best, worth),
         }
     }
-    best
+    (best, Vec::new())
 }
 
 fn without_one(effects: &[FittedEffect], drop: usize) -> Vec<FittedEffect> {

@@ -161,6 +161,7 @@ fn signals(calibrated: &metric::Tally, extended: &metric::Tally) -> Vec<SignalSh
 fn effects(found: &Found, judgement: &Judgement, models: &Models) -> Vec<FoundEffect> {
     let shape = &models.extended_shape;
     let total = (found.base.evidence_cost() - found.best.evidence_cost()).max(1.0);
+    let worth = &found.worth;
     let mut effects: Vec<(f64, FoundEffect)> = (0..shape.effects.len())
         .map(|e| {
             let spec = shape.effects[e].spec;
@@ -200,7 +201,8 @@ fn effects(found: &Found, judgement: &Judgement, models: &Models) -> Vec<FoundEf
                 equivalent,
                 parameters,
             };
-            (gain, found)
+            // What counts most comes first, which need not be what was found first.
+            (worth.get(e).copied().unwrap_or(gain), found)
         })
         .collect();
     effects.sort_by(|a, b| b.0.total_cmp(&a.0));
