@@ -376,12 +376,13 @@ fn carry_on<'a>(
         Some((last.spec.id, current.evidence_cost() - level.evidence_cost()))
     };
     let gains: Vec<(&str, f64)> = settled.iter().filter_map(gained).collect();
-    let refines = |level: &Level| {
-        let (last, before) = level.fitted.shape.effects.split_last()?;
+    // Mends an effect before it, or lies where the model errs little.
+    let mends = |level: &Level| {
+        let Some((last, before)) = level.fitted.shape.effects.split_last() else { return false };
         let gain = current.evidence_cost() - level.evidence_cost();
         let same = before.iter().any(|e| wander::may_share_place(e.spec.term, last.spec.term));
         let there = wander::may_act_at(last.spec.term, likely);
-        Some(if same { gain < REFINEMENT * accepted.iter().sum::<f64>() } else { !there })
+        if same { gain < REFINEMENT * accepted.iter().sum::<f64>() } else { !there }
     };
     // A law with more to adjust must earn it, and one whose strength runs into its bound imitates something else.
     let cost = |level: &Level| {
@@ -394,7 +395,6 @@ fn carry_on<'a>(
             + PER_PARAMETER * adjusted as f64
             + if imitates { IMITATION * gain } else { 0.0 }
     };
-    let mends = |level: &Level| refines(level).unwrap_or(false);
     let first = |a: &Level, b: &Level| mends(a).cmp(&mends(b)).then(cost(a).total_cmp(&cost(b)));
     (settled.into_iter().min_by(first), gains)
 }

@@ -16,6 +16,7 @@ pub mod plant;
 mod runs;
 mod train;
 pub mod vehicle;
+mod wagons;
 
 pub use alerts::{AlertSettings, CapabilitySettings, DeliverySettings, MqttSettings, WebhookSettings};
 pub use doors::{AuditSettings, DoorLimits, DoorSettings, TlsFiles, is_loopback};

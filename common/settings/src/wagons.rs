@@ -1,0 +1,134 @@
+//! The wagons of a train as its settings give them.
+
+use crate::SettingsError;
+use crate::file::TrainFile;
+use crate::place::ConfigText;
+use crate::plant;
+use crate::runs::ReplayRun;
+use crate::train::{DEFAULT_CONFIG, DEFAULT_VEHICLE, MAX_WAGONS, Source, WagonSettings, folder, name};
+use railgrip_filter::{EstimatorConfig, Plant};
+use railgrip_vehicle::VehicleParameters;
+use std::path::{Path, PathBuf};
+
+/// Settles the wagons of a train: their names, vehicles and filters.
+pub(crate) fn wagons(
+    at: &ConfigText<'_>,
+    form: &TrainFile,
+    source: &Source,
+) -> Result<Vec<WagonSettings>, SettingsError> {
+    let runs: &[ReplayRun] = if let Source::Replay { runs, .. } = source { runs } else { &[] };
+    let count = count(at, form, runs)?;
+    let mut cache = VehicleFiles { base: folder(at.file), read: Vec::new() };
+    let mut wagons: Vec<WagonSettings> = Vec::with_capacity(count as usize);
+    for number in 1..=count {
+        let index = number as usize - 1;
+        let table = form.wagon.get(index);
+        let wagon_name = match (table.and_then(|wagon| wagon.name.as_deref()), runs.get(index)) {
+            (Some(given), _) => name(at, &format!("wagon.{number}.name"), given)?,
+            (None, Some(run)) => run.name.clone(),
+            (None, None) => format!("wagon-{number}"),
+        };
+        if wagons.iter().any(|other| other.name == wagon_name) {
+            let key = format!("wagon.{number}.name");
+            return Err(at.refuse(&key, wagon_name, "a name that no other wagon has"));
+        }
+        let own = table.and_then(|wagon| wagon.vehicle.as_deref());
+        let beside = runs.get(index).and_then(|run| run.vehicle_file.clone());
+        let plant = match (own, beside, form.train.vehicle.as_deref()) {
+            (Some(own), _, _) => cache.load(at, &format!("wagon.{number}.vehicle"), own)?,
+            (None, Some(file), _) => cache.load_path(&file)?,
+            (None, None, Some(common)) => cache.load(at, "train.vehicle", common)?,
+            (None, None, None) => {
+                return Err(at.refuse("train.vehicle", "absent", "a vehicle file, relative to this file"));
+            }
+        };
+        let filter = table.and_then(|wagon| wagon.filter.clone());
+        let named = EstimatorConfig { filter: filter.clone().unwrap_or_default(), ..form.estimator.clone() };
+        let named = if filter.is_some() { &named } else { &form.estimator };
+        if let Err(error) = railgrip_filter::estimator(named, &plant) {
+            let key = if filter.is_some() {
+                format!("wagon.{number}.filter")
+            } else {
+                "estimator.filter".to_owned()
+            };
+            return Err(at.refuse(&key, format!("{:?}", named.filter), error));
+        }
+        let simulated = table.and_then(|wagon| wagon.simulated.as_deref());
+        let simulated =
+            simulated.map(|file| simulated_wagon(at, number, file, source, &mut cache)).transpose()?;
+        let vehicle = plant.as_vehicle();
+        wagons.push(WagonSettings { number, name: wagon_name, vehicle, plant, simulated, filter });
+    }
+    Ok(wagons)
+}
+
+/// The vehicle that the simulation takes for a wagon, whatever its estimator believes.
+fn simulated_wagon(
+    at: &ConfigText<'_>,
+    number: u32,
+    file: &str,
+    source: &Source,
+    cache: &mut VehicleFiles,
+) -> Result<VehicleParameters, SettingsError> {
+    let key = format!("wagon.{number}.simulated");
+    if !matches!(source, Source::Simulate { .. }) {
+        return Err(at.refuse(&key, file, "nothing, unless [source] kind is simulate"));
+    }
+    match cache.load(at, &key, file)? {
+        Plant::Wagon(vehicle) => Ok(vehicle),
+        _ => Err(at.refuse(&key, file, "the vehicle file of a wagon")),
+    }
+}
+
+/// How many wagons: as many as there are recordings, else as listed, else as counted.
+fn count(at: &ConfigText<'_>, form: &TrainFile, runs: &[ReplayRun]) -> Result<u32, SettingsError> {
+    let listed = u32::try_from(form.wagon.len()).unwrap_or(u32::MAX);
+    let (key, count) = match (form.train.wagons, listed, runs.len()) {
+        (_, _, recordings @ 1..) => ("source.runs", u32::try_from(recordings).unwrap_or(u32::MAX)),
+        (Some(count), 0, 0) => ("train.wagons", count),
+        (None, 1.., 0) => ("wagon", listed),
+        (Some(count), listed, 0) if count == listed => ("train.wagons", count),
+        (Some(count), listed, 0) => {
+            return Err(at.refuse(
+                "train.wagons",
+                count,
+                format!("{listed}, the number of [[wagon]] tables"),
+            ));
+        }
+        (None, 0, 0) => {
+            return Err(at.refuse("train.wagons", "absent", "a number of wagons, or [[wagon]] tables"));
+        }
+    };
+    if (1..=MAX_WAGONS).contains(&count) {
+        return Ok(count);
+    }
+    Err(at.refuse(key, format!("{count} wagons"), format!("1 to {MAX_WAGONS} wagons")))
+}
+
+/// Vehicle files read so far; the wagons of a train mostly share one.
+struct VehicleFiles {
+    base: PathBuf,
+    read: Vec<(PathBuf, Plant)>,
+}
+
+impl VehicleFiles {
+    fn load(&mut self, at: &ConfigText<'_>, key: &str, file: &str) -> Result<Plant, SettingsError> {
+        let path = self.base.join(file);
+        if path.is_file() {
+            return self.load_path(&path);
+        }
+        if at.text == DEFAULT_CONFIG && !path.exists() {
+            return Ok(plant::parse(&path, DEFAULT_VEHICLE)?);
+        }
+        Err(at.refuse(key, format!("{file:?}"), format!("a vehicle file; {} is none", path.display())))
+    }
+
+    fn load_path(&mut self, path: &Path) -> Result<Plant, SettingsError> {
+        if let Some((_, vehicle)) = self.read.iter().find(|(read, _)| read == path) {
+            return Ok(vehicle.clone());
+        }
+        let vehicle = plant::load(path)?;
+        self.read.push((path.to_owned(), vehicle.clone()));
+        Ok(vehicle)
+    }
+}
