@@ -7,15 +7,22 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use railgrip_requirements::{PROMTOOL, SYSTEMD_ANALYZE};
 use railgrip_tests::{Process, TrainUnderTest, program, within};
 use rustix::process::Signal;
+
+railgrip_requirements::tests! {
+    systemd_accepts_the_units: [SYSTEMD_ANALYZE],
+    prometheus_accepts_rules_their_tests_and_the_config: [PROMTOOL],
+    a_service_says_when_it_is_ready_alive_and_stopping: [],
+}
 
 fn units() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../deploy/systemd")
 }
 
 /// Copies the units, with `edit` applied, into a folder and lets systemd read them; returns what it complains about.
-fn verify(edit: impl Fn(&str) -> String) -> Option<String> {
+fn verify(edit: impl Fn(&str) -> String) -> String {
     let folder = tempfile::tempdir().expect("folder");
     let mut files = Vec::new();
     for entry in std::fs::read_dir(units()).expect("units").flatten() {
@@ -29,36 +36,26 @@ fn verify(edit: impl Fn(&str) -> String) -> Option<String> {
         std::fs::write(files.last().expect("just pushed"), edit(&text)).expect("write");
     }
     assert_eq!(files.len(), 6, "{files:?}");
-    let output = Command::new("systemd-analyze").arg("verify").args(&files).output().ok()?;
-    Some(String::from_utf8_lossy(&output.stderr).into_owned())
+    let output =
+        Command::new(SYSTEMD_ANALYZE.path()).arg("verify").args(&files).output().expect("systemd-analyze");
+    String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-#[test]
 fn systemd_accepts_the_units() {
-    let Some(complaints) = verify(str::to_owned) else {
-        println!("SKIPPED: no systemd-analyze here");
-        return;
-    };
-    assert_eq!(complaints, "");
-    let broken = verify(|text| text.replace("WatchdogSec=", "WatchdogSeconds=")).expect("as before");
+    assert_eq!(verify(str::to_owned), "");
+    let broken = verify(|text| text.replace("WatchdogSec=", "WatchdogSeconds="));
     assert!(broken.contains("WatchdogSeconds"), "the check must see a wrong key: {broken}");
 }
 
-#[test]
 fn prometheus_accepts_rules_their_tests_and_the_config() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../deploy/prometheus");
-    let promtool = std::env::var("PROMTOOL").unwrap_or_else(|_| "promtool".to_owned());
-    let run = |words: &[&str]| Command::new(&promtool).args(words).current_dir(&folder).output().ok();
-    if run(&["--version"]).is_none() {
-        println!("SKIPPED: no promtool here (Debian package prometheus)");
-        return;
-    }
     for words in [
         &["check", "rules", "railgrip.rules.yml"][..],
         &["test", "rules", "railgrip.rules.test.yml"],
         &["check", "config", "--syntax-only", "prometheus.yml"],
     ] {
-        let output = run(words).expect("as before");
+        let output =
+            Command::new(PROMTOOL.path()).args(words).current_dir(&folder).output().expect("promtool");
         let said =
             [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
         println!("{said}");
@@ -103,7 +100,6 @@ impl Served {
     }
 }
 
-#[test]
 fn a_service_says_when_it_is_ready_alive_and_stopping() {
     let mut served = served();
     let started = Instant::now();

@@ -8,6 +8,14 @@ use rustix::process::Signal;
 use std::path::Path;
 use std::time::Duration;
 
+railgrip_requirements::tests! {
+    the_pages_load_say_everything_in_words_and_renew_themselves: [CHROMIUM],
+    old_data_say_so_loudly_and_an_alert_is_acknowledged_with_the_keyboard: [CHROMIUM],
+    the_page_outlives_the_service: [CHROMIUM],
+    who_is_not_known_is_led_to_the_login_and_back: [CHROMIUM],
+    a_train_of_64_wagons_is_shown_whole_and_costs_no_memory_over_time: [CHROMIUM],
+}
+
 const SECOND: Duration = Duration::from_secs(1);
 const PHONE: Look = Look { width: 390, height: 844, dark: false };
 const LAPTOP: Look = Look { width: 1280, height: 800, dark: false };
@@ -103,7 +111,6 @@ const TOO_FAINT: &str = r"(() => {
   return [...faint];
 })()";
 
-#[test]
 fn the_pages_load_say_everything_in_words_and_renew_themselves() {
     let (mut train, base) = running("pages", 3);
     let browser = Browser::start();
@@ -203,7 +210,6 @@ fn trends(tab: &Tab<'_>) {
     assert_eq!(tab.text("document.querySelector('[data-range][aria-pressed=true]').dataset.range"), "900");
 }
 
-#[test]
 fn old_data_say_so_loudly_and_an_alert_is_acknowledged_with_the_keyboard() {
     let (mut train, base) = running("stale", 2);
     let browser = Browser::start();
@@ -265,7 +271,6 @@ fn old_data_say_so_loudly_and_an_alert_is_acknowledged_with_the_keyboard() {
     assert!(train.stop().success());
 }
 
-#[test]
 fn the_page_outlives_the_service() {
     let (mut train, base) = running("outlives", 2);
     let browser = Browser::start();
@@ -300,7 +305,6 @@ fn the_page_outlives_the_service() {
     assert!(train.stop().success());
 }
 
-#[test]
 fn who_is_not_known_is_led_to_the_login_and_back() {
     let more = "[http]\ntoken_file = \"tokens.toml\"\n";
     let train = train("doors", 1, more);
@@ -353,7 +357,6 @@ fn stays_flat(minutes: usize, look: impl Fn() -> (f64, f64, f64)) {
     assert!(end.1 < middle.1 + 0.5, "the heap of the page grows");
 }
 
-#[test]
 fn a_train_of_64_wagons_is_shown_whole_and_costs_no_memory_over_time() {
     let (mut train, base) = running("long", 64);
     let browser = Browser::start();

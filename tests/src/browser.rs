@@ -7,14 +7,11 @@ use serde_json::{Value, json};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Write};
-use std::path::PathBuf;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// Names under which distributions install it.
-const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 /// A browser that has not answered for so long is stuck.
 const PATIENCE: Duration = Duration::from_secs(120);
 /// Gives the browser its pipe where it looks for it: file descriptors 3 and 4.
@@ -75,9 +72,7 @@ impl Browser {
     /// If there is none: the message names the package to install.
     #[must_use]
     pub fn start() -> Self {
-        let program = find().unwrap_or_else(|| {
-            panic!("no Chromium found (looked for {NAMES:?}); install the Debian package `chromium`: apt-get install chromium")
-        });
+        let program = railgrip_requirements::CHROMIUM.path();
         let profile = tempfile::Builder::new().prefix("rgb").tempdir().expect("a folder for the profile");
         let mut command = Command::new("sh");
         command.args(["-c", TO_THE_PIPE, "sh"]).arg(&program).args(FLAGS);
@@ -160,13 +155,6 @@ impl Drop for Browser {
         let _ = wire.child.kill();
         let _ = wire.child.wait();
     }
-}
-
-/// The first of the names on the search path.
-fn find() -> Option<PathBuf> {
-    let path = std::env::var_os("PATH")?;
-    let mut places = std::env::split_paths(&path).flat_map(|folder| NAMES.map(|name| folder.join(name)));
-    places.find(|place| place.is_file())
 }
 
 /// Reads messages on a thread of its own, which ends with the browser.

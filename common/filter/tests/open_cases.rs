@@ -5,15 +5,22 @@
 mod support;
 
 use railgrip_filter::{EstimatorConfig, NoisePreset};
-use support::{Figures, estimate, judge, runs, shared, vehicle};
+use railgrip_requirements::LABELLED_CASES;
+use support::{Figures, estimate, judge, runs, vehicle};
+
+railgrip_requirements::tests! {
+    default_filter_reaches_its_figures: [LABELLED_CASES],
+    paper_filter_tracks_adhesion_but_is_certain_of_a_wrong_split: [LABELLED_CASES],
+    the_adaptive_filter_beats_the_papers_on_noisy_recordings: [LABELLED_CASES],
+}
 
 /// Figures by run; also printed, with totals by rail class.
-fn table(filter: &str) -> Option<Vec<(String, Figures)>> {
+fn table(filter: &str) -> Vec<(String, Figures)> {
     table_with(filter, EstimatorConfig { filter: filter.into(), ..EstimatorConfig::default() })
 }
 
-fn table_with(filter: &str, config: EstimatorConfig) -> Option<Vec<(String, Figures)>> {
-    let root = shared()?;
+fn table_with(filter: &str, config: EstimatorConfig) -> Vec<(String, Figures)> {
+    let root = LABELLED_CASES.path();
     let mut rows = Vec::new();
     for case in ["case00", "case05"] {
         let folder = root.join(case);
@@ -27,7 +34,7 @@ fn table_with(filter: &str, config: EstimatorConfig) -> Option<Vec<(String, Figu
     for class in ["dry", "wet", "low"] {
         println!("{filter:8} {class:25} {}", total(&rows, class).line());
     }
-    Some(rows)
+    rows
 }
 
 fn total(rows: &[(String, Figures)], class: &str) -> Figures {
@@ -36,9 +43,8 @@ fn total(rows: &[(String, Figures)], class: &str) -> Figures {
     all
 }
 
-#[test]
 fn default_filter_reaches_its_figures() {
-    let Some(rows) = table("default") else { return };
+    let rows = table("default");
     for (class, adhesion, pads) in [("dry", 0.0025, 0.005), ("wet", 0.004, 0.008), ("low", 0.004, 0.015)] {
         let all = total(&rows, class);
         assert!(all.adhesion.rmse() <= adhesion, "{class}: adhesion {}", all.adhesion.rmse());
@@ -53,9 +59,8 @@ fn default_filter_reaches_its_figures() {
     }
 }
 
-#[test]
 fn paper_filter_tracks_adhesion_but_is_certain_of_a_wrong_split() {
-    let Some(rows) = table("paper") else { return };
+    let rows = table("paper");
     for (class, adhesion) in [("dry", 0.004), ("wet", 0.004), ("low", 0.005)] {
         let all = total(&rows, class);
         assert!(all.adhesion.rmse() <= adhesion, "{class}: adhesion {}", all.adhesion.rmse());
@@ -68,17 +73,14 @@ fn paper_filter_tracks_adhesion_but_is_certain_of_a_wrong_split() {
 /// The same recordings of the same sensors for all: the paper's filter with its matrices (20) and with noise that suits
 /// the declared sensors, multiple models, and the adaptive default. Multiple models beat (20) but not the tuned filter:
 /// at 100 Hz the data hardly tell a jump from noise. The adaptive filter beats all.
-#[test]
 fn the_adaptive_filter_beats_the_papers_on_noisy_recordings() {
-    let (Some(ours), Some(imm), Some(tuned)) = (table("default"), table("imm"), table("paper")) else {
-        return;
-    };
+    let (ours, imm, tuned) = (table("default"), table("imm"), table("paper"));
     let printed = EstimatorConfig {
         filter: "paper".into(),
         noise: NoisePreset::SchwarzKeck2020,
         ..EstimatorConfig::default()
     };
-    let Some(printed) = table_with("(20)", printed) else { return };
+    let printed = table_with("(20)", printed);
     for class in ["dry", "wet", "low"] {
         let rmse = [&ours, &imm, &tuned, &printed].map(|rows| total(rows, class).adhesion.rmse());
         println!(

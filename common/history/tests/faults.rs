@@ -3,39 +3,54 @@
 #![allow(clippy::print_stdout, reason = "tests print what they measure")]
 
 use railgrip_history::{Keep, Reader, Store};
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use railgrip_requirements::{PRIVATE_MOUNT, Test, run};
+use std::path::Path;
+use std::process::{Command, ExitCode};
 
 const START_S: i64 = 1_700_000_000 / 86_400 * 86_400;
 const COLUMNS: [(&str, Keep); 2] = [("a", Keep::Extremes), ("b", Keep::Extremes)];
+/// Says to a process of this program that it is alone in a world in which this folder is a file system of 2 MB.
 const FOLDER: &str = "RAILGRIP_TEST_FOLDER";
 
-/// Runs one of the tests below again, alone in a world in which `FOLDER` is a file system of 2 MB.
-fn on_small_disk(test: &str) {
+const TESTS: &[Test] = &[
+    ("a_full_disk_pauses_the_history", &[&PRIVATE_MOUNT], || on_small_disk("full")),
+    ("a_disk_that_becomes_read_only_pauses_the_history", &[&PRIVATE_MOUNT], || on_small_disk("read-only")),
+];
+
+fn main() -> ExitCode {
+    let Some(folder) = std::env::var_os(FOLDER) else { return run(TESTS) };
+    println!("{MOUNTED}");
+    match std::env::args().nth(1).as_deref() {
+        Some("full") => full_disk(Path::new(&folder)),
+        _ => read_only_disk(Path::new(&folder)),
+    }
+    ExitCode::SUCCESS
+}
+
+/// What the process says when it has its file system.
+const MOUNTED: &str = "mounted";
+
+/// Runs this program again on a small disk, to see how the history takes it that the disk is full or read-only.
+fn on_small_disk(how: &str) {
     let folder = tempfile::tempdir().expect("folder");
     let program = std::env::current_exe().expect("this program");
-    let script =
-        "mount -t tmpfs -o size=2m none \"$0\" || exit 77; exec \"$1\" --exact \"$2\" --ignored --nocapture";
+    let script = "mount -t tmpfs -o size=2m none \"$0\" || exit 77; exec \"$1\" \"$2\"";
     for unshare in [&["-rm"][..], &["-m"][..]] {
         let output = Command::new("unshare")
             .args(unshare)
             .args(["sh", "-c", script])
-            .args([folder.path(), &program, Path::new(test)])
+            .args([folder.path(), &program, Path::new(how)])
             .env(FOLDER, folder.path())
-            .output();
-        let Ok(output) = output else { break };
+            .output()
+            .expect("unshare");
         let said = String::from_utf8_lossy(&output.stdout);
-        if said.contains("running 1 test") {
+        if said.starts_with(MOUNTED) {
             println!("{said}");
             assert!(output.status.success(), "{said}\n{}", String::from_utf8_lossy(&output.stderr));
             return;
         }
     }
-    println!("SKIPPED: {test}: no file system of its own can be mounted here (unshare -rm)");
-}
-
-fn folder() -> Option<PathBuf> {
-    std::env::var_os(FOLDER).map(PathBuf::from)
+    panic!("no file system of its own can be mounted");
 }
 
 fn push(store: &mut Store, second: i64) {
@@ -50,15 +65,7 @@ fn seconds(database: &Path) -> i64 {
     points.expect("query").len() as i64
 }
 
-#[test]
-fn a_full_disk_pauses_the_history() {
-    on_small_disk("full_disk");
-}
-
-#[test]
-#[ignore = "started by the test above"]
-fn full_disk() {
-    let Some(folder) = folder() else { return };
+fn full_disk(folder: &Path) {
     let database = folder.join("history.db");
     let mut store = Store::open(&database, &COLUMNS).expect("open");
     let (mut second, mut written) = (0, 0);
@@ -95,17 +102,9 @@ fn full_disk() {
     assert_eq!((seconds(&database), store.dropped_blocks()), (810, 0), "nothing that waited was lost");
 }
 
-#[test]
-fn a_disk_that_becomes_read_only_pauses_the_history() {
-    on_small_disk("read_only_disk");
-}
-
-#[test]
-#[ignore = "started by the test above"]
-fn read_only_disk() {
-    let Some(folder) = folder() else { return };
+fn read_only_disk(folder: &Path) {
     let mount = |how: &str| {
-        let done = Command::new("mount").args(["-o", how]).arg(&folder).status();
+        let done = Command::new("mount").args(["-o", how]).arg(folder).status();
         done.is_ok_and(|status| status.success())
     };
     let database = folder.join("history.db");

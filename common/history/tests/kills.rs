@@ -4,17 +4,27 @@
 #![allow(clippy::print_stdout, reason = "tests print what they measure, and the child tells its parent")]
 
 use railgrip_history::{Event, EventFilter, Keep, Reader, Store};
+use railgrip_requirements::{Test, run};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Command, ExitCode, Stdio};
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
 const START_S: i64 = 1_700_000_000 / 86_400 * 86_400;
 const COLUMNS: [(&str, Keep); 3] = [("a", Keep::Extremes), ("b", Keep::Extremes), ("c", Keep::Mean)];
 const WAGONS: u32 = 4;
+/// Says to a process of this program that it is the writer of this database.
 const DATABASE: &str = "RAILGRIP_TEST_DATABASE";
-const FROM: &str = "RAILGRIP_TEST_FROM";
+
+const TESTS: &[Test] =
+    &[("nothing_acknowledged_is_lost_over_many_kills", &[], nothing_acknowledged_is_lost_over_many_kills)];
+
+fn main() -> ExitCode {
+    let Some(database) = std::env::var_os(DATABASE) else { return run(TESTS) };
+    let from = std::env::args().nth(1).and_then(|text| text.parse().ok());
+    write_for_ever(Path::new(&database), from.expect("the second to begin with"));
+}
 
 /// What wagon `wagon` says at a second.
 fn values(wagon: u32, second: i64) -> [f32; 3] {
@@ -22,12 +32,8 @@ fn values(wagon: u32, second: i64) -> [f32; 3] {
 }
 
 /// The child: writes seconds from a given one on, and says after each flush up to where everything is written.
-#[test]
-#[ignore = "started by the other test"]
-fn writer() {
-    let (Ok(database), Ok(from)) = (std::env::var(DATABASE), std::env::var(FROM)) else { return };
-    let mut second: i64 = from.parse().expect("a number");
-    let mut store = Store::open(Path::new(&database), &COLUMNS).expect("open");
+fn write_for_ever(database: &Path, mut second: i64) -> ! {
+    let mut store = Store::open(database, &COLUMNS).expect("open");
     println!("opened");
     loop {
         for _ in 0..5 {
@@ -46,9 +52,8 @@ fn writer() {
 /// acknowledged.
 fn killed(database: &Path, from: i64, at_work: bool, after: Duration) -> i64 {
     let mut child = Command::new(std::env::current_exe().expect("this program"))
-        .args(["--exact", "writer", "--ignored", "--nocapture", "--test-threads=1"])
+        .arg(from.to_string())
         .env(DATABASE, database)
-        .env(FROM, from.to_string())
         .stdout(Stdio::piped())
         .stderr(Stdio::null())
         .spawn()
@@ -68,7 +73,6 @@ fn killed(database: &Path, from: i64, at_work: bool, after: Duration) -> i64 {
     told.try_iter().last().or(first).unwrap_or(from)
 }
 
-#[test]
 fn nothing_acknowledged_is_lost_over_many_kills() {
     let kills: u64 = std::env::var("RAILGRIP_KILLS").ok().and_then(|text| text.parse().ok()).unwrap_or(12);
     let folder = tempfile::tempdir().expect("folder");

@@ -1,11 +1,13 @@
 //! Delivery to a real HTTP receiver that fails at first, and to a real MQTT broker that comes late.
 #![allow(clippy::unwrap_used, reason = "a test may end at what it does not expect")]
+#![allow(clippy::print_stdout, reason = "tests print what they measure")]
 
 use railgrip_health::alerts::journal::Journal;
 use railgrip_health::alerts::{AlertBook, Cause};
 use railgrip_health::delivery::{self, Mailbox};
 use railgrip_health::model::Grade;
 use railgrip_messages::Stamp;
+use railgrip_requirements::MOSQUITTO;
 use railgrip_settings::{AlertSettings, DeliverySettings, MqttSettings, WebhookSettings};
 use serde_json::Value;
 use std::io::{Read, Write};
@@ -15,6 +17,11 @@ use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
+
+railgrip_requirements::tests! {
+    a_receiver_that_fails_at_first_gets_every_letter_in_order_after_a_restart_too: [],
+    a_broker_that_comes_late_gets_every_letter: [MOSQUITTO],
+}
 
 /// Puts letters about one alert, raised and cleared, into the outbox.
 fn write_letters(journal: &Path, settings: &DeliverySettings) {
@@ -77,7 +84,6 @@ fn receiver(failures: usize) -> (String, Letters) {
     (url, seen)
 }
 
-#[test]
 fn a_receiver_that_fails_at_first_gets_every_letter_in_order_after_a_restart_too() {
     let folder = tempfile::tempdir().unwrap();
     let journal = folder.path().join("alerts.db");
@@ -107,17 +113,9 @@ struct Broker(Child);
 
 impl Broker {
     fn start(port: u16) -> Self {
-        let paths = ["mosquitto", "/usr/sbin/mosquitto"];
-        let begin = |path: &&str| {
-            Command::new(path)
-                .args(["-p", &port.to_string()])
-                .stdout(Stdio::null())
-                .stderr(Stdio::null())
-                .spawn()
-                .ok()
-        };
-        let child = paths.iter().find_map(begin);
-        Self(child.expect("no MQTT broker: install the Debian package `mosquitto`"))
+        let mut command = Command::new(MOSQUITTO.path());
+        command.args(["-p", &port.to_string()]).stdout(Stdio::null()).stderr(Stdio::null());
+        Self(command.spawn().unwrap())
     }
 }
 
@@ -128,7 +126,6 @@ impl Drop for Broker {
     }
 }
 
-#[test]
 fn a_broker_that_comes_late_gets_every_letter() {
     let folder = tempfile::tempdir().unwrap();
     let journal = folder.path().join("alerts.db");

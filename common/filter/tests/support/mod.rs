@@ -5,7 +5,7 @@ pub mod plant;
 
 use railgrip_filter::{EstimatorConfig, EstimatorInput, EstimatorOutput, WagonEstimator};
 use railgrip_vehicle::VehicleParameters;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// A recording with truth.
 pub struct Run {
@@ -23,15 +23,6 @@ pub struct Truth {
     pub mu_w_wheelset: [f64; 2],
     /// NaN where the brake hardly presses.
     pub mu_b: [f64; 2],
-}
-
-pub fn shared() -> Option<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/gap/open");
-    if root.is_dir() {
-        return Some(root);
-    }
-    println!("SKIPPED: {} is absent, nothing was checked against recordings", root.display());
-    None
 }
 
 pub fn vehicle(case: &Path) -> VehicleParameters {
