@@ -4,8 +4,11 @@
 //! discrepancies by place, and the test against chance.
 #![allow(clippy::print_stdout, reason = "a table for people")]
 
-use railgrip_diagnosis::wander::Wander;
-use railgrip_diagnosis::{engine, load, search, verdict};
+use railgrip_diagnosis::data::load;
+use railgrip_diagnosis::decide::{selection, verdict};
+use railgrip_diagnosis::fit::discrepancies::FittedDiscrepancy;
+use railgrip_diagnosis::fit::frozen::FrozenFit;
+use railgrip_diagnosis::predict::localise::PlaceEvidence;
 use std::time::Instant;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -25,27 +28,29 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let vehicle = toml::from_str(&std::fs::read_to_string(folder.join("vehicle.toml"))?)?;
     let case = load::load(folder, vehicle)?;
     let started = Instant::now();
-    let acceptance = engine::Acceptance::default();
-    let found = engine::search(&case, &without, acceptance, &|_| ());
-    let names = |level: &search::Level| {
-        let ids: Vec<&str> = level.fitted.shape.effects.iter().map(|e| e.spec.id).collect();
+    let acceptance = selection::Acceptance::default();
+    let base = selection::calibrate(&case);
+    let places = selection::localise(&case, &base);
+    let selection = selection::select(&case, base, places, &without, acceptance, &|_| ());
+    let names = |frozen: &FrozenFit| {
+        let ids: Vec<&str> = frozen.fitted.shape.effects.iter().map(|e| e.spec.id).collect();
         ids.join(" + ")
     };
     println!(
-        "{:.1} s  base level {} cost {:.0} of {}, best [{}] level {} cost {:.0}, evidence gained {:.0}",
+        "{:.1} s  base tolerance {} cost {:.0} of {}, best [{}] tolerance {} cost {:.0}, evidence gained {:.0}",
         started.elapsed().as_secs_f64(),
-        found.base.level,
-        found.base.fitted.fit.total(),
-        found.base.fitted.residuals.len() / 2,
-        names(&found.best),
-        found.best.level,
-        found.best.fitted.fit.total(),
-        found.base.evidence_cost() - found.best.evidence_cost(),
+        selection.base.tolerance,
+        selection.base.fitted.fit.total(),
+        selection.base.fitted.residuals.len() / 2,
+        names(&selection.best),
+        selection.best.tolerance,
+        selection.best.fitted.fit.total(),
+        selection.base.evidence_cost() - selection.best.evidence_cost(),
     );
-    for round in &found.rounds {
+    for round in &selection.rounds {
         show(round);
     }
-    let judgement = verdict::judge(&case, &found, acceptance, 0);
+    let judgement = verdict::judge(&case, &selection, acceptance, 0);
     println!(
         "{:.1} s  {:?} recovered {:.2} chance {:?}",
         started.elapsed().as_secs_f64(),
@@ -53,11 +58,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         judgement.recovered,
         judgement.chance.as_ref().map(|c| c.threshold())
     );
-    println!("left {:.3}, lost without each effect {:.0?}", judgement.left, found.worth);
-    for (what, places) in [("before", &found.places), ("after", &found.rest)] {
+    println!("left {:.3}, lost without each effect {:.0?}", judgement.left, selection.lost_without);
+    for (what, places) in [("before", &selection.places), ("after", &selection.rest)] {
         println!("{what}");
         for w in places.iter().take(4) {
-            let Wander { place, scope, evidence, amplitude, time_s } = w;
+            let PlaceEvidence { place, scope, evidence, amplitude, time_s } = w;
             println!("  {place:?} {scope:?} evidence {evidence:.0} amplitude {amplitude:.4} over {time_s} s");
         }
     }
@@ -65,16 +70,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("missing");
         line(missing);
     }
-    for (what, freed) in [("beside", &judgement.beside), ("instead", &judgement.instead)] {
+    for (what, fitted) in [("beside", &judgement.beside), ("instead", &judgement.instead)] {
         println!("{what}");
-        freed.iter().for_each(line);
+        fitted.iter().for_each(line);
     }
     Ok(())
 }
 
-fn show(round: &engine::Round) {
-    println!("  {:?}", round.settled);
-    let mut gains: Vec<&engine::Gain> = round.gains.iter().collect();
+fn show(round: &selection::Round) {
+    println!("  {:?}", round.own_filter_gains);
+    let mut gains: Vec<&selection::Gain> = round.gains.iter().collect();
     gains.sort_by(|a, b| b.score().total_cmp(&a.score()));
     for gain in gains.iter().take(7) {
         let Some((effect, values)) = gain.own() else { continue };
@@ -88,11 +93,11 @@ fn show(round: &engine::Round) {
     println!();
 }
 
-fn line(freed: &verdict::Freed) {
-    let f = &freed.flexible;
+fn line(fitted: &FittedDiscrepancy) {
+    let f = &fitted.discrepancy;
     let (term, covariate) = (f.term.name(), f.covariate.name());
     println!(
         "  {term:20} {:?} {:?} over {covariate}: gain {:.1} left out {:.1}",
-        f.place, f.scope, freed.gain, freed.predictive
+        f.place, f.scope, fitted.gain, fitted.predictive
     );
 }

@@ -1,37 +1,42 @@
 //! The sim-to-real gap: where it lies, which unmodelled effect causes it, and how far it shrinks with the effect added.
 //!
-//! * [`wagon::diagnose`] answers for recordings of a wagon, [`bench::diagnose`] for a law measured alone.
-//! * [`kernel`] simulates, [`metric`] is the gap in one number, [`innovations`] the whitened objective that selects effects,
-//!   [`polish`] the fit on the metric's own windows.
-//! * [`library`] lists the candidates, [`search`] fits them, [`engine`] selects, [`flexible`] is what could be explained at
-//!   all, [`chance`] what the best of a library gains by luck, [`verdict`] weighs the three.
-//! * [`report`] is the form of `report.json`, [`html`] shows it, [`baselines`] are two simpler ways to compare with.
+//! [`wagon::diagnose`] answers for recordings of a wagon and tells the story from end to end, [`bench::diagnose`] for a law
+//! measured alone. The folders stand in the order in which the method works:
+//!
+//! * [`data`] – what was recorded, and what the simulator believes;
+//! * [`model`] – what may be wrong: nuisances, the candidates of the library, flexible discrepancies;
+//! * [`predict`] – whitened one-step errors, open-loop errors, and errors with one place of the equations freed;
+//! * [`fit`] – the solver, what it minimises, whole models fitted by it;
+//! * [`decide`] – which effects are selected, what chance alone would gain, the verdict and how sure it is;
+//! * [`answer`] – the form of a report; [`mod@write`] fills it, [`html`] draws it.
 //!
 //! Everything is deterministic: results are collected in the order of the library whatever the threads, random numbers
 //! come from the seed, and sums run in a fixed order.
+//!
+//! # Glossary
+//! * *nuisance* – a quantity of the nominal model that differs from case to case and is never the answer (pad levels, μ0 of
+//!   each rail class, resistance, mass, inertia); fitted first, and again with every candidate.
+//! * *candidate* – an effect of the catalogue, with the starts from which its parameters are fitted.
+//! * *disturbance model* – what varies along a run without being an effect: pad friction that drifts, gusts, noise.
+//! * *innovation* – measured minus predicted output, one sample ahead; *whitened*: divided by the root of its covariance, so
+//!   that a right model leaves white noise of variance one.
+//! * *frozen fit* – a model fitted with the filter's gains held as they were computed at that model. Its *tolerance* says how
+//!   much error of the model the filter allows for: 0 none, 3 so much that it hardly looks beyond one step.
+//! * *gain* – decrease of minus the log-likelihood; *predictive*: on runs left out. *Evidence* – the same between filters
+//!   frozen at different models or tolerances, so that the determinants of their covariances count as well.
+//! * *place* – a term of the equations or a sensor where a disturbance can act; *freeing* it adds a random disturbance there
+//!   as one more state. *Localising* frees every place in turn: where the recordings become most likely, the model errs.
+//! * *flexible discrepancy* – a curve over one covariate at one place: what could be explained at all, by a law that nobody
+//!   has named. *Beside* the effects it shows what they leave, *instead* of them whether they are the answer.
+//! * *gap*, *nominal*, *calibrated*, *extended* – see [`answer::schema`].
 
-pub mod baselines;
+pub mod answer;
 pub mod bench;
-pub mod case;
-pub mod chance;
-mod details;
-pub mod engine;
-pub mod flexible;
+pub mod data;
+pub mod decide;
+pub mod fit;
 pub mod html;
-pub mod innovations;
-pub mod kernel;
-pub mod library;
-pub mod load;
-pub mod metric;
-pub mod objective;
-pub mod parameters;
-pub mod polish;
-pub mod predictions;
-pub mod regime;
-pub mod report;
-pub mod search;
-pub mod solver;
-pub mod units;
-pub mod verdict;
+pub mod model;
+pub mod predict;
 pub mod wagon;
-pub mod wander;
+pub mod write;

@@ -5,8 +5,8 @@
 mod bench_cases;
 
 use bench_cases::{CreepTruth, LAYOUTS, PLAIN, Simulated, brake, creep};
+use railgrip_diagnosis::answer::schema::Verdict;
 use railgrip_diagnosis::bench::{Options, Outcome, diagnose};
-use railgrip_diagnosis::report::Verdict;
 
 fn run(case: &Simulated, without: &[&str]) -> Outcome {
     let folder = tempfile::tempdir().unwrap();

@@ -6,13 +6,13 @@
 mod bench_cases;
 
 use bench_cases::{CreepTruth, Layout, PLAIN, brake, creep};
-use railgrip_diagnosis::bench::{Options, Outcome, diagnose};
-use railgrip_diagnosis::html::detail::{
+use railgrip_diagnosis::answer::schema::*;
+use railgrip_diagnosis::answer::supplement::{
     Alarm, Axis, CandidateDetail, Curve, CurvePoint, Detail, FreedPlace, HeatGroup, HeatMap, ParameterRow,
     RunRow, Settings, Trace, TraceWindow,
 };
+use railgrip_diagnosis::bench::{Options, Outcome, diagnose};
 use railgrip_diagnosis::html::{headline, render, summary};
-use railgrip_diagnosis::report::*;
 use std::collections::BTreeMap;
 use std::path::Path;
 

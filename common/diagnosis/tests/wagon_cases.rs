@@ -1,11 +1,12 @@
-//! The diagnosis on open labelled cases, and the kernel against the model it stands for.
+//! The diagnosis on open labelled cases, and the fast integrator against the model it stands for.
 #![allow(clippy::print_stdout, reason = "a skipped test says so loudly")]
 
-use railgrip_diagnosis::case::{Case, Columns, Run};
-use railgrip_diagnosis::kernel::{Disturbance, Kernel, Motion};
-use railgrip_diagnosis::report::{Report, Verdict};
+use railgrip_diagnosis::answer::schema::{Report, Verdict};
+use railgrip_diagnosis::data::case::{Case, Columns, Run};
+use railgrip_diagnosis::data::load;
+use railgrip_diagnosis::predict::open_loop;
 use railgrip_diagnosis::wagon::{Options, diagnose};
-use railgrip_diagnosis::{load, metric};
+use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion};
 use railgrip_vehicle::{RailClass, VehicleParameters, WagonInput, WagonModel, WagonState};
 use std::path::{Path, PathBuf};
 
@@ -60,11 +61,11 @@ fn reference_run(vehicle: &VehicleParameters) -> (Run, Vec<[f64; 3]>) {
 }
 
 #[test]
-fn the_kernel_follows_the_model_through_slides() {
+fn the_fast_integrator_follows_the_model_through_slides() {
     let vehicle: VehicleParameters = toml::from_str(COACH).expect("vehicle");
     let (run, truth) = reference_run(&vehicle);
     let model = WagonModel::new(&vehicle).expect("model");
-    let kernel = Kernel::new(&model, 0.12, run.dt_s);
+    let wagon = FastWagon::new(&model, 0.12, run.dt_s);
     let mut motion = Motion { state: truth[0], ..Motion::default() };
     let (mut worst, mut deepest) = ([0.0_f64; 3], 0.0_f64);
     for (sample, row) in run.samples.iter().zip(&truth) {
@@ -72,7 +73,7 @@ fn the_kernel_follows_the_model_through_slides() {
             worst[j] = worst[j].max((motion.state[j] - row[j]).abs());
         }
         deepest = deepest.max(row[0] - 0.44 * row[2]);
-        kernel.step(&mut motion, sample, &Disturbance::default(), &mut []);
+        wagon.step(&mut motion, &sample.input, &Disturbance::default(), &mut []);
     }
     println!("deepest slide {deepest:.2} m/s; worst errors {worst:.4?} (m/s, rad/s, rad/s)");
     assert!(deepest > 0.2, "the run must slide");
@@ -83,9 +84,9 @@ fn the_kernel_follows_the_model_through_slides() {
 fn windows_are_ten_seconds_and_the_last_at_least_one() {
     let vehicle: VehicleParameters = toml::from_str(COACH).expect("vehicle");
     let (mut run, _) = reference_run(&vehicle);
-    assert_eq!(metric::windows(&run), vec![0..1000, 1000..1200]);
+    assert_eq!(open_loop::windows(&run), vec![0..1000, 1000..1200]);
     run.samples.truncate(1099);
-    assert_eq!(metric::windows(&run), vec![0..1000]);
+    assert_eq!(open_loop::windows(&run), vec![0..1000]);
 }
 
 fn open_case(name: &str) -> Option<Case> {

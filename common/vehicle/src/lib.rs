@@ -30,6 +30,7 @@ pub use parameters::{
     Body, Brake, Contact, EffectEntry, ParameterError, Rail, RailClass, Resistance, Sensors,
     VehicleParameters, Wheelset,
 };
+pub use wagon::fast;
 pub use wagon::{Constants, Forces, Loading, ModelError, WagonInput, WagonModel, WagonState};
 
 /// Most wheelsets that a wagon can have; arrays per wheelset have this length, and entries beyond the wagon's own

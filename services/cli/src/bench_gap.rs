@@ -1,4 +1,4 @@
-//! `railgrip bench --gap`: the kernel of the diagnosis beside the wagon model it stands for, and a whole diagnosis of a case
+//! `railgrip bench --gap`: the fast integrator beside the wagon model it stands for, and a whole diagnosis of a case
 //! that the truth plant makes, in a process of its own, with its time, processor time and peak memory.
 
 use std::hint::black_box;
@@ -6,8 +6,10 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use railgrip_diagnosis::case::{Case, Run};
-use railgrip_diagnosis::{load, metric, parameters::Shape};
+use railgrip_diagnosis::data::case::{Case, Run};
+use railgrip_diagnosis::data::load;
+use railgrip_diagnosis::model::parameters::Shape;
+use railgrip_diagnosis::predict::open_loop;
 use railgrip_truth_plant::{Case as TrueCase, Recipe, files};
 use railgrip_vehicle::{EffectEntry, WagonInput, WagonModel, WagonState};
 
@@ -18,7 +20,7 @@ use crate::{CliError, process_figures as figures};
 const EFFECT: &str = "brake_fade";
 /// Seed of the case, so that every machine diagnoses the same.
 const SEED: u64 = 11;
-/// Time spent on each line of the kernel, s.
+/// Time spent on each integrator, s.
 const SECONDS_A_LINE: f64 = 0.5;
 /// The child's figures are read this often; its peak memory is kept by the system in between.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
@@ -29,7 +31,7 @@ const AIM_MB: f64 = 1024.0;
 /// What was measured.
 #[derive(Debug, serde::Serialize)]
 pub(crate) struct Report {
-    kernel: Vec<Line>,
+    integrators: Vec<Line>,
     diagnosis: Diagnosis,
 }
 
@@ -59,7 +61,7 @@ struct Diagnosis {
     in_plain_simulations: f64,
 }
 
-/// Makes the case, times the kernel on it, diagnoses it.
+/// Makes the case, times the integrators on it, diagnoses it.
 pub(crate) fn run() -> Result<Report, CliError> {
     let folder = std::env::temp_dir().join(format!("railgrip-bench-gap-{}", std::process::id()));
     let result = measure(&folder);
@@ -74,10 +76,10 @@ fn measure(folder: &Path) -> Result<Report, CliError> {
     files::write_case(&path, &made.sheet.to_toml(), &made.runs).map_err(CliError::failed)?;
     let vehicle = railgrip_settings::vehicle::load(&path.join("vehicle.toml")).map_err(CliError::failed)?;
     let case = load::load(&path, vehicle).map_err(CliError::failed)?;
-    let kernel = kernel(&case)?;
-    let plain_ns = kernel[0].nanoseconds;
+    let integrators = integrators(&case)?;
+    let plain_ns = integrators[0].nanoseconds;
     let diagnosis = diagnosis(folder, &case, plain_ns)?;
-    Ok(Report { kernel, diagnosis })
+    Ok(Report { integrators, diagnosis })
 }
 
 /// Nanoseconds of one sample: the best of several rounds over a run.
@@ -92,7 +94,7 @@ fn time(run: &Run, mut over: impl FnMut(&Run)) -> f64 {
     best * 1e9
 }
 
-fn kernel(case: &Case) -> Result<Vec<Line>, CliError> {
+fn integrators(case: &Case) -> Result<Vec<Line>, CliError> {
     let Some(run) = case.fit.iter().max_by_key(|run| run.len()) else {
         return Err(CliError::failed("the case has no run"));
     };
@@ -100,7 +102,7 @@ fn kernel(case: &Case) -> Result<Vec<Line>, CliError> {
     let plain = time(run, |run| plain_simulation(&model, case.vehicle.rail.adhesion(run.rail), run));
     let mut lines = vec![Line { what: "wagon model, simulated plainly", nanoseconds: plain, ratio: 1.0 }];
     for (what, ids) in [
-        ("kernel of the diagnosis, no effect", &[][..]),
+        ("fast integrator, no effect", &[][..]),
         ("the same with brake_fade", &["brake_fade"][..]),
         (
             "the same with brake_fade, brake_lag, speed_latency",
@@ -113,7 +115,7 @@ fn kernel(case: &Case) -> Result<Vec<Line>, CliError> {
         let shape = Shape::nominal(&with);
         let built = shape.build(&shape.start());
         let nanoseconds = time(run, |run| {
-            black_box(metric::predict(&built, run));
+            black_box(open_loop::predict(&built, run));
         });
         lines.push(Line { what, nanoseconds, ratio: nanoseconds / plain });
     }
@@ -128,10 +130,10 @@ fn plain_simulation(model: &WagonModel, adhesion: f64, run: &Run) {
     let mut input = WagonInput { adhesion_peak: [adhesion; 4], ..WagonInput::default() };
     let mut acceleration_m_s2 = 0.0;
     for sample in &run.samples {
-        input.time_s = sample.time_s;
-        input.grade_rad = sample.grade_rad;
-        input.pressing_force_n[..2].copy_from_slice(&sample.mid_pressing_force_n);
-        input.drive_torque_nm[..2].copy_from_slice(&sample.mid_drive_torque_nm);
+        input.time_s = sample.input.time_s;
+        input.grade_rad = sample.input.grade_rad;
+        input.pressing_force_n[..2].copy_from_slice(&sample.input.mid_pressing_force_n);
+        input.drive_torque_nm[..2].copy_from_slice(&sample.input.mid_drive_torque_nm);
         let loading = model.loading(&model.operating(&state, &input), &input, run.dt_s, &[]);
         state = model.step(&state, &loading, run.dt_s, &mut acceleration_m_s2);
     }
@@ -198,7 +200,7 @@ fn watch(child: &mut Child) -> Result<(f64, f64), CliError> {
 /// The report for people.
 pub(crate) fn show(report: &Report) {
     say(&format!("{:<54} {:>9} {:>7}", "one sample of one run", "ns", "ratio"));
-    for line in &report.kernel {
+    for line in &report.integrators {
         say(&format!("{:<54} {:>9.0} {:>7.2}", line.what, line.nanoseconds, line.ratio));
     }
     let d = &report.diagnosis;

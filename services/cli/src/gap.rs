@@ -4,11 +4,13 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use railgrip_diagnosis::answer::schema::Report;
+use railgrip_diagnosis::answer::supplement::Detail;
 use railgrip_diagnosis::bench::{self, BenchError};
-use railgrip_diagnosis::html::{self, detail::Detail};
-use railgrip_diagnosis::load::{self, CaseError};
-use railgrip_diagnosis::report::Report;
-use railgrip_diagnosis::{predictions, wagon};
+use railgrip_diagnosis::data::load::{self, CaseError};
+use railgrip_diagnosis::html;
+use railgrip_diagnosis::wagon;
+use railgrip_diagnosis::write::predictions;
 use railgrip_vehicle::VehicleParameters;
 use railgrip_vehicle::effects::{CATALOGUE, EffectSpec};
 use serde_json::{Value, json};

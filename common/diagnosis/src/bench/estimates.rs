@@ -6,8 +6,8 @@ use super::forms::Shape;
 use super::library::{Form, Place};
 use super::points::{Covariate, Point};
 use super::search::Trial;
-use crate::html::detail::{Axis, Curve, CurvePoint, ParameterRow};
-use crate::report::ParameterEstimate;
+use crate::answer::schema::ParameterEstimate;
+use crate::answer::supplement::{Axis, Curve, CurvePoint, ParameterRow};
 use nalgebra::DVector;
 use std::collections::BTreeMap;
 

@@ -8,8 +8,10 @@ use super::input::Kind;
 use super::points::{Covariate, Point};
 use super::search::{Found, Trial};
 use super::verdict::missing_curve;
-use crate::html::detail::{Axis, CandidateDetail, Curve, CurvePoint, HeatGroup, HeatMap, RunRow, Scatter};
-use crate::report::Regime;
+use crate::answer::schema::Regime;
+use crate::answer::supplement::{
+    Axis, CandidateDetail, Curve, CurvePoint, HeatGroup, HeatMap, RunRow, Scatter,
+};
 
 const Z95: f64 = 1.96;
 

@@ -5,7 +5,7 @@ use super::error::BenchError;
 use super::input::{BenchSet, Kind};
 use super::model::Model;
 use super::points::{Covariate, Point, Spread};
-use crate::report::{Interval, Regime};
+use crate::answer::schema::{Interval, Regime};
 use railgrip_recording::Table;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;

@@ -34,8 +34,8 @@ pub use gaps::write_tables as write_predictions;
 pub use input::Kind;
 pub use points::Covariate;
 
-use crate::html::detail::Detail;
-use crate::report::Report;
+use crate::answer::schema::Report;
+use crate::answer::supplement::Detail;
 use chance::Noise;
 use folds::Folds;
 use input::BenchCase;

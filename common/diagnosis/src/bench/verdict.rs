@@ -4,7 +4,7 @@ use super::chance::{Chance, Noise, standardised};
 use super::flexible::{Group, Tangent, groups, residuals, union};
 use super::points::{Covariate, Point};
 use super::search::{Bench, FLEXIBLE_LEVEL, Found, LIBRARY_LEVEL, Trial};
-use crate::report::Verdict;
+use crate::answer::schema::Verdict;
 use nalgebra::DVector;
 
 /// What is left, in units of one degree of freedom a point, below which nobody needs to look: 0.14 sigma RMS.

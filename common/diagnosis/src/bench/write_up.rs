@@ -11,12 +11,12 @@ use super::model::Model;
 use super::search::{Chosen, LIBRARY_LEVEL, Trial};
 use super::verdict::missing_curve;
 use super::{Options, Outcome, chance, input::Nominal};
-use crate::html::detail::{Alarm, Detail, ParameterRow, Settings, Tie};
-use crate::html::words::number;
-use crate::report::{
+use crate::answer::schema::{
     Candidate, FoundEffect, Gap, HoldoutGap, Location, Report, RunGap, SCHEMA, SignalGap, SignalShare,
     ThreeGaps, Unexplained, Verdict,
 };
+use crate::answer::supplement::{Alarm, Detail, ParameterRow, Settings, Tie};
+use crate::html::words::number;
 use std::collections::BTreeMap;
 use std::time::Instant;
 

@@ -1,9 +1,9 @@
 //! The fitted curve of each effect with its band, and the curve of what is missing.
 
 use super::chart::{Frame, legend, range, svg, with_unit};
-use super::detail::{Curve, Detail};
 use super::words::{number, plain, term};
-use crate::report::Report;
+use crate::answer::schema::Report;
+use crate::answer::supplement::{Curve, Detail};
 use maud::{Markup, html};
 
 /// Curves of the effects found.
@@ -50,7 +50,7 @@ pub fn missing(report: &Report, detail: &Detail) -> Markup {
 }
 
 fn figure(curve: &Curve, id: &str, narrow: bool) -> Markup {
-    let inner = |point: &super::detail::CurvePoint| (point.high - point.low).abs();
+    let inner = |point: &crate::answer::supplement::CurvePoint| (point.high - point.low).abs();
     let mut widths: Vec<f64> = curve.points.iter().map(inner).filter(|w| w.is_finite()).collect();
     widths.sort_by(f64::total_cmp);
     // A band that explodes at one end must not flatten the curve.
@@ -92,7 +92,7 @@ fn figure(curve: &Curve, id: &str, narrow: bool) -> Markup {
 
 /// The curve in words: its values at both ends.
 fn ends(curve: &Curve) -> String {
-    let point = |p: &super::detail::CurvePoint| format!("{} at {}", number(p.y), number(p.x));
+    let point = |p: &crate::answer::supplement::CurvePoint| format!("{} at {}", number(p.y), number(p.x));
     match (curve.points.first(), curve.points.last()) {
         (Some(first), Some(last)) => {
             let unit = if curve.x.unit.is_empty() { String::new() } else { format!(" {}", curve.x.unit) };

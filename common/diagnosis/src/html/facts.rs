@@ -1,9 +1,9 @@
 //! Header, next run, parameters, runs and settings: the parts that are words and tables.
 
-use super::detail::Detail;
 use super::sentence::{evidence, headline};
 use super::words::{gap, interval, number, number_to, plain};
-use crate::report::{Report, Verdict};
+use crate::answer::schema::{Report, Verdict};
+use crate::answer::supplement::Detail;
 use maud::{Markup, html};
 
 /// Case, verdict and evidence.

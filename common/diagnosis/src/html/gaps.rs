@@ -1,7 +1,7 @@
 //! Gap bars: nominal, calibrated and extended, on fit and on holdout runs.
 
 use super::words::{gap, percent, signal};
-use crate::report::{Report, ThreeGaps};
+use crate::answer::schema::{Report, ThreeGaps};
 use maud::{Markup, html};
 
 /// The section.

@@ -1,8 +1,8 @@
 //! Where the gap lies: term, outputs, region, and the heat map of output × region.
 
-use super::detail::{Detail, HeatGroup, HeatMap};
 use super::words::{gap, number, number_to, percent, plain, signal, term};
-use crate::report::Report;
+use crate::answer::schema::Report;
+use crate::answer::supplement::{Detail, HeatGroup, HeatMap};
 use maud::{Markup, html};
 
 /// Strongest tint of a cell.

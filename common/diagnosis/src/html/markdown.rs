@@ -2,7 +2,7 @@
 
 use super::sentence::{caution, evidence, headline};
 use super::words::{gap, interval, number, p_value, percent, term};
-use crate::report::{Report, ThreeGaps};
+use crate::answer::schema::{Report, ThreeGaps};
 use std::fmt::Write;
 
 /// Candidates that the summary lists.

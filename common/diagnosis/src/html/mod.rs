@@ -5,8 +5,6 @@
 
 mod chart;
 mod curves;
-pub mod detail;
-pub mod effect_curve;
 mod facts;
 mod gaps;
 mod location;
@@ -20,8 +18,8 @@ pub mod words;
 pub use markdown::summary;
 pub use sentence::{evidence, headline};
 
-use crate::report::Report;
-use detail::Detail;
+use crate::answer::schema::Report;
+use crate::answer::supplement::Detail;
 use maud::{DOCTYPE, html};
 
 const STYLE: &str = include_str!("page.css");

@@ -1,7 +1,7 @@
 //! The table of places: what it gains to free one place of the equations at a time, before and after the effects.
 
-use super::detail::{Detail, FreedPlace};
 use super::words::number;
+use crate::answer::supplement::{Detail, FreedPlace};
 use maud::{Markup, html};
 
 /// Places that are shown.

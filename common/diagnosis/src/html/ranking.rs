@@ -1,9 +1,9 @@
 //! The ranking of candidates, the test against chance, and groups that the data cannot separate.
 
-use super::detail::{CandidateDetail, Detail, Tie};
 use super::sentence::caution;
 use super::words::{gap, number, p_value, percent, plain};
-use crate::report::{Candidate, Report};
+use crate::answer::schema::{Candidate, Report};
+use crate::answer::supplement::{CandidateDetail, Detail, Tie};
 use maud::{Markup, html};
 
 /// The section.

@@ -1,7 +1,7 @@
 //! The verdict in one sentence, and the evidence behind it in a second.
 
 use super::words::{gap, list, percent, plain, term};
-use crate::report::{Report, Verdict};
+use crate::answer::schema::{Report, Verdict};
 
 /// The verdict in one sentence.
 pub fn headline(report: &Report) -> String {

@@ -1,8 +1,8 @@
 //! Measured against calibrated against extended: traces of the worst window, or points of a bench.
 
 use super::chart::{Frame, legend, range, svg};
-use super::detail::{Axis, Detail, Scatter, Trace, TraceWindow};
 use super::words::{gap, signal};
+use crate::answer::supplement::{Axis, Detail, Scatter, Trace, TraceWindow};
 use maud::{Markup, html};
 
 const WIDTH: f64 = 860.0;

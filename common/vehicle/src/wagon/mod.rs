@@ -7,6 +7,7 @@
 //! m v̇   = Σ F_x,i − (a + b v) − k_d (v+w)|v+w| − m g sin(grade) + F_other
 //! ```
 
+pub mod fast;
 mod integrate;
 mod quantities;
 

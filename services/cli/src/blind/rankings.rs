@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use railgrip_diagnosis::{baselines, load};
+use railgrip_diagnosis::data::load;
+use railgrip_diagnosis::decide::baselines;
 use serde::{Deserialize, Serialize};
 
 /// Ids by each baseline, best first; empty where the case cannot be loaded.

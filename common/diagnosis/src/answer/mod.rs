@@ -1,0 +1,4 @@
+//! What a report holds: `report.json`, and the data of what is shown beside it.
+
+pub mod schema;
+pub mod supplement;

@@ -1,0 +1,183 @@
+//! A case in memory: the nominal vehicle and the runs, with what a simulation needs at each sample prepared once.
+
+use railgrip_vehicle::fast::{self, Motion, SampleInput};
+use railgrip_vehicle::{RailClass, VehicleParameters};
+
+/// Wheelsets of a case: the contract's columns know a front and a rear one.
+pub const WHEELSETS: usize = fast::WHEELSETS;
+/// Measured outputs of a case: vehicle speed and two wheelset speeds.
+pub const OUTPUTS: usize = fast::SPEEDS;
+/// Names of the outputs, in the order of every array of outputs.
+pub const OUTPUT_NAMES: [&str; OUTPUTS] = ["v_m_s", "omega_f_rad_s", "omega_r_rad_s"];
+
+/// Columns of one run as they were recorded; optional columns are empty where absent.
+#[derive(Clone, Debug, Default)]
+pub struct Columns {
+    /// Time, s.
+    pub t_s: Vec<f64>,
+    /// Vehicle speed, m/s.
+    pub v_m_s: Vec<f64>,
+    /// Wheelset speeds, rad/s.
+    pub wheel_speed_rad_s: [Vec<f64>; WHEELSETS],
+    /// Pressing forces, N.
+    pub pressing_force_n: [Vec<f64>; WHEELSETS],
+    /// Drive torques, N m.
+    pub drive_torque_nm: [Vec<f64>; WHEELSETS],
+    /// Grade, rad.
+    pub grade_rad: Vec<f64>,
+    /// Sanding, 0 to 1.
+    pub sanding: Vec<f64>,
+    /// Position by satellite, m.
+    pub position_m: Vec<f64>,
+}
+
+/// One sample of a run: measured outputs, inputs, and what follows from them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sample {
+    /// Inputs and what else a simulation may know: the position is the integral of measured speed, moved to fit the
+    /// satellite's positions on the whole.
+    pub input: SampleInput,
+    /// Measured outputs in the order of [`OUTPUT_NAMES`].
+    pub outputs: [f64; OUTPUTS],
+    /// Slopes of the measured outputs over a quarter of a second around, 1/s of their units.
+    pub slopes: [f64; OUTPUTS],
+    /// Outputs smoothed over the same stretch.
+    pub smooth: [f64; OUTPUTS],
+}
+
+impl Sample {
+    /// The motion that was measured around this sample: smoothed speeds and their slopes.
+    pub fn measured_motion(&self) -> Motion {
+        Motion {
+            state: self.smooth,
+            acceleration_m_s2: self.slopes[0],
+            wheel_acceleration_rad_s2: [self.slopes[1], self.slopes[2]],
+        }
+    }
+}
+
+/// A run ready to be simulated.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// `NAME.RAIL`.
+    pub name: String,
+    /// Class of the rail.
+    pub rail: RailClass,
+    /// Sample period, s.
+    pub dt_s: f64,
+    /// Time of the first sample as recorded, s.
+    pub start_s: f64,
+    /// The samples.
+    pub samples: Vec<Sample>,
+    /// Whether the recording has positions.
+    pub has_position: bool,
+    /// Recorded times, s.
+    pub t_s: Vec<f64>,
+}
+
+/// A case: what the simulator believes, runs to fit on and runs to predict.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// The nominal vehicle.
+    pub vehicle: VehicleParameters,
+    /// Runs to fit on, by name.
+    pub fit: Vec<Run>,
+    /// Runs only to predict, by name.
+    pub holdout: Vec<Run>,
+}
+
+/// Half width of the stretch over which slopes are taken, s.
+const SLOPE_HALF_WIDTH_S: f64 = 0.12;
+
+impl Run {
+    /// Prepares a recorded run.
+    pub fn new(name: String, rail: RailClass, columns: &Columns) -> Self {
+        let n = columns.t_s.len();
+        let dt_s = if n > 1 { (columns.t_s[n - 1] - columns.t_s[0]) / (n - 1) as f64 } else { 0.01 };
+        let positions = positions(columns, dt_s);
+        let mut samples = vec![Sample::default(); n];
+        let mut angle = [0.0; WHEELSETS];
+        for (k, sample) in samples.iter_mut().enumerate() {
+            let next = (k + 1).min(n - 1);
+            sample.input.time_s = columns.t_s[k] - columns.t_s[0];
+            sample.outputs[0] = columns.v_m_s[k];
+            for i in 0..WHEELSETS {
+                let force = &columns.pressing_force_n[i];
+                let torque = &columns.drive_torque_nm[i];
+                let speed = &columns.wheel_speed_rad_s[i];
+                sample.outputs[1 + i] = speed[k];
+                sample.input.pressing_force_n[i] = force[k];
+                sample.input.mid_pressing_force_n[i] = 0.5 * (force[k] + force[next]);
+                sample.input.mid_drive_torque_nm[i] = 0.5 * (torque[k] + torque[next]);
+                sample.input.wheel_angle_rad[i] = angle[i];
+                angle[i] += 0.5 * (speed[k] + speed[next]) * dt_s;
+            }
+            sample.input.grade_rad = columns.grade_rad.get(k).copied().unwrap_or(0.0);
+            sample.input.sanding = columns.sanding.get(k).copied().unwrap_or(0.0);
+            sample.input.position_m = positions[k];
+        }
+        smooth(&mut samples, dt_s);
+        Self {
+            name,
+            rail,
+            dt_s,
+            start_s: columns.t_s[0],
+            samples,
+            has_position: !columns.position_m.is_empty(),
+            t_s: columns.t_s.clone(),
+        }
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.samples.len()
+    }
+
+    /// Whether there is no sample.
+    pub fn is_empty(&self) -> bool {
+        self.samples.is_empty()
+    }
+}
+
+/// The integral of measured speed, moved so that it fits the satellite's positions in the mean.
+fn positions(columns: &Columns, dt_s: f64) -> Vec<f64> {
+    let mut x = 0.0;
+    let mut integral = Vec::with_capacity(columns.v_m_s.len());
+    for pair in columns.v_m_s.windows(2) {
+        integral.push(x);
+        x += 0.5 * (pair[0] + pair[1]) * dt_s;
+    }
+    integral.push(x);
+    if columns.position_m.is_empty() {
+        return integral;
+    }
+    let n = integral.len() as f64;
+    let shift = columns.position_m.iter().zip(&integral).map(|(p, x)| p - x).sum::<f64>() / n;
+    integral.iter_mut().for_each(|x| *x += shift);
+    integral
+}
+
+/// Fills in slopes and smoothed values by straight lines over a sliding stretch.
+fn smooth(samples: &mut [Sample], dt_s: f64) {
+    let n = samples.len();
+    let half = ((SLOPE_HALF_WIDTH_S / dt_s).round() as usize).max(1);
+    for k in 0..n {
+        let (from, to) = (k.saturating_sub(half), (k + half).min(n - 1));
+        let count = (to - from + 1) as f64;
+        let centre = 0.5 * (from + to) as f64;
+        let (mut spread, mut sum, mut moment) = (0.0, [0.0; OUTPUTS], [0.0; OUTPUTS]);
+        for (j, sample) in samples.iter().enumerate().take(to + 1).skip(from) {
+            let lever = j as f64 - centre;
+            spread += lever * lever;
+            for i in 0..OUTPUTS {
+                sum[i] += sample.outputs[i];
+                moment[i] += lever * sample.outputs[i];
+            }
+        }
+        for i in 0..OUTPUTS {
+            let slope = if spread > 0.0 { moment[i] / spread } else { 0.0 };
+            samples[k].slopes[i] = slope / dt_s;
+            samples[k].smooth[i] = sum[i] / count + slope * (k as f64 - centre);
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! Fits of candidates: nuisances refitted with every one, nonlinearly, from every start.
+
+use crate::fit::objective::{Innovations, Whitening};
+use crate::fit::solver::{self, Effort, Fit, Problem};
+use crate::model::candidates::Candidate;
+use crate::model::parameters::{FittedEffect, Shape};
+use rayon::prelude::*;
+
+/// A fitted model and how well it predicts.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// The shape.
+    pub shape: Shape,
+    /// The fit, with the normal equations of each run.
+    pub fit: Fit,
+    /// Residuals at the solution.
+    pub residuals: Vec<f64>,
+    /// Their derivatives.
+    pub columns: Vec<Vec<f64>>,
+    /// Predicted half cost of each run from a fit to the others.
+    pub left_out: Vec<f64>,
+}
+
+impl Fitted {
+    /// Sum of the predicted half costs.
+    pub fn predictive_cost(&self) -> f64 {
+        self.left_out.iter().sum()
+    }
+}
+
+/// Effort of a fit that is carried to its end.
+pub(super) const FULL: Effort = Effort { iterations: 10, slow_columns: 0, refresh: 3, tolerance: 0.2 };
+/// Effort that tells a start that leads somewhere from one that does not.
+const FIRST: Effort = Effort { iterations: 1, slow_columns: 0, refresh: 100, tolerance: 0.5 };
+/// Effort spent on each start that leads somewhere.
+pub(super) const SHORT: Effort = Effort { iterations: 3, slow_columns: 0, refresh: 100, tolerance: 0.5 };
+/// Effort of the starts that go on.
+const LONG: Effort = Effort { iterations: 7, slow_columns: 0, refresh: 3, tolerance: 0.3 };
+/// Gain of a short fit below which a candidate is not pursued further: a tenth of what raises an alarm.
+const WORTHWHILE: f64 = 3.0;
+/// Candidates whose short fit gained more than this share of the best one's get another short fit.
+const PURSUED_SHARE: f64 = 0.12;
+/// Candidates that have gained this share of the best one's after that are carried to the end.
+const FINISHED_SHARE: f64 = 0.4;
+/// Starts that get more than one step.
+const PROMISING: usize = 3;
+/// Starts that go on.
+const SURVIVORS: usize = 2;
+
+/// Linearises at the solution of a fit and predicts each run from the others.
+pub(super) fn close(whitening: &Whitening, shape: &Shape, mut fit: Fit) -> Fitted {
+    let problem = Innovations { whitening, shape };
+    let (residuals, columns) = solver::linearise(&problem, shape.parameters(), &mut fit);
+    let left_out = solver::leave_one_out(&problem, shape.parameters(), &fit);
+    Fitted { shape: shape.clone(), fit, residuals, columns, left_out }
+}
+
+/// Short fits of one candidate on top of `base`, from all its starts; those that may still win, best first.
+pub(super) fn trials(
+    whitening: &Whitening,
+    base: &Fitted,
+    candidate: &Candidate,
+) -> Vec<(FittedEffect, Fit)> {
+    let by_cost = |a: &(FittedEffect, Fit), b: &(FittedEffect, Fit)| a.1.total().total_cmp(&b.1.total());
+    let first =
+        |effect: &FittedEffect| (effect.clone(), go_on(whitening, base, effect, &start(base, effect), FIRST));
+    let mut trials: Vec<(FittedEffect, Fit)> = candidate.starts.iter().map(first).collect();
+    trials.sort_by(by_cost);
+    trials.truncate(PROMISING);
+    for (effect, fit) in &mut trials {
+        *fit = go_on(whitening, base, effect, &fit.theta, SHORT);
+    }
+    trials.sort_by(by_cost);
+    trials.truncate(SURVIVORS);
+    let best = trials.first().map_or(0.0, |(_, fit)| fit.total());
+    let span = 0.3 * (base.fit.total() - best).max(0.0) + 5.0;
+    trials.retain(|(_, fit)| fit.total() < best + span);
+    trials
+}
+
+/// Where a fit of an effect on top of `base` starts.
+fn start(base: &Fitted, effect: &FittedEffect) -> Vec<f64> {
+    base.fit.theta.iter().copied().chain(effect.parameters.iter().map(|p| p.start)).collect()
+}
+
+/// Fits on from `start`, at first with the nuisances' columns of `base`.
+fn go_on(whitening: &Whitening, base: &Fitted, effect: &FittedEffect, start: &[f64], effort: Effort) -> Fit {
+    let shape = base.shape.with(effect);
+    let problem = Innovations { whitening, shape: &shape };
+    let effort = Effort { slow_columns: base.columns.len(), ..effort };
+    solver::fit(&problem, shape.parameters(), start, effort, Some(&base.columns))
+}
+
+/// The best of some trials as far as it is.
+fn settle_best(whitening: &Whitening, base: &Fitted, trials: Vec<(FittedEffect, Fit)>) -> Fitted {
+    let best = trials.into_iter().min_by(|a, b| a.1.total().total_cmp(&b.1.total()));
+    best.map_or_else(|| base.clone(), |(effect, fit)| settle_short(whitening, base, &effect, fit))
+}
+
+/// Carries short fits on to the end.
+fn pursue(whitening: &Whitening, base: &Fitted, trials: &[(FittedEffect, Fit)]) -> Fitted {
+    let fits = trials.iter().map(|(effect, fit)| (effect, go_on(whitening, base, effect, &fit.theta, LONG)));
+    fits.min_by(|a, b| a.1.total().total_cmp(&b.1.total()))
+        .map_or_else(|| base.clone(), |(effect, fit)| close(whitening, &base.shape.with(effect), fit))
+}
+
+/// Fits one candidate on top of `base`, from all its starts, to the end.
+pub fn fit_candidate(whitening: &Whitening, base: &Fitted, candidate: &Candidate) -> Fitted {
+    let trials = trials(whitening, base, candidate);
+    if gain_of(base, &trials) < WORTHWHILE {
+        return settle_best(whitening, base, trials);
+    }
+    pursue(whitening, base, &trials)
+}
+
+fn gain_of(base: &Fitted, trials: &[(FittedEffect, Fit)]) -> f64 {
+    trials.iter().map(|(_, fit)| base.fit.total() - fit.total()).fold(0.0, f64::max)
+}
+
+/// Takes a short fit that gained next to nothing as it is: the nuisances stand where they stood, and so do their columns.
+fn settle_short(whitening: &Whitening, base: &Fitted, effect: &FittedEffect, fit: Fit) -> Fitted {
+    let shape = base.shape.with(effect);
+    let problem = Innovations { whitening, shape: &shape };
+    let residuals = problem.residuals(&fit.theta);
+    let own = base.columns.len()..fit.theta.len();
+    let mut columns = base.columns.clone();
+    columns.extend(solver::columns(&problem, shape.parameters(), &fit.theta, &residuals, own));
+    let blocks = solver::blocks_of(&residuals, &columns, problem.block_ends(), problem.huber());
+    let fit = Fit { blocks, ..fit };
+    let left_out = solver::leave_one_out(&problem, shape.parameters(), &fit);
+    Fitted { shape, fit, residuals, columns, left_out }
+}
+
+/// Gain that a linearised candidate promises, from its first start, where it must do nothing yet.
+pub fn linear_gain(whitening: &Whitening, base: &Fitted, candidate: &Candidate) -> f64 {
+    let Some(effect) = candidate.starts.first() else { return 0.0 };
+    let shape = base.shape.with(effect);
+    let problem = Innovations { whitening, shape: &shape };
+    let theta = start(base, effect);
+    let own = base.columns.len()..theta.len();
+    let own = solver::columns(&problem, shape.parameters(), &theta, &base.residuals, own);
+    let all: Vec<&[f64]> = base.columns.iter().chain(&own).map(Vec::as_slice).collect();
+    let blocks = solver::blocks_of(&base.residuals, &all, problem.block_ends(), problem.huber());
+    let (gradient, curvature) = solver::assemble(shape.parameters(), &theta, &blocks);
+    curvature.cholesky().map_or(0.0, |factor| 0.5 * gradient.dot(&factor.solve(&gradient)))
+}
+
+/// As [`fit_candidate`], from the first start and only as far as a ranking needs.
+pub fn fit_briefly(whitening: &Whitening, base: &Fitted, candidate: &Candidate) -> Fitted {
+    let Some(effect) = candidate.starts.first() else { return base.clone() };
+    let fit = go_on(whitening, base, effect, &start(base, effect), SHORT);
+    settle_short(whitening, base, effect, fit)
+}
+
+/// Fits every candidate on top of `base`; the order of the results is that of the candidates on any number of threads.
+pub fn fit_all(
+    whitening: &Whitening,
+    base: &Fitted,
+    candidates: &[Candidate],
+    progress: &(dyn Fn(&'static str) + Sync),
+) -> Vec<Fitted> {
+    let mut short: Vec<Vec<(FittedEffect, Fit)>> =
+        candidates.par_iter().map(|candidate| trials(whitening, base, candidate)).collect();
+    let best = |short: &[Vec<(FittedEffect, Fit)>]| {
+        short.iter().map(|trials| gain_of(base, trials)).fold(0.0, f64::max)
+    };
+    let worthwhile = (PURSUED_SHARE * best(&short)).max(WORTHWHILE);
+    short.par_iter_mut().filter(|trials| gain_of(base, trials) >= worthwhile).for_each(|trials| {
+        for (effect, fit) in trials {
+            *fit = go_on(whitening, base, effect, &fit.theta, SHORT);
+        }
+    });
+    let least = (FINISHED_SHARE * best(&short)).max(WORTHWHILE);
+    short
+        .into_par_iter()
+        .zip(candidates)
+        .map(|(trials, candidate)| {
+            let fitted = if gain_of(base, &trials) >= least {
+                pursue(whitening, base, &trials)
+            } else {
+                settle_best(whitening, base, trials)
+            };
+            progress(candidate.spec.id);
+            fitted
+        })
+        .collect()
+}

@@ -1,0 +1,123 @@
+//! Frozen fits: a model fitted with the one-step filter frozen at itself, at the tolerance that makes it most likely.
+
+use crate::data::case::Case;
+use crate::fit::candidate::{FULL, Fitted, SHORT, close, trials};
+use crate::fit::objective::{INNOVATION_HUBER, Innovations, Whitening};
+use crate::fit::solver::{self, Effort, Fit};
+use crate::model::candidates::Candidate;
+use crate::model::parameters::{FittedEffect, Shape};
+use crate::predict::one_step::DisturbanceModel;
+use rayon::prelude::*;
+
+/// Tolerance from which a misfit is so gross that candidates are also tried with a filter that trusts the model.
+pub(crate) const GROSS: usize = 2;
+/// A filter frozen at one tolerance, and the model fitted with it.
+#[derive(Debug)]
+pub struct FrozenFit<'a> {
+    /// Index of the tolerance in [`TOLERANCES`](crate::predict::one_step::TOLERANCES); 0 tolerates no error of the model.
+    pub tolerance: usize,
+    /// The frozen filter.
+    pub whitening: Whitening<'a>,
+    /// The fit.
+    pub fitted: Fitted,
+}
+
+impl FrozenFit<'_> {
+    /// Minus the log-likelihood up to a constant, comparable between tolerances.
+    pub fn evidence_cost(&self) -> f64 {
+        self.fitted.fit.total() + self.whitening.half_log_determinant()
+    }
+}
+
+/// Fits a shape at the tolerance that makes its innovations most likely, from the most tolerant one down.
+pub fn freeze<'a>(
+    case: &'a Case,
+    shape: &Shape,
+    disturbances: &DisturbanceModel,
+    start: &[f64],
+    from: usize,
+) -> FrozenFit<'a> {
+    let (mut whitening, mut fit) = fit_at(case, shape, &disturbances.tolerant(from), start);
+    let mut tolerance = from;
+    while tolerance > 0 {
+        let (next, closer) = fit_at(case, shape, &disturbances.tolerant(tolerance - 1), &fit.theta);
+        let cost = |whitening: &Whitening, fit: &Fit| fit.total() + whitening.half_log_determinant();
+        if cost(&next, &closer) >= cost(&whitening, &fit) {
+            break;
+        }
+        (whitening, fit, tolerance) = (next, closer, tolerance - 1);
+    }
+    let fitted = close(&whitening, shape, fit);
+    FrozenFit { tolerance, whitening, fitted }
+}
+
+/// Fits a shape at the tolerance that makes its innovations most likely, from the least tolerant one up.
+pub fn freeze_upwards<'a>(
+    case: &'a Case,
+    shape: &Shape,
+    disturbances: &DisturbanceModel,
+    start: &[f64],
+    to: usize,
+) -> FrozenFit<'a> {
+    let (mut whitening, mut fit) = fit_at(case, shape, &disturbances.tolerant(0), start);
+    let mut tolerance = 0;
+    while tolerance < to {
+        let (next, looser) = fit_at(case, shape, &disturbances.tolerant(tolerance + 1), &fit.theta);
+        let cost = |whitening: &Whitening, fit: &Fit| fit.total() + whitening.half_log_determinant();
+        if cost(&next, &looser) >= cost(&whitening, &fit) {
+            break;
+        }
+        (whitening, fit, tolerance) = (next, looser, tolerance + 1);
+    }
+    let fitted = close(&whitening, shape, fit);
+    FrozenFit { tolerance, whitening, fitted }
+}
+
+/// Short fits of all candidates with a filter that tolerates nothing: indices, shapes and parameters of the best `count`.
+///
+/// Where the model is grossly wrong, a tolerant filter follows the measurements so closely that a late or smoothed
+/// sensor in its feedback unsettles it; one that trusts the model sees such an effect for what it is.
+pub fn strict_trials(
+    case: &Case,
+    current: &Fitted,
+    disturbances: &DisturbanceModel,
+    candidates: &[Candidate],
+    count: usize,
+) -> Vec<(usize, Shape, Vec<f64>)> {
+    let (whitening, fit) = fit_at(case, &current.shape, &disturbances.tolerant(0), &current.fit.theta);
+    let base = close(&whitening, &current.shape, fit);
+    let first = |(i, c): (usize, &Candidate)| {
+        trials(&whitening, &base, c).into_iter().next().map(|(effect, fit)| (i, effect, fit))
+    };
+    let mut best: Vec<(usize, FittedEffect, Fit)> =
+        candidates.par_iter().enumerate().filter_map(first).collect();
+    best.sort_by(|a, b| a.2.total().total_cmp(&b.2.total()));
+    best.truncate(count);
+    best.into_iter().map(|(i, effect, fit)| (i, base.shape.with(&effect), fit.theta)).collect()
+}
+
+/// Fits a shape at one tolerance: twice, since the gains depend on the fit.
+fn fit_at<'a>(
+    case: &'a Case,
+    shape: &Shape,
+    disturbances: &DisturbanceModel,
+    start: &[f64],
+) -> (Whitening<'a>, Fit) {
+    let fit_with = |start: &[f64], effort: Effort| {
+        let whitening = Whitening::new(case, &shape.build(start), disturbances);
+        let effort = Effort { slow_columns: shape.nuisance_count(), ..effort };
+        let problem = Innovations { whitening: &whitening, shape };
+        let fit = solver::fit(&problem, shape.parameters(), start, effort, None);
+        (whitening, fit)
+    };
+    let (_, first) = fit_with(start, SHORT);
+    fit_with(&first.theta, FULL)
+}
+
+/// Robust cost of each stretch of residuals, five seconds or so.
+pub(crate) fn costs_of_stretches(residuals: &[f64]) -> Vec<f64> {
+    residuals.chunks(STRETCH).map(|stretch| solver::cost_of(stretch, INNOVATION_HUBER)).collect()
+}
+
+/// Residuals of a stretch: five seconds of three outputs at 100 Hz.
+const STRETCH: usize = 1500;

@@ -1,0 +1,8 @@
+//! Fits: the solver, what it minimises, and whole models fitted by it.
+
+pub mod candidate;
+pub mod discrepancies;
+pub mod frozen;
+pub mod objective;
+pub mod solver;
+pub mod windows;

@@ -1,0 +1,162 @@
+//! The two objectives: whitened innovations, which select, and the contract's windows, which the report is about.
+
+use crate::data::case::{Case, OUTPUTS, Run};
+use crate::fit::solver::Problem;
+use crate::model::parameters::{Built, Shape};
+use crate::predict::one_step::{DisturbanceModel, Predictor};
+use crate::predict::open_loop::{self, sigmas};
+
+/// Frozen predictors of all runs to fit on.
+#[derive(Debug)]
+pub struct Whitening<'a> {
+    runs: &'a [Run],
+    predictors: Vec<Predictor>,
+    ends: Vec<usize>,
+}
+
+impl<'a> Whitening<'a> {
+    /// Freezes the filter at `built`.
+    pub fn new(case: &'a Case, built: &Built, disturbances: &DisturbanceModel) -> Self {
+        let freeze = |run| Predictor::new(built, run, &case.vehicle.sensors, &case.vehicle, disturbances);
+        let predictors = case.fit.iter().map(freeze).collect();
+        let mut end = 0;
+        let ends = case.fit.iter().map(|run| {
+            end += OUTPUTS * run.len();
+            end
+        });
+        Self { runs: &case.fit, predictors, ends: ends.collect() }
+    }
+
+    /// Half the log-determinants of all innovation covariances.
+    pub fn half_log_determinant(&self) -> f64 {
+        self.predictors.iter().map(|p| p.half_log_determinant).sum()
+    }
+}
+
+/// Innovations of a shape of model.
+#[derive(Debug)]
+pub struct Innovations<'a> {
+    /// The frozen predictors.
+    pub whitening: &'a Whitening<'a>,
+    /// The shape.
+    pub shape: &'a Shape,
+}
+
+/// Innovations beyond this many sigma count linearly.
+pub(crate) const INNOVATION_HUBER: f64 = 4.0;
+
+impl Problem for Innovations<'_> {
+    fn residuals(&self, theta: &[f64]) -> Vec<f64> {
+        let built = self.shape.build(theta);
+        let mut out = Vec::with_capacity(self.whitening.ends.last().copied().unwrap_or(0));
+        for (run, predictor) in self.whitening.runs.iter().zip(&self.whitening.predictors) {
+            predictor.residuals(&built, run, &mut out);
+        }
+        out
+    }
+
+    fn block_residuals(&self, theta: &[f64], block: usize) -> Vec<f64> {
+        let mut out = Vec::new();
+        self.whitening.predictors[block].residuals(
+            &self.shape.build(theta),
+            &self.whitening.runs[block],
+            &mut out,
+        );
+        out
+    }
+
+    fn block_ends(&self) -> &[usize] {
+        &self.whitening.ends
+    }
+
+    fn huber(&self) -> f64 {
+        INNOVATION_HUBER
+    }
+}
+
+/// Open-loop errors of a shape of model, as the contract's metric sees them, with each window weighted once.
+#[derive(Debug)]
+pub struct Windows<'a> {
+    runs: &'a [Run],
+    shape: &'a Shape,
+    ends: Vec<usize>,
+    sigma: [f64; OUTPUTS],
+    /// Weight of each window.
+    weights: Vec<Vec<f64>>,
+}
+
+impl<'a> Windows<'a> {
+    /// Windows of the runs to fit on, all with weight one.
+    pub fn new(case: &'a Case, shape: &'a Shape) -> Self {
+        let mut end = 0;
+        let mut ends = Vec::new();
+        let mut weights = Vec::new();
+        for run in &case.fit {
+            let windows = open_loop::windows(run);
+            end += windows.iter().map(|w| OUTPUTS * w.len()).sum::<usize>();
+            ends.push(end);
+            weights.push(vec![1.0; windows.len()]);
+        }
+        Self { runs: &case.fit, shape, ends, sigma: sigmas(&case.vehicle.sensors), weights }
+    }
+
+    /// Gives windows that `theta` misses by far less weight, so that one which falls on the wrong side of the edge
+    /// between holding and sliding does not decide the fit.
+    pub fn reweight(&mut self, theta: &[f64]) {
+        let built = self.shape.build(theta);
+        let tallies: Vec<Vec<f64>> = self
+            .runs
+            .iter()
+            .map(|run| {
+                open_loop::tallies(&built, run, &self.sigma).iter().map(open_loop::Tally::gap).collect()
+            })
+            .collect();
+        let mut all: Vec<f64> = tallies.iter().flatten().copied().collect();
+        all.sort_by(f64::total_cmp);
+        let median = all.get(all.len() / 2).copied().unwrap_or(1.0);
+        let limit = TOLERATED * median.max(2.0);
+        for (weights, gaps) in self.weights.iter_mut().zip(&tallies) {
+            for (weight, gap) in weights.iter_mut().zip(gaps) {
+                *weight = (limit / gap).min(1.0);
+            }
+        }
+    }
+}
+
+/// Share of the samples of a window that count as independent: open-loop errors drift slowly, and a gap of two is clutter.
+const INDEPENDENT_SHARE: f64 = 0.01;
+
+/// Windows whose gap exceeds the median by this factor count linearly.
+const TOLERATED: f64 = 2.0;
+
+impl Problem for Windows<'_> {
+    fn residuals(&self, theta: &[f64]) -> Vec<f64> {
+        let built = self.shape.build(theta);
+        let mut out = Vec::with_capacity(self.ends.last().copied().unwrap_or(0));
+        for (run, weights) in self.runs.iter().zip(&self.weights) {
+            for (window, weight) in open_loop::predict(&built, run).iter().zip(weights) {
+                let root = (weight * INDEPENDENT_SHARE).sqrt();
+                for (k, predicted) in window.range.clone().zip(&window.outputs) {
+                    for j in 0..OUTPUTS {
+                        let error = root * (predicted[j] - run.samples[k].outputs[j]) / self.sigma[j];
+                        out.push(if error.is_finite() { error.clamp(-1e5, 1e5) } else { 1e5 });
+                    }
+                }
+            }
+        }
+        out
+    }
+
+    fn block_residuals(&self, theta: &[f64], block: usize) -> Vec<f64> {
+        let from = if block == 0 { 0 } else { self.ends[block - 1] };
+        self.residuals(theta)[from..self.ends[block]].to_vec()
+    }
+
+    fn block_ends(&self) -> &[usize] {
+        &self.ends
+    }
+
+    fn huber(&self) -> f64 {
+        f64::INFINITY
+    }
+}

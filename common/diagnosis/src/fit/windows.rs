@@ -1,0 +1,110 @@
+//! The fits that the report is about: on the contract's own windows, from where the fits on innovations ended.
+
+use crate::data::case::Case;
+use crate::fit::candidate::Fitted;
+use crate::fit::objective::Windows;
+use crate::fit::solver::{self, Effort, Problem};
+use crate::model::parameters::{Built, Shape};
+use crate::predict::open_loop::{self, Tally, sigmas};
+use railgrip_vehicle::{EffectEntry, VehicleParameters};
+
+/// Rounds of reweighting the windows that fall on the wrong side between holding and sliding.
+const ROUNDS: usize = 3;
+const EFFORT: Effort = Effort { iterations: 6, slow_columns: 0, refresh: 1, tolerance: 0.02 };
+
+/// The three models of a report: shapes, and the parameters fitted on the windows.
+#[derive(Debug)]
+pub(crate) struct Models {
+    /// The model as the case states it.
+    pub(crate) nominal: Shape,
+    /// Fitted nuisances of [`Self::nominal`].
+    pub(crate) calibrated: Vec<f64>,
+    /// The model with the effects that are named, if any.
+    pub(crate) extended_shape: Shape,
+    /// Fitted nuisances and effects of [`Self::extended_shape`].
+    pub(crate) extended: Vec<f64>,
+}
+
+impl Models {
+    /// Fits nuisances from where `base`, a fit of the nuisances on innovations, ended, and the effects of `named`.
+    pub(crate) fn fit(case: &Case, base: &Fitted, named: Option<&Fitted>) -> Self {
+        let nominal = Shape::nominal(case);
+        let calibrated = fit(case, &nominal, &[base.fit.theta.clone(), nominal.start()]);
+        let (extended_shape, extended) = match named {
+            Some(best) => (best.shape.clone(), fit(case, &best.shape, std::slice::from_ref(&best.fit.theta))),
+            None => (nominal.clone(), calibrated.clone()),
+        };
+        Self { nominal, calibrated, extended_shape, extended }
+    }
+
+    /// Nominal, calibrated and extended model.
+    pub(crate) fn build(&self) -> [Built; 3] {
+        [
+            self.nominal.build(&self.nominal.start()),
+            self.nominal.build(&self.calibrated),
+            self.extended_shape.build(&self.extended),
+        ]
+    }
+
+    /// The vehicle file of the extended model: fitted nuisances, each pad's own level, and the effects found.
+    pub(crate) fn vehicle(&self) -> VehicleParameters {
+        let shape = &self.extended_shape;
+        let (mut vehicle, factors) = shape.vehicle(&self.extended);
+        let pads: Vec<f64> = factors.iter().zip(vehicle.pad_friction()).map(|(f, pad)| f * pad).collect();
+        vehicle.brake.friction_coefficient = pads.iter().sum::<f64>() / pads.len() as f64;
+        vehicle.brake.friction_by_wheelset = Some(pads);
+        for (e, effect) in shape.effects.iter().enumerate() {
+            let values = effect.values(&self.extended[shape.range_of(e)]);
+            let parameters =
+                effect.spec.parameters.iter().zip(values).map(|(p, v)| (p.name.to_owned(), v)).collect();
+            vehicle.effects.push(EffectEntry { id: effect.spec.id.to_owned(), parameters });
+        }
+        vehicle
+    }
+}
+
+/// Fits a shape on the windows from each of `starts` and returns the best parameters in the robust sense.
+pub fn fit(case: &Case, shape: &Shape, starts: &[Vec<f64>]) -> Vec<f64> {
+    let candidates = starts.iter().flat_map(|start| [start.clone(), fit_from(case, shape, start)]);
+    candidates
+        .map(|theta| (robust_gap(case, shape, &theta), theta))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, theta)| theta)
+        .unwrap_or_else(|| shape.start())
+}
+
+fn fit_from(case: &Case, shape: &Shape, start: &[f64]) -> Vec<f64> {
+    let mut problem = Windows::new(case, shape);
+    let mut theta = start.to_vec();
+    for _ in 0..ROUNDS {
+        problem.reweight(&theta);
+        let before = theta.clone();
+        let fit = solver::fit(&problem, shape.parameters(), &theta, EFFORT, None);
+        theta = fit.theta;
+        let moved = theta.iter().zip(&before).zip(shape.parameters());
+        if moved.map(|((a, b), p)| ((a - b) / p.scale).abs()).fold(0.0, f64::max) < 0.02 {
+            break;
+        }
+    }
+    debug_assert!(problem.huber().is_infinite());
+    theta
+}
+
+/// Gap on the runs to fit on, with every window beyond three times the median counted as that.
+fn robust_gap(case: &Case, shape: &Shape, theta: &[f64]) -> f64 {
+    let mut gaps: Vec<(f64, usize)> =
+        window_tallies(case, shape, theta).iter().map(|t| (t.gap(), t.count)).collect();
+    gaps.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let median = gaps.get(gaps.len() / 2).map_or(1.0, |g| g.0);
+    let limit = 3.0 * median.max(2.0);
+    // Beyond the limit windows still count, but by their square root.
+    let square = |gap: f64| if gap <= limit { gap * gap } else { limit * limit * (gap / limit).sqrt() };
+    let samples: usize = gaps.iter().map(|g| g.1).sum();
+    (gaps.iter().map(|g| square(g.0) * g.1 as f64).sum::<f64>() / samples.max(1) as f64).sqrt()
+}
+
+fn window_tallies(case: &Case, shape: &Shape, theta: &[f64]) -> Vec<Tally> {
+    let sigma = sigmas(&case.vehicle.sensors);
+    let built = shape.build(theta);
+    case.fit.iter().flat_map(|run| open_loop::tallies(&built, run, &sigma)).collect()
+}

@@ -1,0 +1,85 @@
+//! The library of candidates: every effect of the catalogue as a candidate, with the starts from which it is fitted.
+
+use crate::data::case::Case;
+use crate::model::parameters::FittedEffect;
+use railgrip_vehicle::effects::{CATALOGUE, Constructor, EffectSpec, ParameterSpec};
+
+/// A candidate: one effect, its forms (values of discrete parameters) and starts.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// The effect.
+    pub spec: &'static EffectSpec,
+    /// One entry for each start of a fit.
+    pub starts: Vec<FittedEffect>,
+}
+
+/// All candidates but those in `without`, in the order of the catalogue.
+pub fn all(case: &Case, without: &[String]) -> Vec<Candidate> {
+    let known = CATALOGUE.iter().filter(|(spec, _)| without.iter().all(|id| id != spec.id));
+    known.map(|&(spec, constructor)| candidate(case, spec, constructor)).collect()
+}
+
+fn candidate(case: &Case, spec: &'static EffectSpec, constructor: Constructor) -> Candidate {
+    let track = track(case);
+    let values: Vec<Vec<f64>> = match spec.parameters.iter().position(|p| p.name == "start_m") {
+        Some(start) => stretches(spec, start, track),
+        None => grid(spec),
+    };
+    let starts = values.iter().map(|v| FittedEffect::of_catalogue(spec, constructor, v)).collect();
+    Candidate { spec, starts }
+}
+
+/// The defaults, each parameter's further starts one at a time, all of it for each discrete value.
+fn grid(spec: &EffectSpec) -> Vec<Vec<f64>> {
+    let default = |p: &ParameterSpec| p.default;
+    let mut starts = vec![spec.parameters.iter().map(default).collect::<Vec<f64>>()];
+    for (i, p) in spec.parameters.iter().enumerate().filter(|(_, p)| !p.discrete) {
+        for &value in p.starts {
+            let mut start = starts[0].clone();
+            start[i] = value;
+            starts.push(start);
+        }
+    }
+    for (i, p) in spec.parameters.iter().enumerate().filter(|(_, p)| p.discrete) {
+        starts = p
+            .starts
+            .iter()
+            .flat_map(|&value| {
+                let with = |start: &Vec<f64>| {
+                    let mut start = start.clone();
+                    start[i] = value;
+                    start
+                };
+                starts.iter().map(with).collect::<Vec<_>>()
+            })
+            .collect();
+    }
+    starts
+}
+
+/// Stretches of a quarter of the track at its beginning, ..., at its end.
+fn stretches(spec: &EffectSpec, start: usize, (from, to): (f64, f64)) -> Vec<Vec<f64>> {
+    let length = to - from;
+    STRETCHES
+        .iter()
+        .map(|&(begin, share)| {
+            let mut values: Vec<f64> = spec.parameters.iter().map(|p| p.default).collect();
+            values[start] = from + begin * length;
+            values[start + 1] = share * length;
+            let clamp = |(v, p): (&f64, &ParameterSpec)| v.clamp(p.lower, p.upper);
+            values.iter().zip(spec.parameters).map(clamp).collect()
+        })
+        .collect()
+}
+
+/// Begin and length of the stretches tried, as shares of the track.
+const STRETCHES: [(f64, f64); 6] =
+    [(0.02, 0.15), (0.15, 0.15), (0.3, 0.15), (0.45, 0.2), (0.65, 0.2), (0.2, 0.5)];
+
+/// The stretch of track that the runs to fit on cover.
+fn track(case: &Case) -> (f64, f64) {
+    let positions = || case.fit.iter().flat_map(|run| [run.samples.first(), run.samples.last()]).flatten();
+    let from = positions().map(|s| s.input.position_m).fold(f64::INFINITY, f64::min);
+    let to = positions().map(|s| s.input.position_m).fold(f64::NEG_INFINITY, f64::max);
+    if to > from { (from, to) } else { (0.0, 100.0) }
+}

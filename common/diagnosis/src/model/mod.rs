@@ -1,0 +1,5 @@
+//! What may be wrong: nuisances, candidates of the library, and flexible discrepancies.
+
+pub mod candidates;
+pub mod discrepancy;
+pub mod parameters;

@@ -1,0 +1,258 @@
+//! What is fitted: nuisances, which differ from case to case and are never the answer, and parameters of effects.
+
+use crate::data::case::{Case, WHEELSETS};
+use railgrip_vehicle::effects::{Constructor, Effect, EffectSpec};
+use railgrip_vehicle::{Constants, RailClass, VehicleParameters, WagonModel};
+use std::sync::Arc;
+
+/// One fitted number.
+#[derive(Clone, Debug)]
+pub struct Parameter {
+    /// Name for people.
+    pub name: String,
+    /// Start of a fit.
+    pub start: f64,
+    /// Smallest allowed value.
+    pub lower: f64,
+    /// Largest allowed value.
+    pub upper: f64,
+    /// Size of a change that matters; sets finite-difference steps and damping.
+    pub scale: f64,
+    /// Centre of the prior.
+    pub prior_mean: f64,
+    /// One-sigma width of the prior, infinite where nothing is known.
+    pub prior_sigma: f64,
+}
+
+/// A quantity of the nominal model that a case may have otherwise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Nuisance {
+    /// Pad friction level of a wheelset.
+    Pad(usize),
+    /// Adhesion available on a class of rail.
+    Adhesion(RailClass),
+    /// Constant part of running resistance.
+    ResistanceConstant,
+    /// Drag.
+    Drag,
+    /// Mass.
+    Mass,
+    /// Moment of inertia of all wheelsets.
+    Inertia,
+}
+
+impl Nuisance {
+    /// The contract's range, as a relative half width.
+    fn half_range(self) -> f64 {
+        match self {
+            Self::Pad(_) | Self::Adhesion(_) => 0.15,
+            Self::ResistanceConstant | Self::Drag => 0.10,
+            Self::Mass => 0.015,
+            Self::Inertia => 0.03,
+        }
+    }
+
+    fn name(self) -> String {
+        match self {
+            Self::Pad(i) => format!("pad_friction_{}", if i == 0 { "f" } else { "r" }),
+            Self::Adhesion(class) => format!("adhesion_{}", class.name()),
+            Self::ResistanceConstant => "resistance_constant".into(),
+            Self::Drag => "drag".into(),
+            Self::Mass => "mass".into(),
+            Self::Inertia => "inertia".into(),
+        }
+    }
+
+    fn parameter(self) -> Parameter {
+        let range = self.half_range();
+        Parameter {
+            name: self.name(),
+            start: 0.0,
+            lower: -1.1 * range,
+            upper: 1.1 * range,
+            scale: 0.1 * range,
+            prior_mean: 0.0,
+            prior_sigma: 0.6 * range,
+        }
+    }
+}
+
+/// Builds an effect from fitted values.
+pub type Builder = Arc<dyn Fn(&[f64]) -> Box<dyn Effect> + Send + Sync>;
+
+/// An effect whose continuous parameters are fitted.
+#[derive(Clone)]
+pub struct FittedEffect {
+    /// Its entry in the catalogue, or of a flexible discrepancy.
+    pub spec: &'static EffectSpec,
+    /// Values of the discrete parameters, by index; NaN where continuous.
+    pub fixed: Vec<f64>,
+    /// The continuous parameters.
+    pub parameters: Vec<Parameter>,
+    builder: Builder,
+}
+
+impl std::fmt::Debug for FittedEffect {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("FittedEffect").field("id", &self.spec.id).field("fixed", &self.fixed).finish()
+    }
+}
+
+impl FittedEffect {
+    /// An effect of the catalogue with these values (discrete ones stay fixed, the others are where the fit starts).
+    pub fn of_catalogue(spec: &'static EffectSpec, constructor: Constructor, start: &[f64]) -> Self {
+        let mut fixed = vec![f64::NAN; spec.parameters.len()];
+        let mut parameters = Vec::new();
+        for (i, p) in spec.parameters.iter().enumerate() {
+            if p.discrete {
+                fixed[i] = start[i];
+                continue;
+            }
+            let away = p.default - p.neutral.unwrap_or(0.0);
+            let scale = if away != 0.0 { away.abs() } else { 0.01 * (p.upper - p.lower) };
+            parameters.push(Parameter {
+                name: p.name.into(),
+                start: start[i],
+                lower: p.lower,
+                upper: p.upper,
+                scale,
+                prior_mean: p.default,
+                prior_sigma: p.prior_sigma,
+            });
+        }
+        let held = fixed.clone();
+        let builder = move |values: &[f64]| constructor(&merge(&held, values));
+        Self { spec, fixed, parameters, builder: Arc::new(builder) }
+    }
+
+    /// A flexible discrepancy.
+    pub fn custom(spec: &'static EffectSpec, parameters: Vec<Parameter>, builder: Builder) -> Self {
+        Self { spec, fixed: vec![f64::NAN; parameters.len()], parameters, builder }
+    }
+
+    /// All parameter values in the order of the spec.
+    pub fn values(&self, continuous: &[f64]) -> Vec<f64> {
+        merge(&self.fixed, continuous)
+    }
+}
+
+fn merge(fixed: &[f64], continuous: &[f64]) -> Vec<f64> {
+    let mut rest = continuous.iter();
+    fixed.iter().map(|&v| if v.is_nan() { rest.next().copied().unwrap_or(f64::NAN) } else { v }).collect()
+}
+
+/// The shape of a model: nominal vehicle, nuisances of the case, effects.
+#[derive(Clone, Debug)]
+pub struct Shape {
+    vehicle: VehicleParameters,
+    nuisances: Vec<Nuisance>,
+    /// The effects in the order in which they act.
+    pub effects: Vec<FittedEffect>,
+    parameters: Vec<Parameter>,
+}
+
+/// A model with numbers in it.
+#[derive(Clone, Debug)]
+pub struct Built {
+    /// The wagon.
+    pub model: WagonModel,
+    /// μ0 of dry, wet and low rail.
+    pub adhesion: [f64; 3],
+}
+
+impl Built {
+    /// μ0 of a class of rail.
+    pub fn adhesion(&self, class: RailClass) -> f64 {
+        self.adhesion[class as usize]
+    }
+}
+
+impl Shape {
+    /// The nominal model with the nuisances that runs of this case can show.
+    pub fn nominal(case: &Case) -> Self {
+        let mut nuisances: Vec<Nuisance> = (0..WHEELSETS).map(Nuisance::Pad).collect();
+        let present = |class| case.fit.iter().chain(&case.holdout).any(|run| run.rail == class);
+        nuisances.extend(RailClass::ALL.into_iter().filter(|c| present(*c)).map(Nuisance::Adhesion));
+        nuisances.extend([Nuisance::ResistanceConstant, Nuisance::Drag, Nuisance::Mass, Nuisance::Inertia]);
+        let parameters = nuisances.iter().map(|n| n.parameter()).collect();
+        Self { vehicle: case.vehicle.clone(), nuisances, effects: Vec::new(), parameters }
+    }
+
+    /// This shape with one more effect.
+    pub fn with(&self, effect: &FittedEffect) -> Self {
+        let mut more = self.clone();
+        more.parameters.extend(effect.parameters.iter().cloned());
+        more.effects.push(effect.clone());
+        more
+    }
+
+    /// This shape with these effects alone.
+    pub fn with_all(&self, effects: &[FittedEffect]) -> Self {
+        effects.iter().fold(self.bare(), |shape, effect| shape.with(effect))
+    }
+
+    /// This shape without effects.
+    pub fn bare(&self) -> Self {
+        let mut bare = self.clone();
+        bare.parameters.truncate(self.nuisances.len());
+        bare.effects.clear();
+        bare
+    }
+
+    /// Fitted numbers: nuisances first, then each effect's.
+    pub fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    /// Number of nuisances.
+    pub fn nuisance_count(&self) -> usize {
+        self.nuisances.len()
+    }
+
+    /// Where a fit starts.
+    pub fn start(&self) -> Vec<f64> {
+        self.parameters.iter().map(|p| p.start).collect()
+    }
+
+    /// Range of an effect's own parameters.
+    pub fn range_of(&self, effect: usize) -> std::ops::Range<usize> {
+        let before: usize = self.effects[..effect].iter().map(|e| e.parameters.len()).sum();
+        let from = self.nuisances.len() + before;
+        from..from + self.effects[effect].parameters.len()
+    }
+
+    /// The vehicle with the nuisances of `theta`.
+    pub fn vehicle(&self, theta: &[f64]) -> (VehicleParameters, [f64; WHEELSETS]) {
+        let mut vehicle = self.vehicle.clone();
+        let mut pads = [1.0; WHEELSETS];
+        for (nuisance, value) in self.nuisances.iter().zip(theta) {
+            let factor = 1.0 + value;
+            match nuisance {
+                Nuisance::Pad(i) => pads[*i] *= factor,
+                Nuisance::Adhesion(RailClass::Dry) => vehicle.rail.dry *= factor,
+                Nuisance::Adhesion(RailClass::Wet) => vehicle.rail.wet *= factor,
+                Nuisance::Adhesion(RailClass::Low) => vehicle.rail.low *= factor,
+                Nuisance::ResistanceConstant => vehicle.resistance.constant_n *= factor,
+                Nuisance::Drag => vehicle.resistance.drag_n_s2_per_m2 *= factor,
+                Nuisance::Mass => vehicle.body.mass_kg *= factor,
+                Nuisance::Inertia => vehicle.wheelset.inertia_kg_m2 *= factor,
+            }
+        }
+        (vehicle, pads)
+    }
+
+    /// The model at `theta`.
+    pub fn build(&self, theta: &[f64]) -> Built {
+        let (vehicle, pads) = self.vehicle(theta);
+        // Effects that the file itself names are part of the nominal model.
+        let own = vehicle.effects.iter().filter_map(|entry| railgrip_vehicle::effects::build(entry).ok());
+        let found = (0..self.effects.len()).map(|e| (self.effects[e].builder)(&theta[self.range_of(e)]));
+        let effects = own.chain(found).collect();
+        let mut constants = Constants::of(&vehicle);
+        for (level, factor) in constants.brake_friction.iter_mut().zip(pads) {
+            *level *= factor;
+        }
+        let model = WagonModel::from_constants(constants, effects);
+        Built { model, adhesion: RailClass::ALL.map(|class| vehicle.rail.adhesion(class)) }
+    }
+}

@@ -1,0 +1,132 @@
+//! The gap in one number, by the contract: windows of ten seconds, driven open loop, errors over sensor sigma.
+
+use crate::data::case::{OUTPUTS, Run};
+use crate::model::parameters::Built;
+use railgrip_vehicle::Sensors;
+use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion};
+
+/// Length of a window, s.
+pub const WINDOW_S: f64 = 10.0;
+/// Shortest last window, s.
+pub const SHORTEST_WINDOW_S: f64 = 1.0;
+/// Samples whose mean starts a window.
+const START_SAMPLES: usize = 5;
+
+/// Sensor sigma of each output.
+pub fn sigmas(sensors: &Sensors) -> [f64; OUTPUTS] {
+    [sensors.speed_sigma_m_s, sensors.wheel_speed_sigma_rad_s, sensors.wheel_speed_sigma_rad_s]
+}
+
+/// Windows of a run as ranges of samples. A rest shorter than a second belongs to no window.
+pub fn windows(run: &Run) -> Vec<std::ops::Range<usize>> {
+    let length = (WINDOW_S / run.dt_s).round() as usize;
+    let shortest = (SHORTEST_WINDOW_S / run.dt_s).round() as usize;
+    let mut windows = Vec::new();
+    let mut from = 0;
+    while from + shortest.max(START_SAMPLES) <= run.len() {
+        let to = (from + length).min(run.len());
+        windows.push(from..to);
+        from = to;
+    }
+    windows
+}
+
+/// Predicted outputs of one window.
+#[derive(Clone, Debug)]
+pub struct Prediction {
+    /// The window's samples.
+    pub range: std::ops::Range<usize>,
+    /// Predicted outputs, one row a sample.
+    pub outputs: Vec<[f64; OUTPUTS]>,
+}
+
+/// Drives the model open loop through every window of a run.
+pub fn predict(built: &Built, run: &Run) -> Vec<Prediction> {
+    let wagon = FastWagon::new(&built.model, built.adhesion(run.rail), run.dt_s);
+    let mut past = wagon.start_hidden(&run.samples[0].outputs, &run.samples[0].input);
+    let mut at = 0;
+    windows(run)
+        .into_iter()
+        .map(|range| {
+            while at < range.start {
+                let sample = &run.samples[at];
+                wagon.follow(&sample.measured_motion(), &sample.input, &mut past);
+                at += 1;
+            }
+            let outputs = drive(&wagon, run, &range, &past);
+            Prediction { range, outputs }
+        })
+        .collect()
+}
+
+fn drive(wagon: &FastWagon, run: &Run, range: &std::ops::Range<usize>, past: &[f64]) -> Vec<[f64; OUTPUTS]> {
+    let first = &run.samples[range.start];
+    let count = START_SAMPLES.min(range.len()) as f64;
+    let mut mean = [0.0; OUTPUTS];
+    for sample in run.samples[range.clone()].iter().take(START_SAMPLES) {
+        (0..OUTPUTS).for_each(|j| mean[j] += sample.outputs[j] / count);
+    }
+    let mut hidden = past.to_vec();
+    let measured = Motion { state: mean, ..first.measured_motion() };
+    let mut motion = wagon.start_motion(&measured, &first.input, &hidden);
+    let mut outputs = Vec::with_capacity(range.len());
+    for k in range.clone() {
+        let sample = &run.samples[k];
+        outputs.push(wagon.read(&motion, &sample.input, &hidden));
+        if k + 1 < range.end {
+            wagon.step(&mut motion, &sample.input, &Disturbance::default(), &mut hidden);
+        }
+    }
+    outputs
+}
+
+/// Sums of squared normalised errors of each output, and the number of samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// Sums of squares.
+    pub squares: [f64; OUTPUTS],
+    /// Samples.
+    pub count: usize,
+}
+
+impl Tally {
+    /// Adds another tally.
+    pub fn add(&mut self, other: &Self) {
+        (0..OUTPUTS).for_each(|j| self.squares[j] += other.squares[j]);
+        self.count += other.count;
+    }
+
+    /// Gap of one signal: RMS over samples.
+    pub fn signal(&self, output: usize) -> f64 {
+        (self.squares[output] / self.count.max(1) as f64).sqrt()
+    }
+
+    /// The gap: RMS over the signals.
+    pub fn gap(&self) -> f64 {
+        (self.squares.iter().sum::<f64>() / (OUTPUTS * self.count.max(1)) as f64).sqrt()
+    }
+
+    /// Sum over tallies.
+    pub fn total<'a>(tallies: impl IntoIterator<Item = &'a Self>) -> Self {
+        let mut total = Self::default();
+        tallies.into_iter().for_each(|tally| total.add(tally));
+        total
+    }
+}
+
+/// The tally of each window of a run.
+pub fn tallies(built: &Built, run: &Run, sigma: &[f64; OUTPUTS]) -> Vec<Tally> {
+    predict(built, run).iter().map(|window| tally(window, run, sigma)).collect()
+}
+
+/// The tally of one predicted window.
+pub fn tally(window: &Prediction, run: &Run, sigma: &[f64; OUTPUTS]) -> Tally {
+    let mut tally = Tally { count: window.range.len(), ..Tally::default() };
+    for (k, predicted) in window.range.clone().zip(&window.outputs) {
+        for j in 0..OUTPUTS {
+            let error = (predicted[j] - run.samples[k].outputs[j]) / sigma[j];
+            tally.squares[j] += if error.is_finite() { (error * error).min(1e12) } else { 1e12 };
+        }
+    }
+    tally
+}

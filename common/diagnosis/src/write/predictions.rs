@@ -1,0 +1,117 @@
+//! Predicted outputs of the three models on the holdout runs, and the gaps that follow from them.
+
+use crate::data::case::{Case, OUTPUT_NAMES, OUTPUTS, Run};
+use crate::model::parameters::Built;
+use crate::predict::open_loop::{self, Prediction, Tally, sigmas};
+use railgrip_recording::{RecordingError, Table};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use std::path::Path;
+
+/// The three models of a report.
+pub const MODELS: [&str; 3] = ["nominal", "calibrated", "extended"];
+
+/// A run with the predictions of the three models.
+#[derive(Clone, Debug)]
+pub struct Predicted {
+    /// `NAME.RAIL`.
+    pub name: String,
+    /// Windows of each model.
+    pub windows: [Vec<Prediction>; 3],
+    /// Tallies of each model's windows.
+    pub tallies: [Vec<Tally>; 3],
+}
+
+/// Predicts runs with three models. Outputs are rounded as the files hold them, so that the gaps follow from the files.
+pub fn predict(case: &Case, runs: &[Run], models: [&Built; 3]) -> Vec<Predicted> {
+    let sigma = sigmas(&case.vehicle.sensors);
+    runs.iter()
+        .map(|run| {
+            let windows = models.map(|built| {
+                let mut windows = open_loop::predict(built, run);
+                windows.iter_mut().flat_map(|w| &mut w.outputs).flatten().for_each(|x| *x = rounded(*x));
+                windows
+            });
+            let tallies = std::array::from_fn(|m| {
+                windows[m].iter().map(|w| open_loop::tally(w, run, &sigma)).collect()
+            });
+            Predicted { name: run.name.clone(), windows, tallies }
+        })
+        .collect()
+}
+
+fn rounded(x: f64) -> f64 {
+    if x.is_finite() { (x * 1e6).round() / 1e6 } else { 0.0 }
+}
+
+/// Total tally of each model over runs.
+pub fn totals(predicted: &[Predicted]) -> [Tally; 3] {
+    std::array::from_fn(|m| Tally::total(predicted.iter().flat_map(|p| &p.tallies[m])))
+}
+
+/// 95 % interval of `1 − extended / calibrated` by resampling windows.
+pub fn reduction_interval(predicted: &[Predicted], seed: u64) -> [f64; 2] {
+    let pairs: Vec<(Tally, Tally)> = predicted
+        .iter()
+        .flat_map(|p| p.tallies[1].iter().copied().zip(p.tallies[2].iter().copied()))
+        .collect();
+    if pairs.is_empty() {
+        return [0.0, 0.0];
+    }
+    let mut random = Pcg64Mcg::seed_from_u64(seed ^ 0x5eed);
+    let mut reductions: Vec<f64> = (0..500)
+        .map(|_| {
+            let (mut calibrated, mut extended) = (Tally::default(), Tally::default());
+            for _ in 0..pairs.len() {
+                let (c, e) = &pairs[random.random_range(0..pairs.len())];
+                calibrated.add(c);
+                extended.add(e);
+            }
+            reduction(calibrated.gap(), extended.gap())
+        })
+        .collect();
+    reductions.sort_by(f64::total_cmp);
+    [reductions[12], reductions[487]]
+}
+
+/// `1 − extended / calibrated`.
+pub fn reduction(calibrated: f64, extended: f64) -> f64 {
+    if calibrated > 0.0 { 1.0 - extended / calibrated } else { 0.0 }
+}
+
+/// The prediction file of a run: `t_s, window`, and each output measured and by the three models.
+///
+/// # Errors
+/// Columns that do not fit together.
+pub fn table(run: &Run, predicted: &Predicted) -> Result<Table, RecordingError> {
+    let mut columns: Vec<(String, Vec<f64>)> =
+        vec![("t_s".into(), Vec::new()), ("window".into(), Vec::new())];
+    for output in OUTPUT_NAMES {
+        columns.push((output.into(), Vec::new()));
+        columns.extend(MODELS.map(|model| (format!("{output}_{model}"), Vec::new())));
+    }
+    for w in 0..predicted.windows[0].len() {
+        for (row, k) in predicted.windows[0][w].range.clone().enumerate() {
+            columns[0].1.push(run.t_s[k]);
+            columns[1].1.push(w as f64);
+            for j in 0..OUTPUTS {
+                columns[2 + 4 * j].1.push(run.samples[k].outputs[j]);
+                for m in 0..MODELS.len() {
+                    columns[3 + 4 * j + m].1.push(predicted.windows[m][w].outputs[row][j]);
+                }
+            }
+        }
+    }
+    Table::new(columns)
+}
+
+/// Writes one table a run into `folder`, named `NAME.RAIL.csv`.
+///
+/// # Errors
+/// A folder that cannot be made or written.
+pub fn write(tables: &[(String, Table)], folder: &Path) -> Result<(), RecordingError> {
+    for (name, table) in tables {
+        table.write(&folder.join(format!("{name}.csv")))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,201 @@
+//! The report: puts what was found, how far it reaches and what it leaves into the form of `report.json`.
+
+use crate::answer::schema::Regime;
+use crate::answer::schema::{
+    Candidate, FoundEffect, Gap, HoldoutGap, Location, ParameterEstimate, Report, RunGap, SCHEMA, SignalGap,
+    SignalShare, ThreeGaps, Unexplained, Verdict,
+};
+use crate::data::case::{Case, OUTPUT_NAMES, OUTPUTS};
+use crate::decide::confidence::{self, Standing};
+use crate::decide::selection::{Gain, Selection};
+use crate::decide::verdict::Judgement;
+use crate::fit::windows::Models;
+use crate::model::discrepancy::Place;
+use crate::predict::localise;
+use crate::predict::open_loop::{self, Tally, sigmas};
+use crate::write::details;
+use crate::write::predictions::{self, Predicted};
+
+/// Writes the report but for its seconds. `fit` and `holdout` are what the three models predict, `regime` where the
+/// calibrated model's gap stands out, `seed` that of the bootstraps.
+pub(crate) fn report(
+    case: &Case,
+    seed: u64,
+    selection: &Selection,
+    judgement: &Judgement,
+    models: &Models,
+    [fit, holdout]: [&[Predicted]; 2],
+    regime: Option<Regime>,
+) -> Report {
+    let fit_totals = predictions::totals(fit);
+    let effects = if judgement.names_effects() { effects(selection, judgement, models) } else { Vec::new() };
+    let term = match judgement.verdict {
+        Verdict::None => None,
+        Verdict::Unknown => judgement.missing.as_ref().map(|m| m.discrepancy.term.name().to_owned()),
+        _ => effects.first().map(|e| e.term.clone()),
+    };
+    Report {
+        schema: SCHEMA.to_owned(),
+        verdict: judgement.verdict,
+        location: Location {
+            term,
+            signals: signals(&fit_totals[1], &fit_totals[2]),
+            regime: regime.filter(|_| judgement.verdict != Verdict::None),
+            runs: fit
+                .iter()
+                .map(|p| RunGap { name: p.name.clone(), gap: Tally::total(&p.tallies[1]).gap() })
+                .collect(),
+        },
+        candidates: candidates(case, selection, judgement),
+        gap: Gap {
+            fit: ThreeGaps {
+                nominal: fit_totals[0].gap(),
+                calibrated: fit_totals[1].gap(),
+                extended: fit_totals[2].gap(),
+            },
+            holdout: holdout_gap(holdout, seed),
+        },
+        unexplained: unexplained(case, judgement, fit_totals[2].gap()),
+        next_run: next_run(&effects, judgement),
+        effects,
+        seconds: 0.0,
+    }
+}
+
+fn signals(calibrated: &Tally, extended: &Tally) -> Vec<SignalShare> {
+    // What the best model still misses is not what is being located; a gap of one is the sensors'.
+    let floor = |j: usize| extended.signal(j).clamp(1.0, 2.0).powi(2);
+    let mut excess: Vec<f64> =
+        (0..OUTPUTS).map(|j| (calibrated.signal(j).powi(2) - floor(j)).max(0.0)).collect();
+    let total: f64 = excess.iter().sum();
+    if total > 0.0 {
+        excess.iter_mut().for_each(|e| *e /= total);
+    }
+    let share = |(j, share): (usize, f64)| SignalShare {
+        name: OUTPUT_NAMES[j].to_owned(),
+        gap: calibrated.signal(j),
+        share,
+    };
+    excess.into_iter().enumerate().map(share).collect()
+}
+
+fn effects(selection: &Selection, judgement: &Judgement, models: &Models) -> Vec<FoundEffect> {
+    let shape = &models.extended_shape;
+    let total = (selection.base.evidence_cost() - selection.best.evidence_cost()).max(1.0);
+    let mut effects: Vec<(f64, FoundEffect)> = (0..shape.effects.len())
+        .map(|e| {
+            let spec = shape.effects[e].spec;
+            // The round that accepted the effect tried it against its rivals.
+            let round = &selection.rounds[e.min(selection.rounds.len() - 1)];
+            let rivals = confidence::rivals(round, spec.id);
+            let equivalent = confidence::equivalents(round, spec.id, spec.twins);
+            let rival = rivals
+                .iter()
+                .filter(|(g, _)| !equivalent.iter().any(|id| id == g.id))
+                .map(|(_, ratio)| *ratio)
+                .next()
+                .unwrap_or(0.0);
+            let gain = round.own_filter_gain(spec.id).unwrap_or(total);
+            let range = shape.range_of(e);
+            let intervals = details::intervals(selection, models);
+            let fitted = shape.effects[e].parameters.iter().zip(range).map(|(p, i)| {
+                (p.name.clone(), ParameterEstimate { value: models.extended[i], ci95: intervals[i] })
+            });
+            // Which wheelset, which form: chosen, not estimated.
+            let chosen = spec.parameters.iter().zip(&shape.effects[e].fixed).filter(|(p, _)| p.discrete);
+            let chosen =
+                chosen.map(|(p, v)| (p.name.to_owned(), ParameterEstimate { value: *v, ci95: [*v, *v] }));
+            let parameters = fitted.chain(chosen).collect();
+            let found = FoundEffect {
+                id: spec.id.to_owned(),
+                term: spec.term.name().to_owned(),
+                confidence: confidence::confidence(Standing {
+                    recovered: judgement.recovered,
+                    left: judgement.left,
+                    rival,
+                    gain,
+                    mends: shape.effects[..e]
+                        .iter()
+                        .any(|before| localise::may_share_place(before.spec.term, spec.term)),
+                }),
+                equivalent,
+                parameters,
+            };
+            // What counts most comes first, which need not be what was found first.
+            (selection.lost_without.get(e).copied().unwrap_or(gain), found)
+        })
+        .collect();
+    effects.sort_by(|a, b| b.0.total_cmp(&a.0));
+    effects.into_iter().map(|(_, effect)| effect).collect()
+}
+
+fn candidates(case: &Case, selection: &Selection, judgement: &Judgement) -> Vec<Candidate> {
+    let Some(round) = selection.rounds.first() else { return Vec::new() };
+    let expected = 0.5 * selection.base.fitted.residuals.len() as f64;
+    let excess = (selection.base.fitted.predictive_cost() - expected).max(1.0);
+    let mut order: Vec<&Gain> = round.gains.iter().collect();
+    order.sort_by(|a, b| b.predictive.total_cmp(&a.predictive));
+    let sigma = sigmas(&case.vehicle.sensors);
+    order
+        .into_iter()
+        .map(|g| {
+            let built = g.fitted.shape.build(&g.fitted.fit.theta);
+            let tallies: Vec<Tally> =
+                case.fit.iter().flat_map(|run| open_loop::tallies(&built, run, &sigma)).collect();
+            Candidate {
+                id: g.id.to_owned(),
+                fit_gap: Tally::total(&tallies).gap(),
+                cv_gain: g.predictive / excess,
+                p_value: judgement.chance.as_ref().map_or(1.0, |chance| chance.p_value(g.gain)),
+                converged: g.converged,
+            }
+        })
+        .collect()
+}
+
+fn holdout_gap(holdout: &[Predicted], seed: u64) -> HoldoutGap {
+    let [nominal, calibrated, extended] = predictions::totals(holdout);
+    let by_signal = OUTPUT_NAMES.iter().enumerate().map(|(j, name)| {
+        ((*name).to_owned(), SignalGap { calibrated: calibrated.signal(j), extended: extended.signal(j) })
+    });
+    HoldoutGap {
+        nominal: nominal.gap(),
+        calibrated: calibrated.gap(),
+        extended: extended.gap(),
+        reduction: predictions::reduction(calibrated.gap(), extended.gap()),
+        reduction_ci95: predictions::reduction_interval(holdout, seed),
+        by_signal: by_signal.collect(),
+    }
+}
+
+fn unexplained(case: &Case, judgement: &Judgement, gap: f64) -> Option<Unexplained> {
+    let missing = judgement.missing.as_ref()?;
+    let shape = &missing.fitted.shape;
+    let range = shape.range_of(shape.effects.len() - 1);
+    let values = &missing.fitted.fit.theta[range];
+    let reference = match missing.discrepancy.place {
+        Place::PadFriction => case.vehicle.brake.friction_coefficient,
+        _ => 1.0,
+    };
+    let curve = missing.discrepancy.curve(values).into_iter().map(|[x, y]| [x, y * reference]).collect();
+    Some(Unexplained { gap, term: missing.discrepancy.term.name().to_owned(), curve })
+}
+
+fn next_run(effects: &[FoundEffect], judgement: &Judgement) -> Option<String> {
+    let tied = effects.iter().find(|e| !e.equivalent.is_empty());
+    if let Some(effect) = tied {
+        let (spec, _) = railgrip_vehicle::effects::find(&effect.id)?;
+        return Some(format!(
+            "To tell {} from {}: {}.",
+            effect.id,
+            effect.equivalent.join(", "),
+            spec.separated_by
+        ));
+    }
+    let missing = judgement.missing.as_ref()?;
+    Some(format!(
+        "What is missing acts on {} over {}: repeat the run in which that varies most, with everything else held, at two levels of it.",
+        missing.discrepancy.term.name(),
+        missing.discrepancy.covariate.name()
+    ))
+}
