@@ -1,6 +1,6 @@
 //! The sim-to-real gap: where it lies, which unmodelled effect causes it, and how far it shrinks with the effect added.
 //!
-//! [`wagon::diagnose`] answers for recordings of a wagon and tells the story from end to end, [`bench::diagnose`] for a law
+//! [`wagon::diagnose`] answers for recordings of a wagon and tells the story from end to end, [`law_bench::diagnose`] for a law
 //! measured alone. The folders stand in the order in which the method works:
 //!
 //! * [`data`] – what was recorded, and what the simulator believes;
@@ -31,11 +31,11 @@
 //! * *gap*, *nominal*, *calibrated*, *extended* – see [`answer::schema`].
 
 pub mod answer;
-pub mod bench;
 pub mod data;
 pub mod decide;
 pub mod fit;
 pub mod html;
+pub mod law_bench;
 pub mod model;
 pub mod predict;
 pub mod wagon;

@@ -3,16 +3,16 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-mod bench_cases;
+mod law_cases;
 
-use bench_cases::{CreepTruth, Layout, PLAIN, brake, creep};
+use law_cases::{CreepTruth, Layout, PLAIN, brake, creep};
 use railgrip_diagnosis::answer::schema::*;
 use railgrip_diagnosis::answer::supplement::{
     Alarm, Axis, CandidateDetail, Curve, CurvePoint, Detail, FreedPlace, HeatGroup, HeatMap, ParameterRow,
     RunRow, Settings, Trace, TraceWindow,
 };
-use railgrip_diagnosis::bench::{Options, Outcome, diagnose};
 use railgrip_diagnosis::html::{headline, render, summary};
+use railgrip_diagnosis::law_bench::{Options, Outcome, diagnose};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -39,7 +39,7 @@ fn check_self_contained(page: &str) {
     assert!(page.len() < 1_500_000, "{} bytes", page.len());
 }
 
-fn bench(case: &bench_cases::Simulated, without: &[&str]) -> Outcome {
+fn bench(case: &law_cases::Simulated, without: &[&str]) -> Outcome {
     let folder = tempfile::tempdir().unwrap();
     case.write(folder.path());
     let without = without.iter().map(|id| (*id).to_owned()).collect();

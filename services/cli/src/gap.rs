@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use railgrip_diagnosis::answer::schema::Report;
 use railgrip_diagnosis::answer::supplement::Detail;
-use railgrip_diagnosis::bench::{self, BenchError};
 use railgrip_diagnosis::data::load::{self, CaseError};
 use railgrip_diagnosis::html;
+use railgrip_diagnosis::law_bench::{self, LawCaseError};
 use railgrip_diagnosis::wagon;
 use railgrip_diagnosis::write::predictions;
 use railgrip_vehicle::VehicleParameters;
@@ -99,7 +99,7 @@ fn diagnose(args: &DiagnoseArgs) -> Result<(), CliError> {
     if !args.case.is_dir() {
         return Err(CliError::bad_input(format!("{}: no such folder", args.case.display())));
     }
-    let answer = if bench::is_bench(&args.case) { of_bench(args)? } else { of_wagon(args)? };
+    let answer = if law_bench::is_law_case(&args.case) { of_law_case(args)? } else { of_wagon(args)? };
     if let Some(path) = &args.json {
         let text = serde_json::to_string_pretty(&answer.report).map_err(CliError::failed)?;
         write(path, &(text + "\n"))?;
@@ -159,16 +159,16 @@ fn of_wagon(args: &DiagnoseArgs) -> Result<Answer, CliError> {
     })
 }
 
-fn of_bench(args: &DiagnoseArgs) -> Result<Answer, CliError> {
-    let options = bench::Options {
+fn of_law_case(args: &DiagnoseArgs) -> Result<Answer, CliError> {
+    let options = law_bench::Options {
         without: args.without.clone(),
         seed: args.seed,
         version: version(),
         command: command(args),
     };
-    let vehicle = bench_vehicle(args)?;
-    let outcome =
-        bench::diagnose(&args.case, &options).map_err(|error: BenchError| CliError::bad_input(error))?;
+    let vehicle = law_case_vehicle(args)?;
+    let outcome = law_bench::diagnose(&args.case, &options)
+        .map_err(|error: LawCaseError| CliError::bad_input(error))?;
     let applied = outcome.applied.onto(&vehicle);
     if args.apply.is_some() {
         applied.check().map_err(CliError::failed)?;
@@ -185,7 +185,7 @@ fn of_bench(args: &DiagnoseArgs) -> Result<Answer, CliError> {
 }
 
 /// The vehicle onto which a law-level case is applied.
-fn bench_vehicle(args: &DiagnoseArgs) -> Result<VehicleParameters, CliError> {
+fn law_case_vehicle(args: &DiagnoseArgs) -> Result<VehicleParameters, CliError> {
     let beside = Some(args.case.join("vehicle.toml")).filter(|path| path.is_file());
     let vehicle = match args.onto.clone().or(beside) {
         Some(path) => railgrip_settings::vehicle::load(&path),

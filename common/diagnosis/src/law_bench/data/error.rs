@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 /// Why a law-level case was refused. All of it is bad input.
 #[derive(Debug, thiserror::Error)]
-pub enum BenchError {
+pub enum LawCaseError {
     /// A file cannot be read or written.
     #[error("{}: {source}", file.display())]
     Io {

@@ -1,7 +1,8 @@
 //! Reads and checks a law-level case: `bench.toml`, `fit/*.csv`, `holdout/*.csv`.
 
-use super::error::BenchError;
-use super::points::Point;
+use super::case::{Kind, LawCase, Nominal, PointSet};
+use super::error::LawCaseError;
+use super::point::Point;
 use railgrip_recording::{Problem, RecordingError, Table, expect_columns, runs_in};
 use serde::Deserialize;
 use std::ops::Range;
@@ -10,80 +11,6 @@ use toml::Spanned;
 
 /// Fewest points on which anything can be said.
 const FEWEST_POINTS: usize = 12;
-
-/// Which law a bench measures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Creep force over creepage.
-    Creep,
-    /// Brake friction.
-    Brake,
-}
-
-impl Kind {
-    /// Name of the measured column.
-    pub const fn signal(self) -> &'static str {
-        match self {
-            Self::Creep => "force_n",
-            Self::Brake => "mu",
-        }
-    }
-
-    /// Place in the equations that the bench isolates.
-    pub const fn term(self) -> &'static str {
-        match self {
-            Self::Creep => "adhesion",
-            Self::Brake => "brake_friction",
-        }
-    }
-}
-
-/// What the simulator believes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Nominal {
-    /// Polach's law with constant friction.
-    Creep {
-        /// Friction coefficient.
-        mu0: f64,
-        /// K = G π a b C11 / 4, N.
-        stiffness_n: f64,
-        /// Reduction of stiffness in the area of adhesion.
-        k_a: f64,
-        /// Reduction of stiffness in the area of slip.
-        k_s: f64,
-    },
-    /// Constant pad friction.
-    Brake {
-        /// Friction coefficient.
-        friction_coefficient: f64,
-    },
-}
-
-/// A checked case.
-#[derive(Clone, Debug)]
-pub struct BenchCase {
-    /// Name of the folder.
-    pub name: String,
-    /// Which law is measured.
-    pub kind: Kind,
-    /// What the simulator believes.
-    pub nominal: Nominal,
-    /// Declared one-sigma accuracy of the measured column.
-    pub sigma: Option<f64>,
-    /// Points to fit on.
-    pub fit: BenchSet,
-    /// Points that may only be predicted.
-    pub holdout: BenchSet,
-}
-
-/// The points of one folder.
-#[derive(Clone, Debug, Default)]
-pub struct BenchSet {
-    /// Names of the files without their endings.
-    pub files: Vec<String>,
-    /// Points in the order of files and rows.
-    pub points: Vec<Point>,
-}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -182,10 +109,10 @@ const BRAKE_COLUMNS: &[Column] = &[
 ];
 
 /// Reads and checks a case.
-pub fn load(folder: &Path) -> Result<BenchCase, BenchError> {
+pub fn load(folder: &Path) -> Result<LawCase, LawCaseError> {
     let file = folder.join("bench.toml");
     let text =
-        std::fs::read_to_string(&file).map_err(|source| BenchError::Io { file: file.clone(), source })?;
+        std::fs::read_to_string(&file).map_err(|source| LawCaseError::Io { file: file.clone(), source })?;
     let toml = Source { file: &file, text: &text };
     let (kind, nominal, sigma) = toml.read()?;
     let columns = match kind {
@@ -197,7 +124,7 @@ pub fn load(folder: &Path) -> Result<BenchCase, BenchError> {
     let holdout = read_set(&folder.join("holdout"), columns, &mut names)?;
     if fit.points.len() < FEWEST_POINTS {
         let (folder, found) = (folder.join("fit"), fit.points.len());
-        return Err(BenchError::TooFew { folder, found, needed: FEWEST_POINTS });
+        return Err(LawCaseError::TooFew { folder, found, needed: FEWEST_POINTS });
     }
     let name = folder
         .canonicalize()
@@ -206,7 +133,7 @@ pub fn load(folder: &Path) -> Result<BenchCase, BenchError> {
         .unwrap_or(folder)
         .file_name()
         .map_or_else(|| folder.display().to_string(), |name| name.to_string_lossy().into_owned());
-    Ok(BenchCase { name, kind, nominal, sigma, fit, holdout })
+    Ok(LawCase { name, kind, nominal, sigma, fit, holdout })
 }
 
 struct Source<'a> {
@@ -215,11 +142,11 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
-    fn parse<T: serde::de::DeserializeOwned>(&self) -> Result<T, BenchError> {
+    fn parse<T: serde::de::DeserializeOwned>(&self) -> Result<T, LawCaseError> {
         toml::from_str(self.text).map_err(|error| {
             let (line, column) = self.position(error.span().map_or(0, |span| span.start));
             let message = error.message().replace('\n', "; ");
-            BenchError::Form { file: self.file.to_owned(), line, column, message }
+            LawCaseError::Form { file: self.file.to_owned(), line, column, message }
         })
     }
 
@@ -229,9 +156,9 @@ impl Source<'_> {
         (before.matches('\n').count() + 1, before[start..].chars().count() + 1)
     }
 
-    fn refuse(&self, key: &'static str, at: Range<usize>, value: String, allowed: &str) -> BenchError {
+    fn refuse(&self, key: &'static str, at: Range<usize>, value: String, allowed: &str) -> LawCaseError {
         let line = self.position(at.start).0;
-        BenchError::Value { file: self.file.to_owned(), line, key, value, allowed: allowed.to_owned() }
+        LawCaseError::Value { file: self.file.to_owned(), line, key, value, allowed: allowed.to_owned() }
     }
 
     fn within(
@@ -240,7 +167,7 @@ impl Source<'_> {
         value: &Spanned<f64>,
         low: f64,
         high: f64,
-    ) -> Result<f64, BenchError> {
+    ) -> Result<f64, LawCaseError> {
         let x = *value.get_ref();
         if (low..=high).contains(&x) {
             return Ok(x);
@@ -248,7 +175,7 @@ impl Source<'_> {
         Err(self.refuse(key, value.span(), x.to_string(), &format!("{low} to {high}")))
     }
 
-    fn read(&self) -> Result<(Kind, Nominal, Option<f64>), BenchError> {
+    fn read(&self) -> Result<(Kind, Nominal, Option<f64>), LawCaseError> {
         let head: BenchFile = self.parse()?;
         if *head.schema.get_ref() != 1 {
             return Err(self.refuse("schema", head.schema.span(), head.schema.get_ref().to_string(), "1"));
@@ -270,7 +197,7 @@ impl Source<'_> {
         Ok((kind, nominal, sigma.transpose()?))
     }
 
-    fn creep(&self) -> Result<Nominal, BenchError> {
+    fn creep(&self) -> Result<Nominal, LawCaseError> {
         let table = self.parse::<Head<CreepTable>>()?.nominal;
         Ok(Nominal::Creep {
             mu0: self.within("nominal.mu0", &table.mu0, 1e-3, 2.0)?,
@@ -280,7 +207,7 @@ impl Source<'_> {
         })
     }
 
-    fn brake(&self) -> Result<Nominal, BenchError> {
+    fn brake(&self) -> Result<Nominal, LawCaseError> {
         let table = self.parse::<Head<BrakeTable>>()?.nominal;
         let friction_coefficient =
             self.within("nominal.friction_coefficient", &table.friction_coefficient, 1e-3, 2.0)?;
@@ -293,13 +220,13 @@ fn read_set(
     folder: &Path,
     columns: &[Column],
     first: &mut Option<Vec<String>>,
-) -> Result<BenchSet, BenchError> {
+) -> Result<PointSet, LawCaseError> {
     let pick = |required: bool| -> Vec<&'static str> {
         columns.iter().filter(|column| column.required == required).map(|column| column.name).collect()
     };
     let (required, optional) = (pick(true), pick(false));
     let check = expect_columns(&required, &optional);
-    let mut set = BenchSet::default();
+    let mut set = PointSet::default();
     for run in runs_in(folder)? {
         let table = Table::read_checked(&run.path, &check)?;
         let mut names = table.names().to_vec();
@@ -319,7 +246,7 @@ fn read_set(
     Ok(set)
 }
 
-fn append(set: &mut BenchSet, table: &Table, columns: &[Column]) -> Result<(), BenchError> {
+fn append(set: &mut PointSet, table: &Table, columns: &[Column]) -> Result<(), LawCaseError> {
     let rows = table.rows();
     if rows == 0 {
         let file = table.file().to_owned();

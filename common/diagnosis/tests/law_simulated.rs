@@ -2,11 +2,11 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-mod bench_cases;
+mod law_cases;
 
-use bench_cases::{CreepTruth, LAYOUTS, PLAIN, Simulated, brake, creep};
+use law_cases::{CreepTruth, LAYOUTS, PLAIN, Simulated, brake, creep};
 use railgrip_diagnosis::answer::schema::Verdict;
-use railgrip_diagnosis::bench::{Options, Outcome, diagnose};
+use railgrip_diagnosis::law_bench::{Options, Outcome, diagnose};
 
 fn run(case: &Simulated, without: &[&str]) -> Outcome {
     let folder = tempfile::tempdir().unwrap();

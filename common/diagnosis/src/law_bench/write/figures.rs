@@ -1,19 +1,11 @@
 //! What the HTML report shows of a law-level case.
 
-use super::chance::Noise;
-use super::estimates::{axis, binned, effect_curve};
-use super::flexible::{Group, Sense};
-use super::gaps::{Predictions, edges, within};
-use super::input::Kind;
-use super::points::{Covariate, Point};
-use super::search::{Found, Trial};
-use super::verdict::missing_curve;
-use crate::answer::schema::Regime;
-use crate::answer::supplement::{
-    Axis, CandidateDetail, Curve, CurvePoint, HeatGroup, HeatMap, RunRow, Scatter,
-};
-
-const Z95: f64 = 1.96;
+use super::curves::{axis, binned};
+use crate::answer::supplement::{Axis, CandidateDetail, HeatGroup, HeatMap, RunRow, Scatter};
+use crate::law_bench::data::case::Kind;
+use crate::law_bench::data::point::{Covariate, Point};
+use crate::law_bench::decide::selection::Selection;
+use crate::law_bench::predict::gaps::{Predictions, edges, within};
 
 /// Points of a model's line in a scatter.
 const LINE_POINTS: usize = 24;
@@ -24,18 +16,10 @@ const FEW_LEVELS: usize = 12;
 /// Most points that a scatter shows.
 const MOST_POINTS: usize = 400;
 
-/// The variables that a kind of bench may have.
-pub fn variables(kind: Kind) -> &'static [Covariate] {
-    match kind {
-        Kind::Creep => &[Covariate::Creepage, Covariate::SlipVelocity, Covariate::Speed, Covariate::Load],
-        Kind::Brake => &[Covariate::Speed, Covariate::Temperature, Covariate::PressingForce],
-    }
-}
-
 /// Gap of the fit points by region of every variable.
 pub fn heat_map(kind: Kind, predictions: &Predictions<'_>) -> HeatMap {
     let points = &predictions.set.points;
-    let groups = variables(kind).iter().filter(|&&c| own_axis(points, c)).filter_map(|&covariate| {
+    let groups = kind.variables().iter().filter(|&&c| own_axis(points, c)).filter_map(|&covariate| {
         let edges = edges(points, covariate)?;
         let regions: Vec<(f64, f64, bool)> =
             edges.windows(2).enumerate().map(|(i, w)| (w[0], w[1], i + 2 == edges.len())).collect();
@@ -69,7 +53,8 @@ pub fn scatters(
     title: &str,
 ) -> Vec<Scatter> {
     let points = &predictions.set.points;
-    let varied: Vec<Covariate> = variables(kind)
+    let varied: Vec<Covariate> = kind
+        .variables()
         .iter()
         .copied()
         .filter(|&covariate| own_axis(points, covariate) && edges(points, covariate).is_some())
@@ -183,52 +168,15 @@ pub fn runs(predictions: &Predictions<'_>, holdout: bool) -> Vec<RunRow> {
         .collect()
 }
 
-/// Curves of the effects found, strongest first.
-pub fn effect_curves(found: &Found, calibrated: &Trial, noise: &Noise, points: &[Point]) -> Vec<Curve> {
-    let curve = |form: usize| effect_curve(&found.extended, calibrated, noise, points, form);
-    found.effects.iter().map(|effect| curve(effect.form)).collect()
-}
-
-/// The curve of what is missing.
-pub fn missing(
-    group: &Group,
-    trial: &Trial,
-    points: &[Point],
-    noise: &Noise,
-    regime: Option<&Regime>,
-) -> Curve {
-    let what = match group.sense {
-        Sense::Level => "missing factor on the level, minus 1",
-        Sense::Stiffness => "missing factor on the stiffness, minus 1",
-        Sense::Force => "missing force over load",
-    };
-    let points_of_curve = missing_curve(group, trial, points, noise)
-        .into_iter()
-        .map(|[x, y, error]| (group.covariate.shown(x), y, error))
-        .map(|(x, y, error)| CurvePoint { x, y, low: y - Z95 * error, high: y + Z95 * error });
-    let points_of_curve: Vec<CurvePoint> = points_of_curve.collect();
-    let ends = points_of_curve.first().zip(points_of_curve.last());
-    Curve {
-        title: format!("what is missing, over {}", group.covariate.name().replace('_', " ")),
-        equation: String::new(),
-        x: axis(group.covariate, points),
-        y: Axis { label: what.to_owned(), unit: String::new() },
-        reference: ends.map(|(a, b)| vec![[a.x, 0.0], [b.x, 0.0]]).unwrap_or_default(),
-        points: points_of_curve,
-        data: Vec::new(),
-        region: regime.filter(|regime| regime.variable == group.covariate.name()).map(|regime| regime.range),
-    }
-}
-
 /// More about every candidate.
-pub fn candidates(found: &Found) -> Vec<CandidateDetail> {
-    found
+pub fn candidates(selection: &Selection) -> Vec<CandidateDetail> {
+    selection
         .alone
         .iter()
         .map(|scored| CandidateDetail {
             id: scored.spec.id.to_owned(),
             cv_gain_interval: Some([scored.cv_gain - scored.cv_spread, scored.cv_gain + scored.cv_spread]),
-            form: scored.trial.model.forms().last().map(|form| form.description()).unwrap_or_default(),
+            form: scored.fitted.model.forms().last().map(|form| form.description()).unwrap_or_default(),
             on_bound: scored.on_bound.iter().map(|name| (*name).to_owned()).collect(),
         })
         .collect()

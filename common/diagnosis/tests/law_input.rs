@@ -2,10 +2,10 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-mod bench_cases;
+mod law_cases;
 
-use bench_cases::{Layout, Simulated, brake};
-use railgrip_diagnosis::bench::{Options, diagnose, write_predictions};
+use law_cases::{Layout, Simulated, brake};
+use railgrip_diagnosis::law_bench::{Options, diagnose, write_predictions};
 use railgrip_recording::Table;
 use std::path::Path;
 

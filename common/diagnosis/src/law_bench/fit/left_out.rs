@@ -1,14 +1,9 @@
 //! Left-out data: which points are predicted from which.
 
-use super::fit::fit_once;
-use super::model::Model;
-use super::points::{Covariate, Point, Spread};
-
-/// Folds where files cannot be left out whole.
-const BLOCKS: usize = 5;
-
-/// Share of a file's points that may lie outside the ranges of the others before leaving it out counts as extrapolation.
-const MOST_OUTSIDE: f64 = 0.4;
+use super::solver::fit_once;
+use crate::law_bench::data::point::{Covariate, Point, Spread};
+use crate::law_bench::decide::criteria::Criteria;
+use crate::law_bench::model::law::Model;
 
 /// How points are left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,18 +25,19 @@ pub struct Folds {
 }
 
 impl Folds {
-    /// Leaves one file out at a time where there are at least three and none stands alone; blocks of rows otherwise.
-    pub fn of(points: &[Point], covariates: &[Covariate]) -> Self {
+    /// Leaves one file out at a time where there are enough and none stands alone; blocks of rows otherwise.
+    pub fn of(points: &[Point], covariates: &[Covariate], criteria: &Criteria) -> Self {
         let files = points.iter().map(|point| point.file + 1).max().unwrap_or(0);
-        let lone = (0..files).any(|file| covariates.iter().any(|&c| stands_alone(points, file, c)));
-        if files >= 3 && !lone {
+        let lone = (0..files).any(|file| covariates.iter().any(|&c| stands_alone(points, file, c, criteria)));
+        if files >= criteria.fewest_files && !lone {
             let of = points.iter().map(|point| point.file).collect();
             return Self { scheme: Scheme::Files, count: files, of };
         }
-        let block = |point: &Point| ((point.sequence * BLOCKS as f64) as usize).min(BLOCKS - 1);
+        let blocks = criteria.blocks;
+        let block = |point: &Point| ((point.sequence * blocks as f64) as usize).min(blocks - 1);
         // Blocks of neighbouring files are shifted, so that one fold does not hold the same end of every sweep.
-        let of = points.iter().map(|point| (block(point) + point.file) % BLOCKS).collect();
-        Self { scheme: Scheme::Blocks, count: BLOCKS, of }
+        let of = points.iter().map(|point| (block(point) + point.file) % blocks).collect();
+        Self { scheme: Scheme::Blocks, count: blocks, of }
     }
 
     /// Squared errors over sigma² on each fold, predicted by `model` fitted to the other folds from `start`.
@@ -62,13 +58,13 @@ impl Folds {
     }
 }
 
-fn stands_alone(points: &[Point], file: usize, covariate: Covariate) -> bool {
+fn stands_alone(points: &[Point], file: usize, covariate: Covariate, criteria: &Criteria) -> bool {
     let (own, others): (Vec<Point>, Vec<Point>) = points.iter().partition(|point| point.file == file);
     let Some(all) = Spread::of(points, covariate) else { return false };
     let range = others.iter().map(|point| covariate.of(point));
     let (low, high) = range.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-    let margin = 0.05 * all.width();
+    let margin = criteria.range_margin * all.width();
     let outside =
         own.iter().filter(|point| !(low - margin..=high + margin).contains(&covariate.of(point))).count();
-    outside as f64 > MOST_OUTSIDE * own.len() as f64
+    outside as f64 > criteria.most_outside * own.len() as f64
 }

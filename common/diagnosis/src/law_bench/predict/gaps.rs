@@ -1,15 +1,11 @@
-//! The gap in numbers: by model, set, file and region, the interval of the reduction, and the prediction files from which
-//! anyone can recompute it.
+//! The gap in numbers: by model, set, file and region, and the interval of the reduction.
 
-use super::error::BenchError;
-use super::input::{BenchSet, Kind};
-use super::model::Model;
-use super::points::{Covariate, Point, Spread};
 use crate::answer::schema::{Interval, Regime};
-use railgrip_recording::Table;
+use crate::law_bench::data::case::PointSet;
+use crate::law_bench::data::point::{Covariate, Point, Spread};
+use crate::law_bench::model::law::Model;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use std::path::Path;
 
 /// Replicates of the block bootstrap.
 const REPLICATES: usize = 999;
@@ -17,8 +13,8 @@ const REPLICATES: usize = 999;
 /// Regions into which a variable is cut.
 const REGIONS: usize = 6;
 
-/// A model with its values.
-pub struct Fitted<'a> {
+/// A model with the values of its parameters.
+pub struct ModelAt<'a> {
     /// The model.
     pub model: &'a Model,
     /// Its parameters.
@@ -28,7 +24,7 @@ pub struct Fitted<'a> {
 /// Predictions of the three models on one set.
 pub struct Predictions<'a> {
     /// The set.
-    pub set: &'a BenchSet,
+    pub set: &'a PointSet,
     /// Of each point, in the order of the set.
     pub nominal: Vec<f64>,
     /// With fitted nuisances.
@@ -40,10 +36,9 @@ pub struct Predictions<'a> {
 
 impl<'a> Predictions<'a> {
     /// Predicts a set by the three models.
-    pub fn of(set: &'a BenchSet, models: [Fitted<'_>; 3], sigma: f64) -> Self {
-        let [nominal, calibrated, extended] = models.map(|fitted| {
-            set.points.iter().map(|point| fitted.model.predict(point, fitted.values)).collect()
-        });
+    pub fn of(set: &'a PointSet, models: [ModelAt<'_>; 3], sigma: f64) -> Self {
+        let [nominal, calibrated, extended] =
+            models.map(|at| set.points.iter().map(|point| at.model.predict(point, at.values)).collect());
         Self { set, nominal, calibrated, extended, sigma }
     }
 
@@ -135,36 +130,6 @@ impl<'a> Predictions<'a> {
         }
         best.filter(|(_, regime)| regime.gap_inside > regime.gap_outside).map(|(_, regime)| regime)
     }
-
-    /// The prediction file of each file of the set: name and table.
-    pub fn tables(&self, kind: Kind) -> Result<Vec<(String, Table)>, BenchError> {
-        let signal = kind.signal();
-        let mut tables = Vec::new();
-        for (file, name) in self.set.files.iter().enumerate() {
-            let rows: Vec<usize> =
-                (0..self.set.points.len()).filter(|&row| self.set.points[row].file == file).collect();
-            let pick = |values: &[f64]| rows.iter().map(|&row| values[row]).collect::<Vec<f64>>();
-            let measured = rows.iter().map(|&row| self.set.points[row].measured).collect();
-            let table = Table::new(vec![
-                ("window".to_owned(), vec![0.0; rows.len()]),
-                (signal.to_owned(), measured),
-                (format!("{signal}_nominal"), pick(&self.nominal)),
-                (format!("{signal}_calibrated"), pick(&self.calibrated)),
-                (format!("{signal}_extended"), pick(&self.extended)),
-            ])?;
-            tables.push((name.clone(), table));
-        }
-        Ok(tables)
-    }
-}
-
-/// Writes prediction files into a folder, which is made if it is not there.
-pub fn write_tables(folder: &Path, tables: &[(String, Table)]) -> Result<(), BenchError> {
-    std::fs::create_dir_all(folder).map_err(|source| BenchError::Io { file: folder.to_owned(), source })?;
-    for (name, table) in tables {
-        table.write(&folder.join(format!("{name}.csv")))?;
-    }
-    Ok(())
 }
 
 /// `1 − extended / calibrated`; 0 where there was no gap.

@@ -1,8 +1,8 @@
 //! The candidates of each kind of bench: which variable, at which place of the law, in which forms.
 
-use super::forms::{Range, Scale, Shape};
-use super::input::{Kind, Nominal};
-use super::points::{Covariate, Point, Spread};
+use super::shape::{Range, Scale, Shape};
+use crate::law_bench::data::case::{Kind, Nominal};
+use crate::law_bench::data::point::{Covariate, Point, Spread};
 
 /// Temperature to which fade is referred, °C.
 pub const REFERENCE_TEMPERATURE_C: f64 = 20.0;
@@ -255,6 +255,23 @@ impl Form {
         let names = self.spec.forms[self.index].1;
         let named = names.iter().zip(limits);
         named.map(|(&name, (lower, upper, log))| Range { name, lower, upper, log }).collect()
+    }
+
+    /// The form in words.
+    pub fn description(&self) -> String {
+        match self.shape() {
+            Shape::CreepShape => Shape::CreepShape.equation().to_owned(),
+            shape => format!("{} over {}", shape.equation(), self.spec.covariate.name().replace('_', " ")),
+        }
+    }
+
+    /// Name of a parameter in the report: without a speed column a slip velocity is a creepage.
+    pub fn reported_name(&self, name: &str) -> String {
+        if self.spec.covariate != Covariate::SlipVelocity || self.has_speed {
+            return name.to_owned();
+        }
+        let plain = name.strip_suffix("_s_per_m").or_else(|| name.strip_suffix("_m_s")).unwrap_or(name);
+        plain.replace("slip_velocity", "creepage")
     }
 
     /// The factor at a point.

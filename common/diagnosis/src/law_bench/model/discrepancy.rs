@@ -4,14 +4,14 @@
 //! times the sensitivity of the prediction to the level (or to the stiffness, or to the force itself). What it
 //! explains beyond the best candidate is structure that no candidate describes.
 
-use super::input::Kind;
-use super::model::Model;
-use super::points::{Covariate, Point, Spread};
+use super::law::Model;
+use crate::law_bench::data::case::Kind;
+use crate::law_bench::data::point::{Covariate, Point, Spread};
 use nalgebra::{DMatrix, DVector};
 
 /// Where a flexible function acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sense {
+pub enum ActsOn {
     /// Relative change of adhesion or pad friction.
     Level,
     /// Relative change of the contact's stiffness.
@@ -22,13 +22,13 @@ pub enum Sense {
 
 /// A flexible function of one variable, or of two.
 #[derive(Clone, Debug)]
-pub struct Group {
+pub struct Discrepancy {
     /// The variable that names it.
     pub covariate: Covariate,
     /// The second variable of an interaction.
     pub second: Option<Covariate>,
     /// Where it acts.
-    pub sense: Sense,
+    pub acts_on: ActsOn,
     /// Its columns in units of sigma, not orthogonal.
     pub columns: DMatrix<f64>,
     knots: Vec<f64>,
@@ -87,32 +87,32 @@ impl Tangent {
         }
     }
 
-    fn sensitivity(&self, sense: Sense) -> &DVector<f64> {
-        match sense {
-            Sense::Level => &self.level,
-            Sense::Stiffness => &self.stiffness,
-            Sense::Force => &self.force,
+    fn sensitivity(&self, acts_on: ActsOn) -> &DVector<f64> {
+        match acts_on {
+            ActsOn::Level => &self.level,
+            ActsOn::Stiffness => &self.stiffness,
+            ActsOn::Force => &self.force,
         }
     }
 }
 
 /// The flexible functions of a kind of bench around a fitted model.
-pub fn groups(kind: Kind, points: &[Point], tangent: &Tangent) -> Vec<Group> {
-    let singles: &[(Covariate, Sense)] = match kind {
+pub fn discrepancies(kind: Kind, points: &[Point], tangent: &Tangent) -> Vec<Discrepancy> {
+    let singles: &[(Covariate, ActsOn)] = match kind {
         Kind::Creep => &[
-            (Covariate::SlipVelocity, Sense::Level),
-            (Covariate::Speed, Sense::Level),
-            (Covariate::Load, Sense::Level),
-            (Covariate::Creepage, Sense::Force),
-            (Covariate::Load, Sense::Stiffness),
-            (Covariate::Speed, Sense::Stiffness),
-            (Covariate::Sequence, Sense::Level),
+            (Covariate::SlipVelocity, ActsOn::Level),
+            (Covariate::Speed, ActsOn::Level),
+            (Covariate::Load, ActsOn::Level),
+            (Covariate::Creepage, ActsOn::Force),
+            (Covariate::Load, ActsOn::Stiffness),
+            (Covariate::Speed, ActsOn::Stiffness),
+            (Covariate::Sequence, ActsOn::Level),
         ],
         Kind::Brake => &[
-            (Covariate::Speed, Sense::Level),
-            (Covariate::Temperature, Sense::Level),
-            (Covariate::PressingForce, Sense::Level),
-            (Covariate::Sequence, Sense::Level),
+            (Covariate::Speed, ActsOn::Level),
+            (Covariate::Temperature, ActsOn::Level),
+            (Covariate::PressingForce, ActsOn::Level),
+            (Covariate::Sequence, ActsOn::Level),
         ],
     };
     let pairs: &[(Covariate, Covariate)] = match kind {
@@ -127,28 +127,29 @@ pub fn groups(kind: Kind, points: &[Point], tangent: &Tangent) -> Vec<Group> {
             (Covariate::Temperature, Covariate::PressingForce),
         ],
     };
-    let smooth = singles.iter().filter_map(|&(covariate, sense)| single(points, tangent, covariate, sense));
+    let smooth =
+        singles.iter().filter_map(|&(covariate, acts_on)| single(points, tangent, covariate, acts_on));
     let joint = pairs.iter().filter_map(|&(first, second)| pair(points, tangent, first, second));
     smooth.chain(joint).collect()
 }
 
-fn single(points: &[Point], tangent: &Tangent, covariate: Covariate, sense: Sense) -> Option<Group> {
+fn single(points: &[Point], tangent: &Tangent, covariate: Covariate, acts_on: ActsOn) -> Option<Discrepancy> {
     let spread = Spread::of(points, covariate)?;
     let count = if points.len() < 60 { 4 } else { 7 };
     let mut sorted: Vec<f64> = points.iter().map(|point| covariate.of(point)).collect();
     sorted.sort_by(f64::total_cmp);
     let knots = knots(&sorted, &spread, count);
-    let sensitivity = tangent.sensitivity(sense);
+    let sensitivity = tangent.sensitivity(acts_on);
     let mut columns = DMatrix::zeros(points.len(), knots.len());
     for (row, point) in points.iter().enumerate() {
         for (column, value) in smooth_basis(covariate.of(point), &knots).into_iter().enumerate() {
             columns[(row, column)] = value * sensitivity[row];
         }
     }
-    Some(Group { covariate, second: None, sense, columns, knots })
+    Some(Discrepancy { covariate, second: None, acts_on, columns, knots })
 }
 
-fn pair(points: &[Point], tangent: &Tangent, first: Covariate, second: Covariate) -> Option<Group> {
+fn pair(points: &[Point], tangent: &Tangent, first: Covariate, second: Covariate) -> Option<Discrepancy> {
     let (a, b) = (Spread::of(points, first)?, Spread::of(points, second)?);
     let scaled = |spread: &Spread, value: f64| 2.0 * (value - spread.low) / spread.width() - 1.0;
     let mut columns = DMatrix::zeros(points.len(), 3);
@@ -158,7 +159,13 @@ fn pair(points: &[Point], tangent: &Tangent, first: Covariate, second: Covariate
             columns[(row, column)] = value * tangent.level[row];
         }
     }
-    Some(Group { covariate: first, second: Some(second), sense: Sense::Level, columns, knots: Vec::new() })
+    Some(Discrepancy {
+        covariate: first,
+        second: Some(second),
+        acts_on: ActsOn::Level,
+        columns,
+        knots: Vec::new(),
+    })
 }
 
 /// Lowest products of two variables, each scaled to −1 … 1.
@@ -191,8 +198,8 @@ fn smooth_basis(x: f64, knots: &[f64]) -> Vec<f64> {
     all
 }
 
-impl Group {
-    /// Orthonormal columns of what the group adds to `tangent`.
+impl Discrepancy {
+    /// Orthonormal columns of what the discrepancy adds to `tangent`.
     pub fn beyond(&self, tangent: &Tangent) -> DMatrix<f64> {
         let columns: Vec<DVector<f64>> = self.columns.column_iter().map(|c| c.into_owned()).collect();
         orthonormal(&columns, Some(&tangent.basis), tangent.basis.nrows())
@@ -247,12 +254,12 @@ pub fn orthonormal(columns: &[DVector<f64>], given: Option<&DMatrix<f64>>, rows:
     if kept.is_empty() { DMatrix::zeros(rows, 0) } else { DMatrix::from_columns(&kept) }
 }
 
-/// Orthonormal columns of what all groups together add to `tangent`, leaving out those in which `skip` holds.
-pub fn union(groups: &[Group], tangent: &Tangent, skip: impl Fn(&Group) -> bool) -> DMatrix<f64> {
-    let columns: Vec<DVector<f64>> = groups
+/// Orthonormal columns of what all discrepancies together add to `tangent`, leaving out those in which `skip` holds.
+pub fn union(all: &[Discrepancy], tangent: &Tangent, skip: impl Fn(&Discrepancy) -> bool) -> DMatrix<f64> {
+    let columns: Vec<DVector<f64>> = all
         .iter()
-        .filter(|group| !skip(group))
-        .flat_map(|group| group.columns.column_iter().map(|c| c.into_owned()).collect::<Vec<_>>())
+        .filter(|one| !skip(one))
+        .flat_map(|one| one.columns.column_iter().map(|c| c.into_owned()).collect::<Vec<_>>())
         .collect();
     orthonormal(&columns, Some(&tangent.basis), tangent.basis.nrows())
 }

@@ -1,9 +1,9 @@
 //! The law of a bench with nuisances and any forms of candidates: parameters in, predictions out.
 
-use super::forms::Shape;
-use super::input::{Kind, Nominal};
-use super::library::{Form, LEAST_SHAPE_RATIO, Place};
-use super::points::Point;
+use super::candidates::{Form, LEAST_SHAPE_RATIO, Place};
+use super::shape::Shape;
+use crate::law_bench::data::case::{Kind, Nominal};
+use crate::law_bench::data::point::Point;
 use railgrip_vehicle::Contact;
 use railgrip_vehicle::adhesion::creep_force;
 

@@ -2,8 +2,8 @@
 //!
 //! Source: Nocedal & Wright, Numerical Optimization, ch. 10; bounds by holding variables that press against them.
 
-use super::model::Model;
-use super::points::Point;
+use crate::law_bench::data::point::Point;
+use crate::law_bench::model::law::Model;
 use nalgebra::{DMatrix, DVector};
 
 /// Steps to the end.
@@ -24,7 +24,7 @@ pub struct Fit {
     pub cost: f64,
     /// Whether the optimiser settled.
     pub converged: bool,
-    /// Covariance of the inner variables (logarithms where [`super::model::Parameter::log`]), for sigma = 1.
+    /// Covariance of the inner variables (logarithms where [`crate::law_bench::model::law::Parameter::log`]), for sigma = 1.
     pub covariance: DMatrix<f64>,
 }
 

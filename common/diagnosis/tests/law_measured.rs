@@ -3,8 +3,8 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-use railgrip_diagnosis::bench::{Options, diagnose};
 use railgrip_diagnosis::html::{render, summary};
+use railgrip_diagnosis::law_bench::{Options, diagnose};
 use railgrip_recording::Table;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

@@ -4,7 +4,7 @@
 //! comes in several forms of two or three parameters and one flexible spline; the data pick the form, and the
 //! first form of a candidate is preferred while no other is clearly better.
 
-use super::points::Spread;
+use crate::law_bench::data::point::Spread;
 
 /// Number of free values of the spline.
 pub const SPLINE_LEN: usize = 3;

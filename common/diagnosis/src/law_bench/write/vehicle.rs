@@ -3,9 +3,9 @@
 //! A bench picks among more forms than the catalogue of wagon effects has; the catalogue's law is fitted to the form that was
 //! found, over the range that was measured. What no law of a vehicle can say is named and left out.
 
-use super::input::{Kind, Nominal};
-use super::library::{Form, Place, REFERENCE_SPEED_M_S, REFERENCE_TEMPERATURE_C};
-use super::model::Model;
+use crate::law_bench::data::case::{Kind, Nominal};
+use crate::law_bench::model::candidates::{Form, Place, REFERENCE_SPEED_M_S, REFERENCE_TEMPERATURE_C};
+use crate::law_bench::model::law::Model;
 use railgrip_vehicle::effects::{EffectSpec, find};
 use railgrip_vehicle::{EffectEntry, VehicleParameters};
 
@@ -33,7 +33,7 @@ pub struct Applied {
 
 impl Applied {
     /// From a fitted model.
-    pub(super) fn of(model: &Model, nominal: Nominal, values: &[f64]) -> Self {
+    pub fn of(model: &Model, nominal: Nominal, values: &[f64]) -> Self {
         let mut applied = Self::default();
         let mut level = 1.0;
         let mut shape = None;
