@@ -10,7 +10,7 @@ use crate::output::{InnovationRecord, MAX_OUTPUTS, flags};
 use crate::{
     EstimateState, EstimatorConfig, EstimatorInput, EstimatorOutput, EstimatorSnapshot, FilterError,
 };
-use railgrip_vehicle::{GRAVITY_M_S2, MAX_WHEELSETS, VehicleParameters, WagonModel};
+use railgrip_vehicle::{MAX_WHEELSETS, VehicleParameters, WagonModel};
 use serde::{Deserialize, Serialize};
 
 /// Longest step of a prediction, s; gaps are cut into such steps.
@@ -93,8 +93,7 @@ impl WagonEstimator {
     ) -> Result<Self, FilterError> {
         config.check()?;
         let constants = model.constants();
-        let load_n =
-            constants.fixed_load_n.unwrap_or(constants.mass_kg * GRAVITY_M_S2 / constants.wheelsets as f64);
+        let load_n = model.load_distribution().static_load_n[0];
         let entry = crate::models::find(&config.filter).ok_or_else(|| crate::ConfigError::UnknownFilter {
             name: config.filter.clone(),
             known: crate::models::names(),

@@ -3,11 +3,16 @@
 
 use crate::EstimatorOutput;
 use crate::models::DrivenSample;
+use railgrip_vehicle::brake::pad_torque_nm;
 use railgrip_vehicle::effects::Operating;
-use railgrip_vehicle::{GRAVITY_M_S2, VehicleParameters, WagonInput, WagonModel};
+use railgrip_vehicle::resistance::grade_acceleration;
+use railgrip_vehicle::{VehicleParameters, WagonInput, WagonModel};
 
 /// After a longer hole in the data, hidden states go on as if it had been this long, s.
 const LONGEST_CATCH_UP_S: f64 = 2.0;
+
+/// Brake torque over the wagon's weight and wheel radius below which it is too small to divide by.
+const LEAST_TORQUE_SHARE: f64 = 0.001;
 
 /// The model's laws along a run.
 #[derive(Clone, Debug)]
@@ -49,11 +54,12 @@ impl Laws {
 
     /// Fills in what the model says about torque, body force and sensors at the last estimate.
     pub(crate) fn apply(&mut self, sample: &mut DrivenSample, place: &Place, last: &EstimatorOutput) {
-        sample.other_acceleration_m_s2 = -GRAVITY_M_S2 * place.grade_rad.sin();
+        sample.other_acceleration_m_s2 = grade_acceleration(place.grade_rad);
         if self.model.effects().is_empty() {
             return;
         }
         let constants = self.model.constants();
+        let weight_n = self.model.load_distribution().weight_n();
         self.at = Operating {
             time_s: place.time_s,
             v_m_s: last.v_m_s,
@@ -69,7 +75,7 @@ impl Laws {
             self.hidden = self.model.start_hidden(&self.at, self.period_s);
             self.started = true;
         }
-        let mut input = WagonInput {
+        let input = WagonInput {
             time_s: place.time_s,
             pressing_force_n: sample.step_force_n,
             drive_torque_nm: sample.drive_torque_nm,
@@ -78,15 +84,13 @@ impl Laws {
             position_m: place.position_m,
             ..WagonInput::default()
         };
-        for i in 0..constants.wheelsets {
-            input.brake_friction_factor[i] = 1.0;
-        }
         let loading = self.model.loading(&self.at, &input, self.period_s, &self.hidden);
         sample.other_acceleration_m_s2 = loading.other_n / constants.mass_kg;
         sample.wind_m_s = loading.wind_m_s;
         for i in 0..constants.wheelsets {
-            let plain = constants.brake_friction[i] * sample.step_force_n[i] * constants.brake_radius_m;
-            let least = 0.001 * constants.mass_kg * GRAVITY_M_S2 * constants.wheel_radius_m[i];
+            let plain =
+                pad_torque_nm(constants.brake_friction[i], sample.step_force_n[i], constants.brake_radius_m);
+            let least = LEAST_TORQUE_SHARE * weight_n * constants.wheel_radius_m[i];
             if plain > least {
                 sample.torque_factor[i] = loading.brake_torque_nm[i] / plain;
             } else {
@@ -113,7 +117,8 @@ impl Laws {
         for i in 0..constants.wheelsets {
             let rim = estimate.v_m_s * (1.0 + estimate.slip[i]);
             let speed = rim / constants.wheel_radius_m[i];
-            let torque = estimate.mu_b[i] * sample.pressing_force_n[i] * constants.brake_radius_m;
+            let torque =
+                pad_torque_nm(estimate.mu_b[i], sample.pressing_force_n[i], constants.brake_radius_m);
             let force = estimate.mu_w_wheelset[i] * estimate.normal_load_n[i];
             self.at.wheel_speed_rad_s[i] = speed;
             self.at.brake_power_w[i] = (torque * speed).max(0.0);

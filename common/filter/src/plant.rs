@@ -13,7 +13,7 @@ use railgrip_vehicle::traction_rig::{
     Drivetrain, Generator, MotorParameters, RigParameters as TractionParameters, TractionRig,
 };
 use railgrip_vehicle::{
-    Body, Brake, Contact, GRAVITY_M_S2, Rail, Resistance, Sensors, VehicleParameters, WagonModel, Wheelset,
+    Body, Brake, Contact, Rail, Resistance, Sensors, VehicleParameters, WagonModel, Wheelset,
 };
 use serde::{Deserialize, Serialize};
 
@@ -414,7 +414,7 @@ impl Plant {
     /// Static load of one wheelset, N; on the traction rig that of one wheel.
     pub fn load_n(&self) -> f64 {
         match self {
-            Self::Wagon(vehicle) => vehicle.body.mass_kg * GRAVITY_M_S2 / vehicle.wheelsets() as f64,
+            Self::Wagon(vehicle) => vehicle.axle_load_n(),
             Self::Roller(rig) => rig.roller.load_n,
             Self::Traction(rig) => rig.drivetrain.normal_load_n,
             Self::Bogie(rig) => rig.roller.wheelset_load_n[0],

@@ -35,14 +35,14 @@ fn paper<const W: usize, const N: usize>(
 ) -> Vec<Dual64> {
     let physics = &model.physics;
     let (v, adhesion) = (x[W], x[2 * W + 1]);
-    let weight: f64 = physics.static_load_n.iter().sum();
+    let weight: f64 = physics.loads.static_load_n.iter().sum();
     let track = -resistance(&physics.resistance, v, u.wind_m_s) + u.other_force_n;
     let acceleration = (adhesion * weight + track) / physics.mass_kg;
     let carried = if model.drop_adhesion_load { track / physics.mass_kg } else { acceleration };
     let mut next = x.to_vec();
     next[W] = v + acceleration * u.dt_s;
     for i in 0..W {
-        let load = carried * physics.load_transfer_kg[i] + physics.static_load_n[i];
+        let load = carried * physics.loads.transfer_kg[i] + physics.loads.static_load_n[i];
         let torque = -x[W + 1 + i] * u.torque_per_friction_nm[i] + u.drive_torque_nm[i]
             - adhesion * load * physics.wheel_radius_m[i];
         next[i] = x[i] + torque / physics.inertia_kg_m2[i] * u.dt_s;
@@ -58,8 +58,8 @@ fn default_step<const W: usize>(physics: &WagonPhysics<W>, x: &[Dual64], u: &Ste
         let mut force = -resistance(&physics.resistance, x[0], u.wind_m_s) + u.other_force_n;
         let mut inertia = Dual64::from(physics.mass_kg);
         for i in 0..W {
-            force += adhesions[i] * physics.static_load_n[i];
-            inertia -= adhesions[i] * physics.load_transfer_kg[i];
+            force += adhesions[i] * physics.loads.static_load_n[i];
+            inertia -= adhesions[i] * physics.loads.transfer_kg[i];
         }
         force / inertia
     };
@@ -69,7 +69,7 @@ fn default_step<const W: usize>(physics: &WagonPhysics<W>, x: &[Dual64], u: &Ste
     let (mut mean, mut turn) = (Vec::new(), Vec::new());
     for i in 0..W {
         let (radius, inertia) = (physics.wheel_radius_m[i], physics.inertia_kg_m2[i]);
-        let load = (pure * physics.load_transfer_kg[i] + physics.static_load_n[i]) * (x[mass] + 1.0);
+        let load = (pure * physics.loads.transfer_kg[i] + physics.loads.static_load_n[i]) * (x[mass] + 1.0);
         let brake = x[pad + i] * (-x[delay] * u.late_torque_nm[i] + u.torque_per_friction_nm[i]);
         let torque = -brake + u.drive_torque_nm[i] - (pure + unknown) * (inertia / radius);
         let target = torque / (load * radius) + x[lag];

@@ -3,15 +3,15 @@
 
 use crate::scenario::{BrakeTable, WspTable};
 use crate::wsp::Valve;
-use railgrip_vehicle::brake::BrakeCylinder;
+use railgrip_vehicle::brake::{BrakeCylinder, pressing_force_for_n};
 use railgrip_vehicle::{PerWheelset, VehicleParameters};
 
 /// Pressing force of one wheelset, N, that gives the deceleration of full service braking with nominal pads:
 /// `F = m a r_W / (n μ_B r_B)`, level, without running resistance and without the wheelsets' inertia.
 pub(crate) fn full_pressing_force_n(vehicle: &VehicleParameters, deceleration_m_s2: f64) -> f64 {
-    let force_n = vehicle.body.mass_kg * deceleration_m_s2;
-    let lever = vehicle.wheelset.radius_m / (vehicle.brake.radius_m * vehicle.brake.friction_coefficient);
-    force_n * lever / vehicle.wheelsets() as f64
+    let force_n = vehicle.body.mass_kg * deceleration_m_s2 / vehicle.wheelsets() as f64;
+    let brake = &vehicle.brake;
+    pressing_force_for_n(force_n, vehicle.wheelset.radius_m, brake.friction_coefficient, brake.radius_m)
 }
 
 /// Supply and cylinders of one wagon.

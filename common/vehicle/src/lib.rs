@@ -13,19 +13,38 @@
 //!   from brake-cylinder pressure; *pad force* – what arrives at the pad.
 //! * *effect* – a law modifier that composes with the laws of [`WagonModel`], see [`effects`].
 //!
+//! # Where an equation stands
+//! | what | equation | module |
+//! | --- | --- | --- |
+//! | motion of wheelset and body | Schwarz & Keck (1), (6) | [`motion`] |
+//! | normal loads and their transfer | Schwarz & Keck (2), (4), (5), (11) | [`load`] |
+//! | creep force, falling friction | Polach; Zhao et al. (3-9) to (3-12) | [`adhesion`] |
+//! | adhesion over vehicle speed | Curtius & Kniffler | [`adhesion`] |
+//! | brake torque, pad friction, cylinders | Schwarz & Keck (6), (7), (9); UIC 540 | [`brake`] |
+//! | running resistance, grade | Schwarz & Keck (1); Davis | [`resistance`] |
+//! | what else a model may need | one file a term | [`effects`] |
+//! | roller rig with one braked wheelset | Schwarz & Keck, section 3 | [`roller_rig`] |
+//! | braked bogie on rollers | Shrestha et al., section 2 | [`bogie_rig`] |
+//! | driven wheelset with its motor | Zhao et al., chapter 3 | [`traction_rig`] |
+//!
+//! Figures that several places share are [`constants`].
+//!
 //! All quantities are SI `f64`; wheelsets are counted from the front, at most [`MAX_WHEELSETS`].
 
 pub mod adhesion;
 pub mod bogie_rig;
 pub mod brake;
+pub mod constants;
 pub mod effects;
 pub mod load;
+pub mod motion;
 mod parameters;
 pub mod resistance;
 pub mod roller_rig;
 pub mod traction_rig;
 mod wagon;
 
+pub use constants::{CREEPAGE_SPEED_FLOOR_M_S, GRAVITY_M_S2};
 pub use parameters::{
     Body, Brake, Contact, EffectEntry, ParameterError, Rail, RailClass, Resistance, Sensors,
     VehicleParameters, Wheelset,
@@ -39,12 +58,6 @@ pub const MAX_WHEELSETS: usize = 4;
 
 /// One value for each wheelset, leading wheelset first.
 pub type PerWheelset = [f64; MAX_WHEELSETS];
-
-/// Standard gravity, m/s².
-pub const GRAVITY_M_S2: f64 = 9.80665;
-
-/// Speed below which creepage is referred to this speed instead, m/s (keeps it finite at standstill).
-pub const CREEPAGE_SPEED_FLOOR_M_S: f64 = 0.5;
 
 /// Creepage `(r ω − v) / max(v, 0.5 m/s)` of a wheel of circumferential speed `rim_speed_m_s` on a vehicle of speed
 /// `v_m_s`; dimensionless, negative while braking.

@@ -1,59 +1,94 @@
 //! Normal load of the wheelsets and its transfer by acceleration.
+//!
+//! Schwarz & Keck (4) with the sign mended (braking loads the leading wheelset), for any number of wheelsets on equal
+//! springs:
+//!
+//! ```text
+//! F_z,i = m g / n − m h x_i / Σ x² · v̇        N;  two wheelsets at ± a/2:  m g/2 ∓ (h/a) m v̇
+//! m v̇  = Σ μ_i F_z,i + F      ⇒      v̇ = (Σ μ_i F_z,i(0) + F) / (m − Σ μ_i ∂F_z,i/∂v̇)
+//! ```
+//!
+//! h height of the centre of mass (m), x_i place of wheelset i ahead of it (m), a wheelbase (m), μ_i adhesion utilised,
+//! signed. The second line is (2) in (1) with the exact load; (11) drops 2 (h/a) μ_W against 1 there. Quasi-static: pitching
+//! of the body and of bogies is not in it.
 
 use crate::{GRAVITY_M_S2, MAX_WHEELSETS, PerWheelset};
 
-/// How a rigid body on equal springs hands weight and pitching moment to its wheelsets.
-///
-/// For two wheelsets this is the exact relation of Schwarz & Keck (4) with the sign mended:
-/// `F_z,f = m g/2 − (h/a) m v̇`, `F_z,r = m g/2 + (h/a) m v̇`: braking loads the leading wheelset.
+/// How a rigid body hands weight and pitching moment to its `W` wheelsets; entries beyond a wagon's own count are zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LoadDistribution {
-    static_load_n: PerWheelset,
-    /// Change of load per acceleration, N/(m/s²), negative ahead of the centre of mass.
-    transfer_kg: PerWheelset,
-    wheelsets: usize,
+pub struct LoadDistribution<const W: usize = MAX_WHEELSETS> {
+    /// Load of each wheelset at rest, N.
+    pub static_load_n: [f64; W],
+    /// Change of load per acceleration ∂F_z/∂v̇, N/(m/s²), negative ahead of the centre of mass.
+    pub transfer_kg: [f64; W],
 }
 
 impl LoadDistribution {
     /// Distribution of `mass_kg` whose centre lies `com_height_m` above the rail, on wheelsets at `positions_m` ahead of it.
     pub fn new(mass_kg: f64, com_height_m: f64, positions_m: &PerWheelset, wheelsets: usize) -> Self {
         let spread: f64 = positions_m[..wheelsets].iter().map(|x| x * x).sum();
-        let mut static_load_n = [0.0; MAX_WHEELSETS];
-        let mut transfer_kg = [0.0; MAX_WHEELSETS];
+        let mut loads = Self { static_load_n: [0.0; MAX_WHEELSETS], transfer_kg: [0.0; MAX_WHEELSETS] };
         for i in 0..wheelsets {
-            static_load_n[i] = mass_kg * GRAVITY_M_S2 / wheelsets as f64;
-            transfer_kg[i] = -mass_kg * com_height_m * positions_m[i] / spread;
+            loads.static_load_n[i] = mass_kg * GRAVITY_M_S2 / wheelsets as f64;
+            loads.transfer_kg[i] = -mass_kg * com_height_m * positions_m[i] / spread;
         }
-        Self { static_load_n, transfer_kg, wheelsets }
+        loads
     }
 
     /// Loads that acceleration does not change, as on a roller rig.
     pub fn fixed(load_n: f64, wheelsets: usize) -> Self {
         let mut static_load_n = [0.0; MAX_WHEELSETS];
         static_load_n[..wheelsets].fill(load_n);
-        Self { static_load_n, transfer_kg: [0.0; MAX_WHEELSETS], wheelsets }
+        Self { static_load_n, transfer_kg: [0.0; MAX_WHEELSETS] }
     }
 
-    /// Load of each wheelset at acceleration `acceleration_m_s2`, N; a wheelset cannot pull on the rail.
-    #[inline]
-    pub fn loads_n(&self, acceleration_m_s2: f64) -> PerWheelset {
-        let mut loads = [0.0; MAX_WHEELSETS];
-        for (i, load) in loads.iter_mut().enumerate().take(self.wheelsets) {
-            *load = (self.static_load_n[i] + self.transfer_kg[i] * acceleration_m_s2).max(0.0);
+    /// The distribution over the first `W` wheelsets alone.
+    pub fn leading<const W: usize>(&self) -> LoadDistribution<W> {
+        LoadDistribution {
+            static_load_n: std::array::from_fn(|i| self.static_load_n[i]),
+            transfer_kg: std::array::from_fn(|i| self.transfer_kg[i]),
         }
-        loads
+    }
+}
+
+impl<const W: usize> LoadDistribution<W> {
+    /// Load of wheelset `i` at an acceleration by the linear law, N.
+    #[inline]
+    pub fn load_n(&self, i: usize, acceleration_m_s2: f64) -> f64 {
+        self.static_load_n[i] + self.transfer_kg[i] * acceleration_m_s2
+    }
+
+    /// Load of each wheelset at an acceleration, N; a wheelset cannot pull on the rail.
+    #[inline]
+    pub fn loads_n(&self, acceleration_m_s2: f64) -> [f64; W] {
+        std::array::from_fn(|i| self.load_n(i, acceleration_m_s2).max(0.0))
+    }
+
+    /// Weight that the wheelsets carry, N.
+    #[inline]
+    pub fn weight_n(&self) -> f64 {
+        self.static_load_n.iter().sum()
+    }
+
+    /// Mass over which `Σ μ_i F_z,i(0) + F` accelerates the wagon, kg: m less what the loads answer to acceleration.
+    #[inline]
+    pub fn answering_mass_kg(&self, mass_kg: f64, utilised: &[f64; W]) -> f64 {
+        let mut mass = mass_kg;
+        for i in 0..W {
+            mass -= utilised[i] * self.transfer_kg[i];
+        }
+        mass
     }
 
     /// Exact acceleration, m/s², when each wheelset utilises the adhesion `utilised` (signed) and `other_force_n`
-    /// acts besides: the small linear relation that Schwarz & Keck (11) cuts short by dropping 2 (h/a) μ_W against 1.
-    pub fn acceleration_m_s2(&self, mass_kg: f64, utilised: &PerWheelset, other_force_n: f64) -> f64 {
+    /// (resistance and all else, forward positive) acts besides.
+    #[inline]
+    pub fn acceleration_m_s2(&self, mass_kg: f64, utilised: &[f64; W], other_force_n: f64) -> f64 {
         let mut force = other_force_n;
-        let mut feedback = 0.0;
-        for i in 0..self.wheelsets {
+        for i in 0..W {
             force += utilised[i] * self.static_load_n[i];
-            feedback += utilised[i] * self.transfer_kg[i];
         }
-        force / (mass_kg - feedback)
+        force / self.answering_mass_kg(mass_kg, utilised)
     }
 }
 

@@ -1,6 +1,6 @@
 //! What a vehicle file says: the constants of the nominal model and of the sensors.
 
-use crate::MAX_WHEELSETS;
+use crate::{GRAVITY_M_S2, MAX_WHEELSETS};
 use serde::{Deserialize, Serialize};
 
 /// A vehicle as its file describes it (`vehicle.toml`, schema 1).
@@ -218,6 +218,11 @@ impl VehicleParameters {
             }
         }
         positions
+    }
+
+    /// Normal load of each wheelset at rest, N.
+    pub fn axle_load_n(&self) -> f64 {
+        self.body.mass_kg * GRAVITY_M_S2 / self.wheelsets() as f64
     }
 
     /// Nominal pad friction of each wheelset.

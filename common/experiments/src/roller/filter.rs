@@ -5,19 +5,15 @@ use nalgebra::{Matrix4, SVector, Vector4};
 use railgrip_filter::core::{Gaussian, SmootherError, SmootherStep, smooth};
 use railgrip_filter::models::{PaperInput, RigModel, WagonPhysics};
 use railgrip_vehicle::WagonModel;
+use railgrip_vehicle::brake::{FirstOrderFriction, pad_torque_nm};
 
 /// Law of the pad friction in the prediction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PadLaw {
     /// (8): constant.
     Constant,
-    /// (9): `μ̇_B = (μ_B0 − μ_B) / (t_μ μ_B)`.
-    FirstOrder {
-        /// μ_B0.
-        level: f64,
-        /// t_μ, s.
-        time_s: f64,
-    },
+    /// (9).
+    FirstOrder(FirstOrderFriction),
 }
 
 /// Q (per second) and R, diagonals in the order `[ω_W, v_x, μ_B, μ_W]` and `[ω_W, v_x]`.
@@ -87,7 +83,7 @@ impl RigEkf {
         self.pads_on = force_n > PADS_OFF_N;
         let input = PaperInput {
             dt_s: SAMPLE_PERIOD_S,
-            torque_per_friction_nm: [force_n * self.model.physics.brake_radius_m],
+            torque_per_friction_nm: [pad_torque_nm(1.0, force_n, self.model.physics.brake_radius_m)],
             drive_torque_nm: [0.0],
             other_force_n: sample.roller_force_n,
             wind_m_s: 0.0,
@@ -97,10 +93,10 @@ impl RigEkf {
         if !self.pads_on {
             // Nothing measured speaks about the pads: their friction is held, flagged, and does not diffuse away.
             q[2] = 0.0;
-        } else if let PadLaw::FirstOrder { level, time_s } = self.law {
+        } else if let PadLaw::FirstOrder(law) = self.law {
             let pad = self.belief.mean[2];
-            next[2] += SAMPLE_PERIOD_S * (level - pad) / (time_s * pad);
-            f[(2, 2)] -= SAMPLE_PERIOD_S * level / (time_s * pad * pad);
+            next[2] += SAMPLE_PERIOD_S * law.rate(pad);
+            f[(2, 2)] += SAMPLE_PERIOD_S * law.rate_slope(pad);
         }
         self.belief.predict(next, &f, &Matrix4::from_diagonal(&q));
         f

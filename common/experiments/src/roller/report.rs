@@ -5,13 +5,15 @@ use super::judge::{BOUND, Judgement, SETTLED_FROM_S, judge};
 use super::rig::{NOMINAL_PAD_FRICTION, RADIUS_M, RigSample, RigSensors, Test, nominal_model, simulate};
 use crate::plot::{Mark, Panel, Series, write_svg};
 use crate::{Criterion, ExperimentError, Report};
+use railgrip_vehicle::brake::FirstOrderFriction;
 use std::path::Path;
 
 /// Seed of rail and sensors.
 const SEED: u64 = 2020;
 
 /// Law (9) with the nominal friction as its level.
-const FIRST_ORDER: PadLaw = PadLaw::FirstOrder { level: NOMINAL_PAD_FRICTION, time_s: 5.0 };
+const FIRST_ORDER: PadLaw =
+    PadLaw::FirstOrder(FirstOrderFriction { level: NOMINAL_PAD_FRICTION, time_s: 5.0 });
 
 /// A test with the filter's estimates under both laws.
 struct TestRun {

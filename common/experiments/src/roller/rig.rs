@@ -6,7 +6,7 @@
 
 use super::programme::Programme;
 use super::protection::{SlideProtection, Valve};
-use railgrip_vehicle::brake::BrakeCylinder;
+use railgrip_vehicle::brake::{BrakeCylinder, pad_torque_nm};
 use railgrip_vehicle::roller_rig::RigParameters;
 use railgrip_vehicle::{GRAVITY_M_S2, Loading, MAX_WHEELSETS, WagonInput, WagonModel, WagonState};
 use rand::SeedableRng;
@@ -230,7 +230,7 @@ impl Rig {
         self.pad_force_n += (force_n - self.pad_force_n) * (STEP_S / self.sensors.pad_lag_s);
         let loading = self.loading(period);
         self.state = self.model.step(&self.state, &loading, STEP_S, &mut self.acceleration_m_s2);
-        let torque_nm = period.friction * self.pad_force_n * BRAKE_RADIUS_M;
+        let torque_nm = pad_torque_nm(period.friction, self.pad_force_n, BRAKE_RADIUS_M);
         self.heat_j += torque_nm * self.state.wheel_speed_rad_s[0] * STEP_S;
     }
 

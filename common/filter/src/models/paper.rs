@@ -12,20 +12,16 @@
 //! 2 (h/a) μ_W that (12) drops (`drop_adhesion_load` brings the paper's form back, to measure what that costs).
 //! Its weakness stays: one μ_W splits the brake forces by axle load, with a certainty that nothing measured supports.
 
+use super::physics::{IMPOSSIBLE_ADHESION, POSSIBLE_PAD_RATIO, WagonPhysics};
 use super::{DrivenSample, FilterState, WagonFilter, dynamic, pack, unpack};
 use crate::core::{Gaussian, ScalarUpdate};
 use crate::observability::scaled_rank;
 use crate::{EstimatorConfig, EstimatorOutput, FilterError, NoisePreset, SensorSigmas};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
-use railgrip_vehicle::resistance::running_resistance;
-use railgrip_vehicle::{CREEPAGE_SPEED_FLOOR_M_S, GRAVITY_M_S2, VehicleParameters, WagonModel};
-
-use super::wagon::WagonPhysics;
-
-/// Pad friction over its nominal value that a belief may reach.
-pub(super) const POSSIBLE_PAD_RATIO: std::ops::RangeInclusive<f64> = 0.25..=3.0;
-/// Adhesion that no contact transmits.
-pub(super) const IMPOSSIBLE_ADHESION: f64 = 0.9;
+use railgrip_vehicle::brake::pad_torque_nm;
+use railgrip_vehicle::motion::{body_acceleration_m_s2, wheelset_acceleration_rad_s2};
+use railgrip_vehicle::resistance::{running_resistance, running_resistance_slope};
+use railgrip_vehicle::{VehicleParameters, WagonModel, creepage};
 
 /// Equations (12) for `W` wheelsets and `N = 2 + 2 W` states.
 #[derive(Clone, Debug)]
@@ -70,38 +66,31 @@ impl<const W: usize, const N: usize> PaperModel<W, N> {
         input: &PaperInput<W>,
     ) -> (SVector<f64, N>, SMatrix<f64, N, N>) {
         let (physics, dt) = (&self.physics, input.dt_s);
-        let (v, adhesion) = (x[Self::V], x[Self::ADHESION]);
-        let weight: f64 = physics.static_load_n.iter().sum();
-        let resistance = &physics.resistance;
-        let track = input.other_force_n - running_resistance(resistance, v, input.wind_m_s);
-        let airspeed = v + input.wind_m_s;
-        let constant_slope = if v.abs() < 0.1 { 10.0 * resistance.constant_n } else { 0.0 };
-        let track_slope = -constant_slope
-            - resistance.linear_n_s_per_m
-            - 2.0 * resistance.drag_n_s2_per_m2 * airspeed.abs();
-        let inverse_mass = 1.0 / physics.mass_kg;
-        let acceleration = (adhesion * weight + track) * inverse_mass;
+        let (v, adhesion, mass) = (x[Self::V], x[Self::ADHESION], physics.mass_kg);
+        let weight = physics.loads.weight_n();
+        let resistance = running_resistance(&physics.resistance, v, input.wind_m_s);
+        let per_speed = -running_resistance_slope(&physics.resistance, v, input.wind_m_s) / mass;
+        let acceleration = body_acceleration_m_s2(mass, adhesion * weight, resistance, input.other_force_n);
         let (load_acceleration, per_adhesion) = if self.drop_adhesion_load {
-            (track * inverse_mass, 0.0)
+            (body_acceleration_m_s2(mass, 0.0, resistance, input.other_force_n), 0.0)
         } else {
-            (acceleration, weight * inverse_mass)
+            (acceleration, weight / mass)
         };
         let mut next = *x;
         let mut f = SMatrix::<f64, N, N>::identity();
         next[Self::V] += dt * acceleration;
-        f[(Self::V, Self::V)] += dt * track_slope * inverse_mass;
-        f[(Self::V, Self::ADHESION)] = dt * weight * inverse_mass;
+        f[(Self::V, Self::V)] += dt * per_speed;
+        f[(Self::V, Self::ADHESION)] = dt * weight / mass;
         for i in 0..W {
-            let transfer = physics.load_transfer_kg[i];
-            let load = physics.static_load_n[i] + transfer * load_acceleration;
-            let gain = dt / physics.inertia_kg_m2[i];
-            let radius = physics.wheel_radius_m[i];
-            let brake = input.torque_per_friction_nm[i];
-            next[i] +=
-                gain * (input.drive_torque_nm[i] - x[Self::PAD + i] * brake - radius * adhesion * load);
-            f[(i, Self::PAD + i)] = -gain * brake;
+            let (inertia, radius) = (physics.inertia_kg_m2[i], physics.wheel_radius_m[i]);
+            let (load, transfer) = (physics.loads.load_n(i, load_acceleration), physics.loads.transfer_kg[i]);
+            let per_friction = input.torque_per_friction_nm[i];
+            let (drive, brake) = (input.drive_torque_nm[i], x[Self::PAD + i] * per_friction);
+            next[i] += dt * wheelset_acceleration_rad_s2(inertia, radius, drive, brake, adhesion * load);
+            let gain = dt / inertia;
+            f[(i, Self::PAD + i)] = -gain * per_friction;
             f[(i, Self::ADHESION)] = -gain * radius * (load + adhesion * transfer * per_adhesion);
-            f[(i, Self::V)] = -gain * radius * adhesion * transfer * track_slope * inverse_mass;
+            f[(i, Self::V)] = -gain * radius * adhesion * transfer * per_speed;
         }
         (next, f)
     }
@@ -182,7 +171,8 @@ impl<const W: usize, const N: usize> PaperFilter<W, N> {
         PaperInput {
             dt_s,
             torque_per_friction_nm: std::array::from_fn(|i| {
-                share * sample.torque_factor[i] * sample.step_force_n[i] * self.model.physics.brake_radius_m
+                let force_n = share * sample.step_force_n[i];
+                pad_torque_nm(sample.torque_factor[i], force_n, self.model.physics.brake_radius_m)
             }),
             drive_torque_nm: std::array::from_fn(|i| share * sample.drive_torque_nm[i]),
             other_force_n: share * sample.other_acceleration_m_s2 * self.model.physics.mass_kg,
@@ -229,9 +219,7 @@ impl<const W: usize, const N: usize> PaperFilter<W, N> {
 
     /// Pressing force below which (17) has no solution for the pad friction of wheelset `i`, N.
     fn force_floor_n(&self, i: usize) -> f64 {
-        let physics = &self.model.physics;
-        self.config.priors.braking_adhesion * physics.static_load_n[i] * physics.wheel_radius_m[i]
-            / (physics.brake_friction[i] * physics.brake_radius_m)
+        self.model.physics.pressing_force_for_adhesion_n(i, self.config.priors.braking_adhesion)
     }
 
     fn pad_prior_variance(&self) -> f64 {
@@ -311,9 +299,10 @@ impl<const W: usize, const N: usize> WagonFilter for PaperFilter<W, N> {
         let physics = &self.model.physics;
         let x = &self.belief.mean;
         let (v, adhesion) = (x[PaperModel::<W, N>::V], x[PaperModel::<W, N>::ADHESION]);
+        let other_n = sample.other_acceleration_m_s2 * physics.mass_kg;
         let resistance = running_resistance(&physics.resistance, v, sample.wind_m_s);
-        let track = sample.other_acceleration_m_s2 - resistance / physics.mass_kg;
-        let loads = physics.loads_n(adhesion * GRAVITY_M_S2 + track);
+        let contact_n = adhesion * physics.loads.weight_n();
+        let loads = physics.loads_n(body_acceleration_m_s2(physics.mass_kg, contact_n, resistance, other_n));
         let sigma = self.belief.sigma(PaperModel::<W, N>::ADHESION);
         let brakes = (0..W).any(|i| sample.pressing_force_n[i] > self.force_floor_n(i));
         let weight = |i: usize| if brakes { sample.pressing_force_n[i] } else { 1.0 };
@@ -328,7 +317,7 @@ impl<const W: usize, const N: usize> WagonFilter for PaperFilter<W, N> {
             out.mu_b[i] = sample.torque_factor[i] * x[pad];
             out.mu_b_sigma[i] = sample.torque_factor[i] * self.belief.sigma(pad);
             let slip_m_s = physics.wheel_radius_m[i] * x[i] - v;
-            out.slip[i] = slip_m_s / v.max(CREEPAGE_SPEED_FLOOR_M_S);
+            out.slip[i] = creepage(physics.wheel_radius_m[i] * x[i], v);
             out.normal_load_n[i] = loads[i];
             if slip_m_s.abs() > 0.05 * v.max(4.0) {
                 out.sliding |= 1 << i;

@@ -3,10 +3,11 @@
 //!
 //! On the recording of a wagon it looks at the leading wheelset alone, as if that carried its share of the wagon.
 
+use super::WagonFilter;
 use super::paper::{PaperFilter, PaperModel};
-use super::{WagonFilter, WagonPhysics};
+use super::physics::WagonPhysics;
 use crate::{EstimatorConfig, FilterError};
-use railgrip_vehicle::{Resistance, VehicleParameters, WagonModel};
+use railgrip_vehicle::{VehicleParameters, WagonModel};
 
 /// Equations of the rig.
 pub type RigModel = PaperModel<1, 4>;
@@ -19,15 +20,10 @@ pub(super) fn boxed(
     vehicle: &VehicleParameters,
     model: &WagonModel,
 ) -> Result<Box<dyn WagonFilter>, FilterError> {
-    let wheelsets = model.constants().wheelsets as f64;
+    let wheelsets = model.constants().wheelsets;
     let mut physics = WagonPhysics::<1>::new(model);
-    physics.mass_kg /= wheelsets;
-    physics.load_transfer_kg = [0.0];
-    let whole = physics.resistance;
-    physics.resistance = Resistance {
-        constant_n: whole.constant_n / wheelsets,
-        linear_n_s_per_m: whole.linear_n_s_per_m / wheelsets,
-        drag_n_s2_per_m2: whole.drag_n_s2_per_m2 / wheelsets,
-    };
+    physics.mass_kg /= wheelsets as f64;
+    physics.loads.transfer_kg = [0.0];
+    physics.resistance = physics.resistance.per_wheelset(wheelsets);
     Ok(Box::new(RigFilter::new(config, vehicle, physics)))
 }

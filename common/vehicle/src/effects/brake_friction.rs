@@ -2,6 +2,7 @@
 
 use super::{Effect, EffectSpec, Operating, ParameterSpec, Term};
 use crate::MAX_WHEELSETS;
+use crate::constants::{DISC_HEAT_CAPACITY_J_PER_K, DRY_RAIL_ADHESION, FRICTION_RING_COOLING_S};
 
 /// Friction that depends on the speed of the vehicle.
 pub static SPEED: EffectSpec = EffectSpec {
@@ -87,7 +88,7 @@ pub static FADE: EffectSpec = EffectSpec {
             unit: "s",
             lower: 10.0,
             upper: 1000.0,
-            default: 120.0,
+            default: FRICTION_RING_COOLING_S,
             ..ParameterSpec::PLAIN
         },
     ],
@@ -95,9 +96,6 @@ pub static FADE: EffectSpec = EffectSpec {
     twins: &["brake_friction_speed", "brake_wet_delay"],
     separated_by: "two stops from the same speed in quick succession, and one after a long cool-down",
 };
-
-/// Heat capacity of one wheelset's discs, J/K: scales temperatures, and with them alpha.
-const HEAT_CAPACITY_J_PER_K: f64 = 6e4;
 
 /// See [`FADE`].
 #[derive(Debug)]
@@ -126,7 +124,7 @@ impl Effect for Fade {
     fn advance(&self, at: &Operating, dt_s: f64, hidden: &mut [f64]) {
         let decay = (-dt_s / self.cooling_time_s).exp();
         for (rise, power) in hidden.iter_mut().zip(at.brake_power_w) {
-            let steady = power * self.cooling_time_s / HEAT_CAPACITY_J_PER_K;
+            let steady = power * self.cooling_time_s / DISC_HEAT_CAPACITY_J_PER_K;
             *rise = steady + (*rise - steady) * decay;
         }
     }
@@ -244,9 +242,6 @@ pub struct WetDelay {
     drying_energy_j: f64,
     on_dry_rail_too: bool,
 }
-
-/// Adhesion available above which a rail counts as dry.
-const DRY_RAIL_ADHESION: f64 = 0.2;
 
 impl WetDelay {
     /// From the values of the spec's parameters.

@@ -1,7 +1,7 @@
 //! Forces along the track that do not come from the wagon itself.
 
 use super::{Effect, EffectSpec, Operating, ParameterSpec, Term};
-use crate::GRAVITY_M_S2;
+use crate::resistance::grade_acceleration;
 
 /// A neighbour in the train pushes and pulls.
 pub static COUPLER: EffectSpec = EffectSpec {
@@ -95,7 +95,7 @@ impl Coupler {
 
 /// The wagon's own acceleration by brakes, not positive: a neighbour without motors does not share the rest.
 fn braking_m_s2(at: &Operating) -> f64 {
-    (at.acceleration_m_s2 + GRAVITY_M_S2 * at.grade_rad.sin()).min(0.0)
+    (at.acceleration_m_s2 - grade_acceleration(at.grade_rad)).min(0.0)
 }
 
 impl Coupler {
@@ -121,7 +121,7 @@ impl Effect for Coupler {
     fn advance(&self, at: &Operating, dt_s: f64, hidden: &mut [f64]) {
         let w = self.angular_rad_s;
         let drive =
-            at.acceleration_m_s2 + GRAVITY_M_S2 * at.grade_rad.sin() - self.neighbour_brake_ratio * hidden[2];
+            at.acceleration_m_s2 - grade_acceleration(at.grade_rad) - self.neighbour_brake_ratio * hidden[2];
         let (x, speed) = (hidden[0], hidden[1]);
         // Implicit in the oscillator: stable at any frequency. Between its stops the coupler passes no force.
         hidden[1] = match self.beyond_slack_m(x) {

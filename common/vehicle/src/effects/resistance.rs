@@ -2,6 +2,7 @@
 
 use super::{Effect, EffectSpec, Operating, ParameterSpec, Term, window_share};
 use crate::GRAVITY_M_S2;
+use crate::resistance::rolling_resistance;
 use crate::wagon::Constants;
 use std::sync::OnceLock;
 
@@ -137,7 +138,7 @@ impl Effect for Running {
     }
 
     fn body_force_n(&self, at: &Operating, _hidden: &[f64], force_n: f64) -> f64 {
-        let rolling = (at.v_m_s / 0.1).clamp(-1.0, 1.0) * self.constant_n;
+        let rolling = rolling_resistance(self.constant_n, at.v_m_s);
         force_n - rolling - self.linear_n_s_per_m * at.v_m_s
     }
 }

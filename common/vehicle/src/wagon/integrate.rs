@@ -1,4 +1,4 @@
-//! The wagon's integrator.
+//! The wagon's integrator of the equations of [`crate::motion`].
 //!
 //! The L-stable, stiffly accurate SDIRK method of order two (Alexander 1977, γ = 1 − 1/√2). Each stage is solved by
 //! Newton's method on all speeds at once; where a brake may hold its wheelset, or that does not converge at once, the
@@ -8,6 +8,7 @@
 
 use super::{Loading, WagonModel, WagonState};
 use crate::adhesion::{ContactForce, creep_force};
+use crate::motion::body_acceleration_m_s2;
 use crate::resistance::running_resistance;
 use crate::{MAX_WHEELSETS, PerWheelset};
 
@@ -71,29 +72,31 @@ impl WagonModel {
         let per_mass = stage_s / constants.mass_kg;
         let mut state = *guess;
         let mut acceleration = *acceleration_m_s2;
-        let mut target = [0.0; MAX_WHEELSETS];
-        let mut gain = [0.0; MAX_WHEELSETS];
         let load_n = self.loads.loads_n(acceleration);
         for i in 0..constants.wheelsets {
-            gain[i] = stage_s / constants.inertia_kg_m2[i];
-            target[i] = base.wheel_speed_rad_s[i]
-                + gain[i] * (loading.drive_torque_nm[i] - loading.brake_torque_nm[i]);
-            let reach = gain[i] * constants.wheel_radius_m[i] * load_n[i] * loading.adhesion_peak[i].max(0.0);
-            if target[i] <= 1.1 * reach {
+            let without_contact =
+                self.wheelset_after(i, base, loading, loading.brake_torque_nm[i], 0.0, stage_s);
+            let reach = stage_s / constants.inertia_kg_m2[i]
+                * constants.wheel_radius_m[i]
+                * load_n[i]
+                * loading.adhesion_peak[i].max(0.0);
+            if without_contact <= 1.1 * reach {
                 return None;
             }
         }
         for _ in 0..6 {
             let load_n = self.loads.loads_n(acceleration);
             let resistance = running_resistance(&constants.resistance, state.v_m_s, loading.wind_m_s);
-            let (mut force, mut stiffness, mut coupling) = (loading.other_n - resistance, 0.0, 0.0);
+            let (mut force, mut stiffness, mut coupling) = (0.0, 0.0, 0.0);
             let mut correction = [0.0; MAX_WHEELSETS];
             let mut follow = [0.0; MAX_WHEELSETS];
             for i in 0..constants.wheelsets {
                 let contact = self.contact(i, &state, loading, &load_n);
                 let radius = constants.wheel_radius_m[i];
-                let residual = state.wheel_speed_rad_s[i] - target[i] + gain[i] * radius * contact.force_n;
-                let stiff = gain[i] * radius * contact.slope_n_s_per_m;
+                let braked = loading.brake_torque_nm[i];
+                let residual = state.wheel_speed_rad_s[i]
+                    - self.wheelset_after(i, base, loading, braked, contact.force_n, stage_s);
+                let stiff = stage_s / constants.inertia_kg_m2[i] * radius * contact.slope_n_s_per_m;
                 let slope = 1.0 + radius * stiff;
                 if slope < 0.2 {
                     return None;
@@ -104,7 +107,9 @@ impl WagonModel {
                 stiffness += contact.slope_n_s_per_m / slope;
                 coupling += contact.slope_n_s_per_m * radius * correction[i];
             }
-            let residual = state.v_m_s - base.v_m_s - per_mass * (force - coupling);
+            let rate =
+                body_acceleration_m_s2(constants.mass_kg, force - coupling, resistance, loading.other_n);
+            let residual = state.v_m_s - base.v_m_s - stage_s * rate;
             let change = residual / (1.0 + per_mass * stiffness);
             state.v_m_s -= change;
             acceleration = (state.v_m_s - base.v_m_s) / stage_s;
@@ -136,15 +141,15 @@ impl WagonModel {
         let mut state = *guess;
         for _ in 0..8 {
             let load_n = self.loads.loads_n(*acceleration_m_s2);
-            let mut force =
-                loading.other_n - running_resistance(&constants.resistance, state.v_m_s, loading.wind_m_s);
-            let mut stiffness = 0.0;
+            let resistance = running_resistance(&constants.resistance, state.v_m_s, loading.wind_m_s);
+            let (mut force, mut stiffness) = (0.0, 0.0);
             for i in 0..constants.wheelsets {
                 let contact = self.solve_wheelset(i, base, &mut state, loading, stage_s, &load_n);
                 force += contact.force_n;
                 stiffness += contact.slope_n_s_per_m;
             }
-            let residual = state.v_m_s - base.v_m_s - stage_s * force / constants.mass_kg;
+            let rate = body_acceleration_m_s2(constants.mass_kg, force, resistance, loading.other_n);
+            let residual = state.v_m_s - base.v_m_s - stage_s * rate;
             let change = residual / (1.0 + stage_s * stiffness / constants.mass_kg);
             state.v_m_s -= change;
             *acceleration_m_s2 = (state.v_m_s - base.v_m_s) / stage_s;
@@ -153,6 +158,21 @@ impl WagonModel {
             }
         }
         state
+    }
+
+    /// ω of wheelset `i` after a stage from `base` under a brake torque as it acts and a contact force, rad/s.
+    #[inline]
+    fn wheelset_after(
+        &self,
+        i: usize,
+        base: &WagonState,
+        loading: &Loading,
+        brake_torque_nm: f64,
+        contact_n: f64,
+        stage_s: f64,
+    ) -> f64 {
+        base.wheel_speed_rad_s[i]
+            + stage_s * self.wheelset_acceleration(i, loading, brake_torque_nm, contact_n)
     }
 
     /// Solves one wheelset's stage equation for its speed at the body speed of `state`; returns its contact force,
@@ -169,26 +189,26 @@ impl WagonModel {
         let constants = &self.constants;
         let radius = constants.wheel_radius_m[i];
         let gain = stage_s / constants.inertia_kg_m2[i];
-        let holding = gain * loading.brake_torque_nm[i];
-        let free = base.wheel_speed_rad_s[i] + gain * loading.drive_torque_nm[i];
+        let holding_nm = loading.brake_torque_nm[i];
         let v = state.v_m_s;
         let contact_at = |omega: f64| {
             creep_force(&constants.contact, radius * omega, v, load_n[i], loading.adhesion_peak[i])
         };
         let at_rest = contact_at(0.0);
-        let unbraked = free - gain * radius * at_rest.force_n;
-        if unbraked.abs() <= holding {
+        let unbraked = self.wheelset_after(i, base, loading, 0.0, at_rest.force_n, stage_s);
+        if unbraked.abs() <= gain * holding_nm {
             state.wheel_speed_rad_s[i] = 0.0;
             return at_rest;
         }
-        let target = free - holding * unbraked.signum();
+        let braked_nm = holding_nm * unbraked.signum();
+        let target = self.wheelset_after(i, base, loading, braked_nm, 0.0, stage_s);
         // The contact force is bounded by the friction limit (and some rounding), hence so is the solution.
         let reach = 1.01 * gain * radius * load_n[i] * loading.adhesion_peak[i].max(0.0);
         let (mut low, mut high) = (target - reach, target + reach);
         let mut omega = state.wheel_speed_rad_s[i].clamp(low, high);
         let mut contact = contact_at(omega);
         for _ in 0..60 {
-            let residual = omega - target + gain * radius * contact.force_n;
+            let residual = omega - self.wheelset_after(i, base, loading, braked_nm, contact.force_n, stage_s);
             if residual > 0.0 {
                 high = high.min(omega);
             } else {

@@ -1,11 +1,7 @@
 //! The wagon: body and wheelsets coupled by contact, with brakes, resistance and effects.
 //!
-//! Equations (Schwarz & Keck (1)–(6) in one sign convention, their factor ½ on g mended):
-//!
-//! ```text
-//! J ω̇_i = M_W,i − T_B,i sign(ω_i) − r_W,i F_x,i
-//! m v̇   = Σ F_x,i − (a + b v) − k_d (v+w)|v+w| − m g sin(grade) + F_other
-//! ```
+//! [`WagonModel`] puts the laws of this crate together: [`crate::motion`] with the loads of [`crate::load`], the creep
+//! force of [`crate::adhesion`], the torque of [`crate::brake`] and [`crate::resistance`], each passed through the effects.
 
 pub mod fast;
 mod integrate;
@@ -14,8 +10,10 @@ mod quantities;
 pub use quantities::{Constants, Forces, Loading, WagonInput, WagonState};
 
 use crate::adhesion::{ContactForce, creep_force};
+use crate::brake::pad_torque_nm;
 use crate::effects::{self, Effect, Observation, Operating};
 use crate::load::LoadDistribution;
+use crate::motion::{body_acceleration_m_s2, wheelset_acceleration_rad_s2};
 use crate::resistance::{grade_force, running_resistance};
 use crate::{PerWheelset, VehicleParameters};
 
@@ -225,7 +223,7 @@ impl WagonModel {
             let friction = self.compose(sample_period_s, hidden, level, |effect, own, value| {
                 effect.brake_friction(i, at, own, value)
             });
-            let torque = friction * force.max(0.0) * constants.brake_radius_m;
+            let torque = pad_torque_nm(friction, force.max(0.0), constants.brake_radius_m);
             loading.pad_force_n[i] = force.max(0.0);
             loading.brake_friction[i] = friction;
             loading.brake_torque_nm[i] = self
@@ -262,8 +260,9 @@ impl WagonModel {
             for i in 0..constants.wheelsets {
                 forces.contact_n[i] = self.contact(i, state, loading, &forces.load_n).force_n;
             }
-            let sum = forces.contact_n.iter().sum::<f64>() - resistance_n + loading.other_n;
-            let acceleration = sum / constants.mass_kg;
+            let contact = forces.contact_n.iter().sum();
+            let acceleration =
+                body_acceleration_m_s2(constants.mass_kg, contact, resistance_n, loading.other_n);
             let change = acceleration - forces.acceleration_m_s2;
             forces.acceleration_m_s2 = acceleration;
             if change.abs() < 1e-13 * (1.0 + acceleration.abs()) {
@@ -271,15 +270,40 @@ impl WagonModel {
             }
         }
         for i in 0..constants.wheelsets {
-            let free = loading.drive_torque_nm[i] - constants.wheel_radius_m[i] * forces.contact_n[i];
+            let contact_n = forces.contact_n[i];
             let omega = state.wheel_speed_rad_s[i];
             let holding = loading.brake_torque_nm[i];
-            forces.brake_torque_nm[i] =
-                if omega == 0.0 { -free.clamp(-holding, holding) } else { -holding * omega.signum() };
-            forces.wheel_acceleration_rad_s2[i] =
-                (free + forces.brake_torque_nm[i]) / constants.inertia_kg_m2[i];
+            let against = if omega == 0.0 {
+                // What a standing wheelset would turn with, as far as the brake can hold it.
+                let free =
+                    constants.inertia_kg_m2[i] * self.wheelset_acceleration(i, loading, 0.0, contact_n);
+                free.clamp(-holding, holding)
+            } else {
+                holding * omega.signum()
+            };
+            forces.brake_torque_nm[i] = -against;
+            forces.wheel_acceleration_rad_s2[i] = self.wheelset_acceleration(i, loading, against, contact_n);
         }
         forces
+    }
+
+    /// ω̇ of wheelset `i`, rad/s², under the drive torque of `loading` and a brake torque as it acts.
+    #[inline]
+    fn wheelset_acceleration(
+        &self,
+        i: usize,
+        loading: &Loading,
+        brake_torque_nm: f64,
+        contact_n: f64,
+    ) -> f64 {
+        let constants = &self.constants;
+        wheelset_acceleration_rad_s2(
+            constants.inertia_kg_m2[i],
+            constants.wheel_radius_m[i],
+            loading.drive_torque_nm[i],
+            brake_torque_nm,
+            contact_n,
+        )
     }
 
     #[inline]

@@ -1,9 +1,8 @@
 //! One step of the rig as the filter sees it.
 
 use nalgebra::SVector;
-use railgrip_vehicle::adhesion::creep_force_at;
+use railgrip_vehicle::adhesion::{creep_force_at, initial_creep_slope_n};
 use railgrip_vehicle::traction_rig::{MotorState, TractionRig};
-use std::f64::consts::FRAC_2_PI;
 
 /// Number of states.
 pub const STATES: usize = 13;
@@ -155,7 +154,7 @@ impl TractionModel {
         let contact = &self.rig.parameters.contact;
         let load = self.rig.parameters.drivetrain.normal_load_n;
         let force = creep_force_at(contact, creepage.abs(), 1.0, load, adhesion_peak).force_n;
-        let line = FRAC_2_PI * (contact.k_a + contact.k_s) * contact.stiffness_n * creepage.abs();
+        let line = initial_creep_slope_n(contact) * creepage.abs();
         if line > 0.0 { 1.0 - force / line } else { 0.0 }
     }
 

@@ -1,6 +1,6 @@
 //! Where each component of the default filter's state stands.
 
-/// Indices of the state for `W` wheelsets and `N` components; see [`super::physics`] for the table.
+/// Indices of the state for `W` wheelsets and `N` components; see [`super::propagate`] for the table.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Indices {
     /// First wheelset speed.

@@ -7,24 +7,25 @@
 //! coasting) are known; and in sliding, where each wheelset has a torque balance of its own. Everything constant but
 //! unknown (radii, mass) is a state, so that the reported sigmas contain it.
 //!
-//! Files: `physics` (equations), `layout` (where a component stands), `schedule` (rolling or sliding), `noise`
+//! Files: `propagate` (equations of a step), `layout` (where a component stands), `schedule` (rolling or sliding), `noise`
 //! (process noise), `tie` (creepage difference), `readout`.
 
 mod layout;
 mod noise;
-mod physics;
+mod propagate;
 mod readout;
 mod schedule;
 mod tie;
 
-pub use physics::{StepInput, WagonPhysics};
+pub use propagate::StepInput;
 
-use super::paper::{IMPOSSIBLE_ADHESION, POSSIBLE_PAD_RATIO};
+use super::physics::{IMPOSSIBLE_ADHESION, POSSIBLE_PAD_RATIO, WagonPhysics};
 use super::{DrivenSample, FilterState, WagonFilter, dynamic, pack, unpack};
 use crate::core::{Gaussian, ScalarUpdate};
 use crate::{EstimatorConfig, EstimatorOutput, FilterError, SensorSigmas};
 use layout::Layout;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use railgrip_vehicle::brake::pad_torque_nm;
 use railgrip_vehicle::{VehicleParameters, WagonModel};
 use schedule::{ChangeWatch, Contact};
 
@@ -151,9 +152,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
 
     /// Pressing force below which a sample says nothing about the pads of wheelset `i`, N.
     fn force_floor_n(&self, i: usize) -> f64 {
-        let physics = &self.physics;
-        self.config.priors.braking_adhesion * physics.static_load_n[i] * physics.wheel_radius_m[i]
-            / (physics.brake_friction[i] * physics.brake_radius_m)
+        self.physics.pressing_force_for_adhesion_n(i, self.config.priors.braking_adhesion)
     }
 
     /// Inputs of one step from a sample.
@@ -164,10 +163,10 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
             dt_s,
             torque_per_friction_nm: std::array::from_fn(|i| {
                 let force = if standing { 0.0 } else { sample.step_force_n[i] };
-                sample.torque_factor[i] * force * self.physics.brake_radius_m
+                pad_torque_nm(sample.torque_factor[i], force, self.physics.brake_radius_m)
             }),
             late_torque_nm: std::array::from_fn(|i| {
-                sample.torque_factor[i] * self.late_force_n[i] * self.physics.brake_radius_m
+                pad_torque_nm(sample.torque_factor[i], self.late_force_n[i], self.physics.brake_radius_m)
             }),
             drive_torque_nm: std::array::from_fn(|i| if standing { 0.0 } else { sample.drive_torque_nm[i] }),
             other_force_n: if standing { 0.0 } else { sample.other_acceleration_m_s2 * self.physics.mass_kg },
@@ -190,7 +189,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
         let (physics, contact) = (&self.physics, &self.contacts[i]);
         let radius = physics.wheel_radius_m[i];
         let adhesion = self.belief.mean[Layout::<W, N>::INDICES.adhesion + i].abs();
-        let per_slip = radius * radius * physics.static_load_n[i] / physics.inertia_kg_m2[i];
+        let per_slip = radius * radius * physics.loads.static_load_n[i] / physics.inertia_kg_m2[i];
         let rate = per_slip * adhesion / contact.slip_m_s.abs().max(LEAST_SLIDE_M_S);
         ((1.0 - contact.rolling) * rate).min(0.5 / dt_s.max(1e-3))
     }
@@ -231,8 +230,7 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
             self.late_force_n[i] = self.late_force_n[i] * kept + sample.force_change_n[i];
         }
         let pushed: f64 = sample.drive_torque_nm[..W].iter().sum::<f64>().abs();
-        let weight = self.physics.mass_kg * railgrip_vehicle::GRAVITY_M_S2;
-        self.learns_mass = pushed > 0.01 * weight * self.physics.wheel_radius_m[0]
+        self.learns_mass = pushed > 0.01 * self.physics.loads.weight_n() * self.physics.wheel_radius_m[0]
             && self.contacts.iter().all(|contact| contact.rolling > 0.3);
         let input = self.step_input(sample, dt_s);
         let (mut next, mut f) = self.physics.propagate(&self.belief.mean, &input);
@@ -283,7 +281,7 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
         for i in 0..W {
             self.contacts[i] = schedule::judge(&self.physics, &self.belief, i);
             let force =
-                self.belief.mean[Layout::<W, N>::INDICES.adhesion + i] * self.physics.static_load_n[i];
+                self.belief.mean[Layout::<W, N>::INDICES.adhesion + i] * self.physics.loads.static_load_n[i];
             let creep = self.physics.rolling_slip_m_s(force, self.belief.mean[0]);
             self.mean_slips[i].note(self.contacts[i].slip_m_s, creep, dt_s);
         }

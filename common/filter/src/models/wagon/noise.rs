@@ -1,7 +1,7 @@
 //! Process noise of the default filter: how far each component may move on its own within a step.
 
 use super::layout::Layout;
-use super::physics::StepInput;
+use super::propagate::StepInput;
 use super::{DrivenSample, WagonEkf};
 use crate::PriorSettings;
 use nalgebra::SVector;
@@ -54,8 +54,9 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
                 x[at.pad + i] * physics.brake_radius_m * sample.torque_factor[i] / physics.inertia_kg_m2[i];
             let spin = next[at.wheel + i] - x[at.wheel + i] - (next[0] - x[0]) / radius;
             // Creep beyond the linear law is missing from the predicted slip: for a change that lasts, a share of the whole.
-            let force = next[at.adhesion + i].abs() * physics.static_load_n[i];
-            let change_n = (next[at.adhesion + i] - x[at.adhesion + i]).abs() * physics.static_load_n[i];
+            let force = next[at.adhesion + i].abs() * physics.loads.static_load_n[i];
+            let change_n =
+                (next[at.adhesion + i] - x[at.adhesion + i]).abs() * physics.loads.static_load_n[i];
             let jitter_n =
                 2.0 * self.sensors.pressing_force_n * x[at.pad + i] * physics.brake_radius_m / radius;
             let change_n = (change_n - jitter_n).max(0.0);
@@ -75,7 +76,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
             };
             q[at.adhesion + i] = per_sqrt_s.powi(2) * dt;
             late += x[at.pad + i] * physics.brake_radius_m * self.late_force_n[i]
-                / (radius * physics.static_load_n[i]);
+                / (radius * physics.loads.static_load_n[i]);
             q[at.radius + i] = 1e-12 * dt;
         }
         let lagging = rates.brake_lag_share * late / W as f64;

@@ -20,7 +20,9 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
         let x = &self.belief.mean;
         let adhesion: [f64; W] = std::array::from_fn(|i| x[at.adhesion + i]);
         let input = self.step_input(sample, 0.0);
-        let loads = self.physics.loads_n(self.physics.acceleration(x[0], &adhesion, &input).0);
+        let loads = self
+            .physics
+            .loads_n(self.physics.acceleration(x[0], &adhesion, input.other_force_n, input.wind_m_s).value);
         let total: f64 = loads.iter().sum();
         // Below the least force of any pad, noise would be the weight.
         let brakes = (0..W).any(|i| sample.pressing_force_n[i] > self.force_floor_n(i));
@@ -70,7 +72,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
         let (speed, wheel) = (self.sensors.speed_m_s, self.sensors.wheel_speed_rad_s);
         let mut scaled = SMatrix::<f64, 5, 8>::zeros();
         for i in 0..W {
-            let (load, inertia) = (physics.static_load_n[i], physics.inertia_kg_m2[i]);
+            let (load, inertia) = (physics.loads.static_load_n[i], physics.inertia_kg_m2[i]);
             scaled[(0, i)] = load / physics.mass_kg * ADHESION_RANGE / speed;
             scaled[(1 + i, i)] = physics.wheel_radius_m[i] * load / inertia * ADHESION_RANGE / wheel;
             scaled[(1 + i, W + i)] = self.brake_torque_nm[i] / inertia * pad / wheel;

@@ -1,7 +1,7 @@
 //! How each wheelset moves, and the noise that goes with it.
 
-use super::physics::WagonPhysics;
 use crate::core::Gaussian;
+use crate::models::physics::WagonPhysics;
 
 /// Time over which innovations are averaged to see a change, s.
 const CHANGE_WINDOW_S: f64 = 0.02;
@@ -38,7 +38,7 @@ pub(crate) fn judge<const W: usize, const N: usize>(
         - 2.0 * radius * p[(0, wheel)]
         - 2.0 * rim * p[(0, wear)]
         + 2.0 * radius * rim * p[(wheel, wear)];
-    let force = x[at.adhesion + wheelset].abs() * physics.static_load_n[wheelset];
+    let force = x[at.adhesion + wheelset].abs() * physics.loads.static_load_n[wheelset];
     let expected = physics.rolling_slip_m_s(force, x[0]);
     let seen = slip.abs() - 2.0 * variance.max(0.0).sqrt();
     let secant = if seen <= expected { 1.0 } else { expected / seen };

@@ -86,7 +86,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
         let at = Layout::<W, N>::INDICES;
         let (x, physics) = (&self.belief.mean, &self.physics);
         let radius = physics.wheel_radius_m[i];
-        let compliance = x[0] / physics.creep_slope_n * physics.static_load_n[i];
+        let compliance = x[0] / physics.creep_slope_n * physics.loads.static_load_n[i];
         let asked = compliance * x[at.adhesion + i];
         let mut h = SVector::<f64, N>::zeros();
         h[0] = -1.0 - asked / x[0];
@@ -138,7 +138,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
     /// Acceleration at the present belief, m/s², resistance left out.
     fn sensitivity_acceleration(&self) -> f64 {
         let at = Layout::<W, N>::INDICES;
-        (0..W).map(|i| self.belief.mean[at.adhesion + i] * self.physics.static_load_n[i]).sum::<f64>()
+        (0..W).map(|i| self.belief.mean[at.adhesion + i] * self.physics.loads.static_load_n[i]).sum::<f64>()
             / self.physics.mass_kg
     }
 

@@ -25,33 +25,9 @@
 //! over the cycles of a slide protection and feign knowledge of the pads.
 
 use super::layout::Layout;
+use crate::models::physics::WagonPhysics;
 use nalgebra::{SMatrix, SVector};
-use railgrip_vehicle::resistance::running_resistance;
-use railgrip_vehicle::{MAX_WHEELSETS, Resistance, WagonModel};
-use std::f64::consts::FRAC_2_PI;
-
-/// Constants of the equations for `W` wheelsets.
-#[derive(Clone, Debug)]
-pub struct WagonPhysics<const W: usize> {
-    /// Mass m, kg.
-    pub mass_kg: f64,
-    /// Rolling radius of each wheelset, m.
-    pub wheel_radius_m: [f64; W],
-    /// Moment of inertia of each wheelset, kg m².
-    pub inertia_kg_m2: [f64; W],
-    /// Friction radius r_B, m.
-    pub brake_radius_m: f64,
-    /// Nominal pad friction of each wheelset.
-    pub brake_friction: [f64; W],
-    /// Load of each wheelset at rest, N.
-    pub static_load_n: [f64; W],
-    /// Change of load per acceleration, N/(m/s²).
-    pub load_transfer_kg: [f64; W],
-    /// Running resistance.
-    pub resistance: Resistance,
-    /// Slope of contact force over creepage where creepage is small, N.
-    pub creep_slope_n: f64,
-}
+use railgrip_vehicle::motion::contact_force_of_wheelset_n;
 
 /// What acts during one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,71 +56,7 @@ pub struct StepInput<const W: usize> {
     pub relaxation_per_slope: [f64; W],
 }
 
-/// Creepage is referred to this speed below it, m/s.
-const SPEED_FLOOR_M_S: f64 = railgrip_vehicle::CREEPAGE_SPEED_FLOOR_M_S;
-
 impl<const W: usize> WagonPhysics<W> {
-    /// The constants of `model`, which must have `W` wheelsets.
-    pub fn new(model: &WagonModel) -> Self {
-        let constants = model.constants();
-        let loads = model.load_distribution();
-        let (at_rest, moved) = (loads.loads_n(0.0), loads.loads_n(0.01));
-        let first = |values: &[f64; MAX_WHEELSETS]| std::array::from_fn(|i| values[i]);
-        Self {
-            mass_kg: constants.mass_kg,
-            wheel_radius_m: first(&constants.wheel_radius_m),
-            inertia_kg_m2: first(&constants.inertia_kg_m2),
-            brake_radius_m: constants.brake_radius_m,
-            brake_friction: first(&constants.brake_friction),
-            static_load_n: first(&at_rest),
-            load_transfer_kg: std::array::from_fn(|i| (moved[i] - at_rest[i]) / 0.01),
-            resistance: constants.resistance.clone(),
-            creep_slope_n: FRAC_2_PI
-                * (constants.contact.k_a + constants.contact.k_s)
-                * constants.contact.stiffness_n,
-        }
-    }
-
-    /// Acceleration of the body at these adhesions, m/s², and its derivative with respect to speed, 1/s. Loads and
-    /// acceleration are consistent with each other (no term dropped as in Schwarz & Keck (11)).
-    #[inline]
-    pub fn acceleration(&self, v_m_s: f64, adhesion: &[f64; W], input: &StepInput<W>) -> (f64, f64, f64) {
-        let mut force = input.other_force_n - running_resistance(&self.resistance, v_m_s, input.wind_m_s);
-        let mut inertia = self.mass_kg;
-        for i in 0..W {
-            force += adhesion[i] * self.static_load_n[i];
-            inertia -= adhesion[i] * self.load_transfer_kg[i];
-        }
-        let airspeed = v_m_s + input.wind_m_s;
-        let constant_slope = if v_m_s.abs() < 0.1 { 10.0 * self.resistance.constant_n } else { 0.0 };
-        let slope = constant_slope
-            + self.resistance.linear_n_s_per_m
-            + 2.0 * self.resistance.drag_n_s2_per_m2 * airspeed.abs();
-        (force / inertia, -slope / inertia, inertia)
-    }
-
-    /// Load of each wheelset at an acceleration, N, kept above a tenth of that at rest.
-    #[inline]
-    pub fn loads_n(&self, acceleration_m_s2: f64) -> [f64; W] {
-        std::array::from_fn(|i| {
-            let load = self.static_load_n[i] + self.load_transfer_kg[i] * acceleration_m_s2;
-            load.max(0.1 * self.static_load_n[i])
-        })
-    }
-
-    /// Rate λ at which creep carries the adhesion of a rolling wheelset to its target, 1/s.
-    #[inline]
-    pub fn rolling_relaxation_per_s(&self, wheelset: usize, v_m_s: f64) -> f64 {
-        let radius = self.wheel_radius_m[wheelset];
-        self.creep_slope_n * radius * radius / (self.inertia_kg_m2[wheelset] * v_m_s.max(SPEED_FLOOR_M_S))
-    }
-
-    /// Slip velocity of a rolling wheelset that transmits `force_n`, m/s.
-    #[inline]
-    pub fn rolling_slip_m_s(&self, force_n: f64, v_m_s: f64) -> f64 {
-        v_m_s.max(SPEED_FLOOR_M_S) * force_n / self.creep_slope_n
-    }
-
     /// State after a step, and its derivative with respect to the state before. `input` counts as constant.
     #[inline]
     pub fn propagate<const N: usize>(
@@ -156,12 +68,13 @@ impl<const W: usize> WagonPhysics<W> {
         let dt = input.dt_s;
         let mass_factor = 1.0 + x[at.mass];
         let adhesion: [f64; W] = std::array::from_fn(|i| x[at.adhesion + i]);
-        let (pure, slope, inertia) = self.acceleration(x[0], &adhesion, input);
+        let body = self.acceleration(x[0], &adhesion, input.other_force_n, input.wind_m_s);
+        let pure = body.value;
         let loads = self.loads_n(pure);
         let mut d_pure = SVector::<f64, N>::zeros();
-        d_pure[0] = slope;
+        d_pure[0] = body.slope;
         for i in 0..W {
-            d_pure[at.adhesion + i] = loads[i] / inertia;
+            d_pure[at.adhesion + i] = loads[i] / body.mass_kg;
         }
         let disturbance = input.disturbance_m_s2 * x[at.disturbance];
         let mut next = *x;
@@ -173,14 +86,15 @@ impl<const W: usize> WagonPhysics<W> {
         let (mut average, mut d_average) = ([0.0; W], [0.0; W]);
         for i in 0..W {
             let (radius, wheel_inertia, load) = (self.wheel_radius_m[i], self.inertia_kg_m2[i], loads[i]);
-            let scale = 1.0 / (radius * load * mass_factor);
+            let per_load = 1.0 / (load * mass_factor);
+            let scale = per_load / radius;
             let per_friction = input.torque_per_friction_nm[i] - x[at.delay] * input.late_torque_nm[i];
-            let torque = input.drive_torque_nm[i]
-                - x[at.pad + i] * per_friction
-                - wheel_inertia / radius * (pure + disturbance);
-            let balance = torque * scale;
+            let pace = (pure + disturbance) / radius;
+            let brake = x[at.pad + i] * per_friction;
+            let balance = per_load
+                * contact_force_of_wheelset_n(wheel_inertia, radius, input.drive_torque_nm[i], brake, pace);
             let mut d_target =
-                d_pure * (-wheel_inertia / radius * scale - balance / load * self.load_transfer_kg[i]);
+                d_pure * (-wheel_inertia / radius * scale - balance / load * self.loads.transfer_kg[i]);
             d_target[at.disturbance] -= wheel_inertia / radius * input.disturbance_m_s2 * scale;
             d_target[at.pad + i] -= per_friction * scale;
             d_target[at.delay] += x[at.pad + i] * input.late_torque_nm[i] * scale;
@@ -205,16 +119,16 @@ impl<const W: usize> WagonPhysics<W> {
             row[at.slope] -= kept * per_slope * deviation[i];
             f.set_row(at.adhesion + i, &row.transpose());
         }
-        let (mean_pure, mean_slope, mean_inertia) = self.acceleration(x[0], &mean_adhesion, input);
-        let mean_loads = self.loads_n(mean_pure);
+        let mean = self.acceleration(x[0], &mean_adhesion, input.other_force_n, input.wind_m_s);
+        let mean_loads = self.loads_n(mean.value);
         let mut d_speed = SVector::<f64, N>::zeros();
-        d_speed[0] = mean_slope;
+        d_speed[0] = mean.slope;
         d_speed[at.disturbance] = input.disturbance_m_s2;
         for i in 0..W {
-            d_speed += d_mean[i] * (mean_loads[i] / mean_inertia);
+            d_speed += d_mean[i] * (mean_loads[i] / mean.mass_kg);
         }
         d_speed *= dt;
-        next[0] = x[0] + dt * (mean_pure + disturbance);
+        next[0] = x[0] + dt * (mean.value + disturbance);
         for i in 0..W {
             let (radius, load) = (self.wheel_radius_m[i], loads[i]);
             let whole = -dt * radius / self.inertia_kg_m2[i];
@@ -223,7 +137,7 @@ impl<const W: usize> WagonPhysics<W> {
                 x[at.wheel + i] + (next[0] - x[0]) / radius + gain * mass_factor * load * deviation[i];
             let mut row = d_speed / radius
                 + d_deviation[i] * (gain * mass_factor * load)
-                + d_pure * (gain * mass_factor * deviation[i] * self.load_transfer_kg[i]);
+                + d_pure * (gain * mass_factor * deviation[i] * self.loads.transfer_kg[i]);
             row[at.mass] += gain * load * deviation[i];
             row[at.slope] += whole * d_average[i] * mass_factor * load * deviation[i];
             row[at.wheel + i] += 1.0;
