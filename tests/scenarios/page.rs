@@ -307,7 +307,7 @@ fn the_page_outlives_the_service() {
 
 fn who_is_not_known_is_led_to_the_login_and_back() {
     let more = "[http]\ntoken_file = \"tokens.toml\"\n";
-    let train = train("doors", 1, more);
+    let train = train("access", 1, more);
     let made = train.run(&["token", "add", "depot", "--role", "acknowledge"]);
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
     let said = String::from_utf8_lossy(&made.stdout).into_owned();

@@ -1,7 +1,7 @@
 //! The form of a train's config file, key by key, before its values are checked. Units stand in the keys.
 
+use crate::access::{AuditTable, LimitsTable, TlsTable};
 use crate::alerts::{AlertTable, CapabilityTable, DeliveryTable};
-use crate::doors::{AuditTable, LimitsTable, TlsTable};
 use crate::history::HistoryTable;
 use crate::microphones::{AcousticTable, MicrophoneTable};
 use railgrip_filter::EstimatorConfig;

@@ -32,7 +32,7 @@ impl Instance {
         self.dir.join("http.address")
     }
 
-    /// Socket of the HTTP service for the user that runs the train; there while the network door is shut to strangers.
+    /// Socket of the HTTP service for the user that runs the train; there while the network address is shut to strangers.
     #[must_use]
     pub fn http_socket(&self) -> PathBuf {
         self.dir.join("http.sock")

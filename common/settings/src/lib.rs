@@ -4,8 +4,8 @@
 //! a [`vehicle`] file says what a wagon is. Unknown keys are refused, units stand in the keys, and every error names
 //! file, line, key, value and what is allowed. The defaults are those of `config/railgrip.toml`, which is built in.
 
+mod access;
 mod alerts;
-mod doors;
 mod error;
 mod file;
 mod history;
@@ -18,8 +18,8 @@ mod train;
 pub mod vehicle;
 mod wagons;
 
+pub use access::{AccessLimits, AccessSettings, AuditSettings, TlsFiles, is_loopback};
 pub use alerts::{AlertSettings, CapabilitySettings, DeliverySettings, MqttSettings, WebhookSettings};
-pub use doors::{AuditSettings, DoorLimits, DoorSettings, TlsFiles, is_loopback};
 pub use error::SettingsError;
 pub use file::LogFormat;
 pub use history::{HistorySettings, TierLimits};

@@ -1,7 +1,7 @@
 //! The settings of a train, checked once and then trusted everywhere.
 
+use crate::access::AccessSettings;
 use crate::alerts::{AlertSettings, CapabilitySettings, DeliverySettings};
-use crate::doors::DoorSettings;
 use crate::file::{LogFormat, SourceKind, SourceTable, TrainFile};
 use crate::history::HistorySettings;
 use crate::microphones::{self, AcousticSettings, MicrophoneSettings};
@@ -61,7 +61,7 @@ pub struct TrainSettings {
     /// The HTTP service.
     pub http: HttpSettings,
     /// Who may come in to it.
-    pub doors: DoorSettings,
+    pub access: AccessSettings,
     /// When an alert is raised, grouped and cleared.
     pub alerts: AlertSettings,
     /// Where alerts and what waits for delivery are kept.
@@ -224,11 +224,11 @@ impl TrainSettings {
             })?,
         };
         let instance = Instance::of(&at, &form.instance, &name, overrides.instance_dir.as_deref())?;
-        let doors = DoorSettings::of(&at, &form.http, listen, overrides.listen.is_some(), &instance.dir)?;
+        let access = AccessSettings::of(&at, &form.http, listen, overrides.listen.is_some(), &instance.dir)?;
         let history = HistorySettings::of(&at, &form.history, &name, overrides.instance_dir.as_deref())?;
         Ok(Self {
             file: file.to_owned(),
-            doors,
+            access,
             wagons,
             microphones,
             acoustics,

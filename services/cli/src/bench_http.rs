@@ -1,4 +1,4 @@
-//! `railgrip bench --http`: the HTTP service of a long train on one thread, with its doors around it and a new picture of
+//! `railgrip bench --http`: the HTTP service of a long train on one thread, with access control around it and a new picture of
 //! the train several times a second, beside a bare axum handler that answers the same bytes on one thread, too.
 
 use std::net::SocketAddr;
@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use railgrip_bus::now;
-use railgrip_health::doors::{self, Doors};
-use railgrip_health::routes;
+use railgrip_health::access::{self, Access};
+use railgrip_health::api;
 use railgrip_health::shared::Shared;
 use railgrip_health::store::Store;
 use railgrip_messages::{Grade, Health, Indicator};
@@ -86,16 +86,16 @@ fn measure(folder: &std::path::Path) -> Result<Report, CliError> {
             }
         }
     });
-    let doors = Doors::open(&settings)?;
-    let router = doors::guard(routes::router(shared), &doors);
+    let access = Access::open(&settings)?;
+    let router = access::guard(api::router(shared), &access);
     let json = [(axum::http::header::CONTENT_TYPE, "application/json")];
     let handler = axum::routing::get(move || std::future::ready((json, body.clone())));
     let bare = axum::Router::new().route(PATH, handler);
     let mut best: [Option<Load>; 2] = [None, None];
     for _ in 0..ROUNDS {
-        let (router, doors, bare) = (router.clone(), doors.clone(), bare.clone());
+        let (router, access, bare) = (router.clone(), access.clone(), bare.clone());
         let own = served(move |listener, stop| async move {
-            doors::serve(listener, None, router, doors, async { drop(stop.await) }).await;
+            access::serve(listener, None, router, access, async { drop(stop.await) }).await;
         })?;
         let reference = served(move |listener, stop| async move {
             tokio::select! {

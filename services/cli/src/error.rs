@@ -83,7 +83,7 @@ impl From<railgrip_health::HealthError> for CliError {
     fn from(error: railgrip_health::HealthError) -> Self {
         match error {
             railgrip_health::HealthError::Bus(error) => error.into(),
-            railgrip_health::HealthError::Doors(error) => Self::failed(error),
+            railgrip_health::HealthError::Access(error) => Self::failed(error),
             railgrip_health::HealthError::Serve { ref source, .. }
                 if source.kind() == ErrorKind::AddrInUse =>
             {
@@ -96,10 +96,10 @@ impl From<railgrip_health::HealthError> for CliError {
     }
 }
 
-impl From<railgrip_health::doors::DoorError> for CliError {
-    fn from(error: railgrip_health::doors::DoorError) -> Self {
+impl From<railgrip_health::access::AccessError> for CliError {
+    fn from(error: railgrip_health::access::AccessError) -> Self {
         match error {
-            railgrip_health::doors::DoorError::File { .. } => Self::failed(error),
+            railgrip_health::access::AccessError::File { .. } => Self::failed(error),
             _ => Self::bad_input(error),
         }
     }

@@ -1,5 +1,5 @@
-//! Asks the health service of a train on this machine through its local door: a socket in the folder of the train, which
-//! only the user that runs the train can open. It asks for no token and speaks no TLS, whatever the network door does.
+//! Asks the health service of a train on this machine through its local socket in the folder of the train, which
+//! only the user that runs the train can open. It asks for no token and speaks no TLS, whatever the network address asks.
 
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;

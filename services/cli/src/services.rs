@@ -1,6 +1,6 @@
 //! The processes of the data path, each as `up` or systemd starts it.
 
-use railgrip_health::doors::Doors;
+use railgrip_health::access::Access;
 
 use crate::train::TrainArgs;
 use crate::{CliError, runner};
@@ -66,7 +66,7 @@ pub(crate) fn health(args: &HealthArgs) -> Result<(), CliError> {
     // Whoever calls by hand hears at once what is wrong. A supervisor shall try again: a certificate may be in the middle
     // of being replaced, and the rest of the train does not depend on it.
     if !runner::is_supervised() {
-        Doors::check(&train.settings).map_err(CliError::bad_input)?;
+        Access::check(&train.settings).map_err(CliError::bad_input)?;
     }
     let _span = tracing::info_span!("health").entered();
     runner::run(|lifecycle| railgrip_health::run(&train.settings, lifecycle))

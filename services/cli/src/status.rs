@@ -112,7 +112,7 @@ fn figure(value: &Value, scale: f64, decimals: usize) -> String {
 
 /// Who is asked.
 enum Service {
-    /// The one that runs here, through its local door.
+    /// The one that runs here, through its local socket.
     Here(PathBuf),
     /// One at an address.
     Remote(Remote),

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use railgrip_health::doors::{Role, tokens};
+use railgrip_health::access::{Role, tokens};
 use railgrip_health::time::rfc3339;
 
 use crate::CliError;
@@ -155,7 +155,7 @@ impl Place {
             return Ok(file.clone());
         }
         let train = self.train.load()?;
-        train.settings.doors.token_file.clone().ok_or_else(|| {
+        train.settings.access.token_file.clone().ok_or_else(|| {
             CliError::bad_input(format!(
                 "{}: `http.token_file` is absent; name a file there, or give one with --file",
                 train.settings.file.display()

@@ -1,12 +1,13 @@
 //! The thread that listens to the channels and renews what is served.
 
 use crate::alerts::journal::Journal;
+use crate::api::wagons::model::WagonRow;
 use crate::delivery;
 use crate::history::Recorder;
 use crate::history::watch::{self, Watch};
-use crate::model::WagonRow;
 use crate::shared::{Shared, StreamEvent};
-use crate::store::{self, Snapshot, Store};
+use crate::store::{Snapshot, Store};
+use crate::web::json::json;
 use railgrip_bus::{
     Bus, BusConfig, BusError, HealthSubscriber, HeardSubscriber, HeartbeatPublisher, HeartbeatSubscriber,
     Lifecycle, now,
@@ -249,7 +250,7 @@ impl Streamer {
                 },
                 alert.reason
             );
-            shared.send(StreamEvent { name: "alert", data: store::json(alert) });
+            shared.send(StreamEvent { name: "alert", data: json(alert) });
         }
         if self.at.is_some_and(|at| at.elapsed() < STREAM_PERIOD) || !shared.has_listeners() {
             return;
@@ -257,7 +258,7 @@ impl Streamer {
         self.at = Some(Instant::now());
         let changed: Vec<&WagonRow> = snapshot.rows.iter().filter(|row| !self.told.contains(row)).collect();
         if !changed.is_empty() {
-            shared.send(StreamEvent { name: "wagons", data: store::json(&changed) });
+            shared.send(StreamEvent { name: "wagons", data: json(&changed) });
         }
         shared.send(StreamEvent { name: "train", data: snapshot.train_json.clone() });
         self.told.clone_from(&snapshot.rows);

@@ -1,32 +1,24 @@
 //! Health: the indicators of the train over HTTP, for maintenance, Prometheus and people.
 //!
 //! One thread ([`collect`]) listens to the channels and renews a [`store::Snapshot`] several times a second; requests are
-//! answered from the latest one, so that no request ever waits for a channel. [`routes::router`] can be tested without a
+//! answered from the latest one, so that no request ever waits for a channel. [`api::router`] can be tested without a
 //! socket and without channels. Stale data are marked with their age and never shown as the present.
 
+pub mod access;
 pub mod alerts;
+pub mod api;
 mod collect;
 pub mod delivery;
-mod docs;
-pub mod doors;
-mod heard;
 pub mod history;
-pub mod metrics;
-pub mod model;
+pub mod limits;
 mod neighbours;
 pub mod page;
-pub mod problem;
-pub mod routes;
 pub mod shared;
 pub mod store;
-mod stream;
 pub mod time;
-pub mod train;
-pub mod trends;
-mod view;
 mod web;
 
-use crate::doors::{Doors, LocalDoor};
+use crate::access::{Access, LocalSocket};
 use crate::shared::Shared;
 use crate::store::Store;
 use railgrip_bus::{BusError, Lifecycle, now};
@@ -49,7 +41,7 @@ pub enum HealthError {
     Bus(#[from] BusError),
     /// Certificate, tokens or the like cannot be used.
     #[error(transparent)]
-    Doors(#[from] doors::DoorError),
+    Access(#[from] access::AccessError),
     /// Nothing can be served there.
     #[error("{what}: {source}")]
     Serve {
@@ -66,7 +58,7 @@ pub enum HealthError {
 /// An address that cannot be listened on, or channels that cannot be used.
 pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), HealthError> {
     let shared = Shared::new(Store::new(settings).snapshot(now()), now);
-    shared.judge_by(page::Limits::of(settings));
+    shared.judge_by(limits::Limits::of(settings));
     let (recorder, writer) = remember(settings, &shared).unzip();
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
@@ -118,16 +110,17 @@ async fn serve(
     ended: &Lifecycle,
 ) -> Result<(), HealthError> {
     let failed = |what: String| move |source| HealthError::Serve { what, source };
-    let doors = Doors::open(settings)?;
+    let access = Access::open(settings)?;
     let wanted = settings.http.listen;
     let listener = TcpListener::bind(wanted).await.map_err(failed(wanted.to_string()))?;
     let address = listener.local_addr().map_err(failed(wanted.to_string()))?;
     let file = settings.instance.http_address_file();
-    let written = if doors.scheme() == "https" { format!("https://{address}") } else { address.to_string() };
+    let written = if access.scheme() == "https" { format!("https://{address}") } else { address.to_string() };
     write_whole(&file, &format!("{written}\n")).map_err(failed(file.display().to_string()))?;
-    let local = doors.needs_local_door().then(|| LocalDoor::open(&settings.instance.http_socket())).flatten();
+    let local =
+        access.needs_local_socket().then(|| LocalSocket::open(&settings.instance.http_socket())).flatten();
     lifecycle.ready();
-    tracing::info!("{}://{address}/", doors.scheme());
+    tracing::info!("{}://{address}/", access.scheme());
     let stopping = async {
         while !lifecycle.should_stop() && !ended.should_stop() {
             tokio::time::sleep(STOP_POLL).await;
@@ -140,8 +133,8 @@ async fn serve(
             let _ = closing.wait_for(|closing| *closing).await;
         }
     };
-    let router = doors::guard(routes::router(shared.clone()), &doors);
-    let server = doors::serve(listener, local, router, doors, closing);
+    let router = access::guard(api::router(shared.clone()), &access);
+    let server = access::serve(listener, local, router, access, closing);
     let drained = async {
         stopping.await;
         tokio::time::sleep(DRAIN).await;

@@ -6,8 +6,9 @@
 //! application are put on a line over the place in the train (Theil–Sen: the signal travels along the brake pipe, and
 //! one wagon must not bend it); the *delay* of a wagon is what remains, as median over its latest applications.
 
-use crate::model::{Figure, Grade, WagonRow, WagonView};
-use crate::view::rounded;
+use crate::api::figure::Figure;
+use crate::api::figure::rounded;
+use crate::api::grade::Grade;
 use railgrip_indicators::IndicatorSettings;
 use railgrip_messages::Health;
 use std::collections::{BTreeMap, VecDeque};
@@ -154,24 +155,6 @@ impl Neighbours {
         );
         let of = |value: f64| Some(rounded(value));
         Figure { value: of(value), low: of(low), high: of(high), grade, reason }
-    }
-
-    /// Adds what the neighbours show to what a live wagon says of itself.
-    pub fn amend(&self, row: &mut WagonRow, view: &mut WagonView, settings: &IndicatorSettings) {
-        view.brake_delay = self.delay(row.id, settings);
-        let without = self.without(row.id, settings);
-        if let Some(without) = without
-            && (without.grade > view.isolated.grade || view.isolated.value.is_none())
-        {
-            view.isolated = without;
-        }
-        for (name, figure) in [("isolated", &view.isolated), ("late", &view.brake_delay)] {
-            if figure.grade > row.grade && figure.grade >= Grade::Watch {
-                row.grade = figure.grade;
-                row.reason = format!("{name}: {}", figure.reason);
-            }
-        }
-        (view.grade, view.reason) = (row.grade, row.reason.clone());
     }
 }
 

@@ -1,7 +1,7 @@
 //! What the feeding thread and the requests share.
 
 use crate::history::{History, columns};
-use crate::page::Limits;
+use crate::limits::Limits;
 use crate::store::Snapshot;
 use axum::body::Bytes;
 use railgrip_messages::Stamp;

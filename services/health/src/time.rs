@@ -1,5 +1,7 @@
 //! Instants and spans as people and JSON write them.
 
+use std::time::{SystemTime, UNIX_EPOCH};
+
 /// Instants beyond are refused: the year 9999.
 const LAST_UNIX_S: i64 = 253_402_300_799;
 const DAY_S: i64 = 86_400;
@@ -19,6 +21,12 @@ pub(crate) const INSTANT: &str = "^([0-9]{1,11}(\\.[0-9]{1,9})?|now|\
     [Tt]([01][0-9]|2[0-3]):[0-5][0-9]:([0-5][0-9]|60)(\\.[0-9]{1,9})?([Zz]|[+-]([01][0-9]|2[0-3]):[0-5][0-9]))$";
 /// What [`span_s`] takes, as a pattern.
 pub(crate) const SPAN: &str = "^([1-9][0-9]{0,6}s?|[1-9][0-9]{0,5}m|[1-9][0-9]{0,4}h|[1-9][0-9]{0,3}d)$";
+
+/// Seconds since 1970.
+pub(crate) fn unix_s() -> i64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    i64::try_from(since.as_secs()).unwrap_or(i64::MAX)
+}
 
 /// Unix seconds of an instant as people write it: RFC 3339, Unix seconds, `now`, or so long ago, with or without a minus.
 #[must_use]

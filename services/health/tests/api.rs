@@ -4,7 +4,7 @@
 use axum::body::Body;
 use axum::http::{Request, StatusCode, header};
 use http_body_util::BodyExt;
-use railgrip_health::routes::router;
+use railgrip_health::api::router;
 use railgrip_health::shared::{Shared, StreamEvent};
 use railgrip_health::store::Store;
 use railgrip_messages::{Grade, Health, Heartbeat, Indicator, ProcessKind, Stamp};
@@ -224,7 +224,7 @@ async fn the_description_names_every_route_and_resolves_every_schema() {
         references += 1;
     }
     assert!(references > 20);
-    // This train remembers nothing, and the doors keep the audit log: both have tests of their own.
+    // This train remembers nothing, and access control keeps the audit log: both have tests of their own.
     let elsewhere = ["{", "stream", "history", "events", "audit"];
     for path in paths.iter().filter(|path| !elsewhere.iter().any(|part| path.contains(part))) {
         assert_eq!(get(&router, path).await.0, StatusCode::OK, "{path}");

@@ -4,8 +4,8 @@
 
 use railgrip_health::alerts::journal::Journal;
 use railgrip_health::alerts::{AlertBook, Cause};
+use railgrip_health::api::grade::Grade;
 use railgrip_health::delivery::{self, Mailbox};
-use railgrip_health::model::Grade;
 use railgrip_messages::Stamp;
 use railgrip_requirements::MOSQUITTO;
 use railgrip_settings::{AlertSettings, DeliverySettings, MqttSettings, WebhookSettings};

@@ -18,7 +18,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use railgrip_bus::{Holder, Lifecycle};
-use railgrip_health::doors::Doors;
+use railgrip_health::access::Access;
 use railgrip_settings::{Source, TrainSettings};
 
 use crate::output::say;
@@ -51,7 +51,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     let train = args.train.load()?;
     train.bus.validate()?;
     let settings = &train.settings;
-    Doors::check(settings).map_err(CliError::bad_input)?;
+    Access::check(settings).map_err(CliError::bad_input)?;
     let _lock = claim(settings)?;
     let lifecycle = runner::prepare()?;
     let mut fleet = Fleet::new(&train.bus, settings, &args.train.to_options())?;
@@ -92,7 +92,7 @@ fn welcome(settings: &TrainSettings, address: &str) -> String {
         Source::Stdin => "the standard input".to_owned(),
     };
     let address = if address.contains("://") { address.to_owned() } else { format!("http://{address}") };
-    let curl = match settings.doors.token_file {
+    let curl = match settings.access.token_file {
         Some(_) => "curl -H \"Authorization: Bearer $RAILGRIP_TOKEN\"",
         None => "curl",
     };

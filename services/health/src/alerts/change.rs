@@ -2,7 +2,7 @@
 
 use super::model::{Alert, AlertEvent, AlertPlace, AlertState, Change, Evidence, Scope};
 use super::rules;
-use crate::model::Grade;
+use crate::api::grade::Grade;
 use crate::time::rfc3339;
 use railgrip_messages::Stamp;
 use std::path::Path;

@@ -5,7 +5,7 @@
 //! and carries a key by which the receiver can tell.
 
 use super::model::{Alert, Change};
-use crate::model::Grade;
+use crate::api::grade::Grade;
 use crate::time::rfc3339;
 use rusqlite::{Connection, OptionalExtension, params};
 use std::path::{Path, PathBuf};

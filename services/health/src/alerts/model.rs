@@ -1,6 +1,6 @@
 //! An alert as the API gives it, as the journal keeps it and as it is delivered.
 
-use crate::model::Grade;
+use crate::api::grade::Grade;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 

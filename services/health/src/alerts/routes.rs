@@ -2,13 +2,13 @@
 
 use super::Refusal;
 use super::model::{AcknowledgeRequest, Alert, AlertList, AlertState, ShelveRequest};
-use crate::history::query::{parameters, refuse, value};
+use crate::api::grade::Grade;
+use crate::api::problem::Problem;
 use crate::history::routes::wagon;
-use crate::model::Grade;
-use crate::problem::Problem;
 use crate::shared::Shared;
 use crate::store::Snapshot;
 use crate::web::pages::{MOST, Page, link};
+use crate::web::query::{parameters, refuse, value};
 use axum::Json;
 use axum::body::Bytes;
 use axum::extract::{Path, RawQuery, State};

@@ -1,7 +1,7 @@
 //! Which symptoms share a cause, what explains what, and what to do.
 
 use super::model::{AlertPlace, Scope};
-use crate::model::Grade;
+use crate::api::grade::Grade;
 
 /// All symptoms: what a journal may hold.
 pub(super) const SYMPTOMS: &[&str] = &[

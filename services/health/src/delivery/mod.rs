@@ -6,10 +6,10 @@
 //! may arrive twice (a kill between confirmation and removal), and carries a key by which the receiver can tell.
 
 mod mqtt;
+pub(crate) mod routes;
 mod status;
 mod webhook;
 
-pub(crate) use status::{__path_deliveries, deliveries};
 pub use status::{DeliveryView, Mailbox, TargetView};
 
 use crate::alerts::journal::{Journal, Target, Waiting};

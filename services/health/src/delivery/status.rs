@@ -1,8 +1,5 @@
 //! How delivery is, receiver by receiver.
 
-use crate::shared::Shared;
-use axum::Json;
-use axum::extract::State;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -57,12 +54,4 @@ impl Mailbox {
         let receivers = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         DeliveryView { receivers: receivers.values().cloned().collect() }
     }
-}
-
-/// Receivers of alerts: what waits for them, what they have confirmed, why they cannot be reached.
-#[utoipa::path(get, path = "/api/v1/delivery", tag = "alerts", responses(
-    (status = 200, description = "Each receiver", body = DeliveryView),
-))]
-pub(crate) async fn deliveries(State(shared): State<Shared>) -> Json<DeliveryView> {
-    Json(shared.mailbox().view())
 }

@@ -1,11 +1,12 @@
 //! Requests for what happened: alerts, slides, processes that came and went, starts and stops.
 
-use super::query::{self, instant, parameters, value};
+use super::query::instant;
 use super::routes::{available, read, wagon};
-use crate::problem::Problem;
+use crate::api::problem::Problem;
 use crate::shared::Shared;
 use crate::time::rfc3339;
 use crate::web::pages::{MOST, Page, link};
+use crate::web::query::{parameters, refuse, value};
 use axum::Json;
 use axum::extract::{RawQuery, State};
 use axum::response::{IntoResponse, Response};
@@ -111,5 +112,5 @@ fn kind(text: &str) -> Result<String, Problem> {
     if (1..=40).contains(&text.len()) && text.bytes().all(plain) {
         return Ok(text.to_owned());
     }
-    Err(query::refuse("kind", text, "a kind of event, for example slides or alert_raised"))
+    Err(refuse("kind", text, "a kind of event, for example slides or alert_raised"))
 }

@@ -2,9 +2,10 @@
 
 use super::query::{self, Span};
 use super::{History, HistoryStatus, HistoryView};
-use crate::problem::Problem;
+use crate::api::problem::Problem;
 use crate::shared::Shared;
-use crate::store::json;
+use crate::web::json::json;
+use crate::web::query::{parameters, refuse, value};
 use axum::Json;
 use axum::body::Bytes;
 use axum::extract::{Path, RawQuery, State};
@@ -80,9 +81,9 @@ pub(crate) async fn history(
 ) -> Result<Response, Problem> {
     let wagon = wagon(&shared, &id)?;
     let history = available(&shared)?;
-    let pairs = query::parameters(query.as_deref(), &["from", "to", "step", "fields"])?;
+    let pairs = parameters(query.as_deref(), &["from", "to", "step", "fields"])?;
     let span = query::span(&pairs, shared.now().unix_ns.div_euclid(1_000_000_000))?;
-    let fields = query::value(&pairs, "fields").map(|text| fields(&history, text)).transpose()?;
+    let fields = value(&pairs, "fields").map(|text| fields(&history, text)).transpose()?;
     let body = read(history, move |history| view(history, wagon, span, fields.as_deref())).await?;
     let headers = [(header::CONTENT_TYPE, HeaderValue::from_static("application/json"))];
     Ok((headers, body).into_response())
@@ -123,7 +124,7 @@ pub(super) fn check_fields(history: &History, fields: &[String]) -> Result<(), P
         None => Ok(()),
         Some(unknown) => {
             let listed = known().collect::<Vec<_>>().join(", ");
-            Err(query::refuse("fields", unknown, &format!("of these, separated by commas: {listed}")))
+            Err(refuse("fields", unknown, &format!("of these, separated by commas: {listed}")))
         }
     }
 }

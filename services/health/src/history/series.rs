@@ -3,8 +3,8 @@
 use super::History;
 use super::columns::Column;
 use super::query::Span;
+use crate::api::figure::rounded;
 use crate::time::rfc3339;
-use crate::view::rounded;
 use railgrip_history::{Cell, HistoryError, Point, Reader};
 use serde::Serialize;
 use std::collections::BTreeMap;

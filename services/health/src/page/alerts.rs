@@ -2,9 +2,9 @@
 
 use super::Part;
 use super::words::{capital, chip, instant, plain};
+use crate::alerts::model::Alert;
 use crate::alerts::model::{AlertEvent, AlertState, Scope};
 use crate::delivery::TargetView;
-use crate::model::Alert;
 use crate::shared::Shared;
 use crate::store::Snapshot;
 use maud::{Markup, html};

@@ -1,8 +1,8 @@
 //! An indicator drawn on its scale: zones between the limits, the 95 % interval as a band, the figure as a stroke.
 //! Drawn with attributes only, as a strict content policy allows; the words beside it say the same.
 
-use super::limits::Limit;
-use crate::model::Figure;
+use crate::api::figure::Figure;
+use crate::limits::Limit;
 use maud::{Markup, html};
 
 const WIDTH: f64 = 200.0;

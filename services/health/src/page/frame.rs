@@ -3,7 +3,8 @@
 use super::assets::path;
 use super::words::{age, chip};
 use super::{Page, Part};
-use crate::model::{DataState, Grade, WagonRow};
+use crate::api::grade::{DataState, Grade};
+use crate::api::wagons::model::WagonRow;
 use crate::shared::Shared;
 use crate::store::Snapshot;
 use maud::{DOCTYPE, Markup, html};

@@ -5,7 +5,7 @@
 //! from before an update loads itself anew), `parts` (object of `id` to HTML), `beat` (nothing changed, but all is well).
 
 use super::{Page, assets, not_a_page};
-use crate::problem::Problem;
+use crate::api::problem::Problem;
 use crate::shared::Shared;
 use axum::extract::{Query, State};
 use axum::response::sse::{Event, Sse};

@@ -1,8 +1,8 @@
 //! What every figure means: definition, unit, interval, limits and what it cannot see. The limits are those of the running
 //! train, so that this page and the grades cannot contradict each other.
 
-use super::limits::Limits;
-use crate::train::{ACT_RATIO, WATCH_RATIO};
+use crate::limits::Limits;
+use crate::store::capability::{ACT_RATIO, WATCH_RATIO};
 use maud::{Markup, html};
 
 /// One figure, by the block of ISO 13374 that it belongs to.

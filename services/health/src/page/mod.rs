@@ -13,7 +13,6 @@ mod alerts;
 mod assets;
 mod bar;
 mod frame;
-mod limits;
 mod live;
 mod meaning;
 mod outlook;
@@ -22,9 +21,7 @@ mod train;
 mod wagon;
 mod words;
 
-pub use limits::Limits;
-
-use crate::problem::Problem;
+use crate::api::problem::Problem;
 use crate::shared::Shared;
 use crate::store::Snapshot;
 use axum::Router;

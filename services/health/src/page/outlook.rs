@@ -2,9 +2,10 @@
 //! waits for no database.
 
 use super::words::{Form, NOTHING, capital, plain};
-use crate::problem::Problem;
+use crate::api::problem::Problem;
+use crate::api::trends::model::{TrendView, Verdict};
+use crate::api::trends::routes as trends;
 use crate::shared::Shared;
-use crate::trends::{self, TrendView, Verdict};
 use axum::extract::{Path, State};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};

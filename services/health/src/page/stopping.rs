@@ -2,12 +2,15 @@
 
 use super::Part;
 use super::bar::bar;
-use super::limits::Limit;
 use super::words::{age, capital, chip, number};
-use crate::model::{Figure, Grade};
+use crate::api::adhesion_map::model::{MapCell, MapView};
+use crate::api::capability::model::{CapabilityView, StopView};
+use crate::api::figure::Figure;
+use crate::api::grade::Grade;
+use crate::limits::Limit;
 use crate::shared::Shared;
 use crate::store::Snapshot;
-use crate::train::{ACT_RATIO, CapabilityView, MapCell, MapView, StopView, WATCH_RATIO};
+use crate::store::capability::{ACT_RATIO, WATCH_RATIO};
 use maud::{Markup, html};
 
 /// A cell counts as low from this probability on.

@@ -2,7 +2,10 @@
 
 use super::words::{Form, NOTHING, capital, chip, condition, data_age, icon, maybe, number};
 use super::{Part, alerts, stopping};
-use crate::model::{DataState, Figure, Grade, TrainView, WagonRow, WagonView};
+use crate::api::figure::Figure;
+use crate::api::grade::{DataState, Grade};
+use crate::api::train::model::TrainView;
+use crate::api::wagons::model::{WagonRow, WagonView};
 use crate::shared::Shared;
 use crate::store::Snapshot;
 use maud::{Markup, html};

@@ -1,10 +1,14 @@
 //! One wagon: verdict, every indicator with interval, limits, grade and reason, wheelset by wheelset, trends, alerts.
 
 use super::bar::bar;
-use super::limits::{Limit, Limits};
 use super::words::{Form, NOTHING, capital, chip, data_age, energy, icon, instant, maybe, number};
 use super::{Part, alerts, outlook, train};
-use crate::model::{AcousticView, DataState, Figure, Grade, ProcessView, RailView, WagonView, WheelsetView};
+use crate::api::acoustic::AcousticView;
+use crate::api::figure::Figure;
+use crate::api::grade::{DataState, Grade};
+use crate::api::processes::ProcessView;
+use crate::api::wagons::model::{RailView, WagonView, WheelsetView};
+use crate::limits::{Limit, Limits};
 use crate::store::Snapshot;
 use maud::{Markup, html};
 

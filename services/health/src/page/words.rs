@@ -1,6 +1,7 @@
 //! Figures, ages and grades as people read them. Every grade has a word and a shape, never a colour alone.
 
-use crate::model::{Condition, DataState, Figure, Grade};
+use crate::api::figure::Figure;
+use crate::api::grade::{Condition, DataState, Grade};
 use maud::{Markup, html};
 
 /// What stands for something unknown.

@@ -1,6 +1,6 @@
 //! What a client takes (`Accept`, `Accept-Encoding`), and in which form it may send something (`Content-Type`).
 
-use crate::problem::Problem;
+use crate::api::problem::Problem;
 use axum::body::Body;
 use axum::extract::Request;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};

@@ -1,7 +1,7 @@
 //! `ETag`, 304, gzip, and refusals as problems.
 
-use crate::problem::Problem;
-use crate::web::quality;
+use crate::api::problem::Problem;
+use crate::web::accept::quality;
 use axum::body::{Body, Bytes};
 use axum::extract::Request;
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};

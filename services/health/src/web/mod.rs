@@ -5,14 +5,14 @@
 //! * Long answers are compressed for whoever says that they take gzip.
 //! * Every refusal is `application/problem+json`, also those that the libraries below us make.
 
-mod accept;
+pub(crate) mod accept;
 pub(crate) mod encode;
+pub(crate) mod json;
 pub(crate) mod pages;
+pub(crate) mod query;
 
 use axum::Router;
 use axum::middleware::from_fn;
-
-pub(crate) use accept::quality;
 
 /// Puts all this around the routes.
 pub(crate) fn around(router: Router) -> Router {

@@ -1,7 +1,7 @@
 //! Long lists, page by page: `limit` and `after` in the query, the way to the next page in the header `Link` (RFC 8288).
 
-use crate::history::query::{refuse, value};
-use crate::problem::Problem;
+use crate::api::problem::Problem;
+use crate::web::query::{refuse, value};
 use axum::http::{HeaderValue, header};
 use axum::response::Response;
 

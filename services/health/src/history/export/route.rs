@@ -1,12 +1,13 @@
 //! The table over HTTP, sent while it is read.
 
 use super::{ExportError, Form, Wanted, write};
-use crate::history::query::{self, parameters, refuse, value};
+use crate::api::problem::Problem;
+use crate::history::query;
 use crate::history::routes::{available, wagon};
-use crate::problem::Problem;
 use crate::shared::Shared;
+use crate::web::accept::quality;
 use crate::web::encode::takes_gzip;
-use crate::web::quality;
+use crate::web::query::{parameters, refuse, value};
 use axum::body::{Body, Bytes};
 use axum::extract::{RawQuery, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};

@@ -1,0 +1,304 @@
+//! Access to the HTTP service: who may come in from where, and how much one client may ask for.
+//!
+//! Loopback needs nothing. An address that other machines can reach needs TLS and tokens, or the word of the operator
+//! (`allow_insecure`) that the network is as trusted as this machine.
+
+use crate::SettingsError;
+use crate::file::HttpTable;
+use crate::place::ConfigText;
+use serde::Deserialize;
+use std::net::{IpAddr, SocketAddr};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// What an address beyond this machine asks for.
+const WANTED: &str = "a loopback address such as 127.0.0.1:8080, or with [http.tls] `certificate` and `key` and \
+                      [http] `token_file`: other machines reach this one, and without TLS and tokens everybody there \
+                      reads the train and acknowledges its alerts; where that is meant, say [http] `allow_insecure = true`";
+/// Longest host name.
+const MAX_HOST: usize = 255;
+
+/// Access to the HTTP service.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AccessSettings {
+    /// Certificate and key, where HTTPS is spoken.
+    pub tls: Option<TlsFiles>,
+    /// Who may come in; without it everybody who reaches the address.
+    pub token_file: Option<PathBuf>,
+    /// The operator takes an open address without TLS or tokens upon themselves.
+    pub allow_insecure: bool,
+    /// Names under which browsers reach the service, besides addresses and `localhost`.
+    pub hosts: Vec<String>,
+    /// A login on the page ends after so long.
+    pub session: Duration,
+    /// Limits that keep the service usable while somebody misbehaves.
+    pub limits: AccessLimits,
+    /// Where it is written who did what.
+    pub audit: AuditSettings,
+}
+
+/// PEM files, read again when they change.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TlsFiles {
+    /// The certificate of this service first, then those that lead to a root.
+    pub certificate: PathBuf,
+    /// Its private key: PKCS#8, PKCS#1 or SEC1.
+    pub key: PathBuf,
+}
+
+/// Limits that keep the service usable while somebody misbehaves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AccessLimits {
+    /// Connections at a time, all clients together.
+    pub connections: usize,
+    /// Connections at a time of one client.
+    pub connections_per_client: usize,
+    /// Requests a second of one client in the long run; 0 sets no limit.
+    pub requests_per_s: f64,
+    /// Requests of one client at once.
+    pub burst: f64,
+    /// Clients on this machine keep to these limits, too.
+    pub on_loopback: bool,
+    /// Largest body of a request, bytes.
+    pub body_bytes: usize,
+    /// Time for the handshake, for the head of a request, and between two requests.
+    pub head: Duration,
+    /// Time for the body of a request.
+    pub body: Duration,
+    /// Time until an answer begins.
+    pub answer: Duration,
+    /// A reader who takes nothing for so long is cut off.
+    pub stall: Duration,
+}
+
+/// Where it is written who did what.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AuditSettings {
+    /// JSON lines.
+    pub file: PathBuf,
+    /// The file is put aside when it is so large, bytes.
+    pub max_bytes: u64,
+    /// So many files are kept, the current one included.
+    pub keep: usize,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TlsTable {
+    pub certificate: String,
+    pub key: String,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct LimitsTable {
+    pub connections: u32,
+    pub connections_per_client: u32,
+    pub requests_per_s: f64,
+    pub burst: f64,
+    pub on_loopback: bool,
+    pub body_kb: f64,
+    pub head_s: f64,
+    pub body_s: f64,
+    pub answer_s: f64,
+    pub stall_s: f64,
+}
+
+impl Default for LimitsTable {
+    fn default() -> Self {
+        Self {
+            connections: 512,
+            connections_per_client: 32,
+            requests_per_s: 50.0,
+            burst: 200.0,
+            on_loopback: false,
+            body_kb: 64.0,
+            head_s: 15.0,
+            body_s: 10.0,
+            answer_s: 30.0,
+            stall_s: 20.0,
+        }
+    }
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct AuditTable {
+    pub file: Option<String>,
+    pub max_mb: f64,
+    pub keep: u32,
+}
+
+impl Default for AuditTable {
+    fn default() -> Self {
+        Self { file: None, max_mb: 5.0, keep: 5 }
+    }
+}
+
+impl AccessSettings {
+    /// Checks what `[http]` says about access. `listen` comes from the file, or from the command line when `overridden`.
+    pub(crate) fn of(
+        at: &ConfigText<'_>,
+        http: &HttpTable,
+        listen: SocketAddr,
+        overridden: bool,
+        instance_dir: &Path,
+    ) -> Result<Self, SettingsError> {
+        let base = at.file.parent().unwrap_or(Path::new(""));
+        let tls = match &http.tls {
+            None => None,
+            Some(table) => Some(TlsFiles {
+                certificate: base.join(path(at, "http.tls.certificate", &table.certificate)?),
+                key: base.join(path(at, "http.tls.key", &table.key)?),
+            }),
+        };
+        let token_file = match &http.token_file {
+            None => None,
+            Some(file) => Some(base.join(path(at, "http.token_file", file)?)),
+        };
+        let shut = tls.is_some() && token_file.is_some();
+        if !is_loopback(listen.ip()) && !shut && !http.allow_insecure {
+            return Err(if overridden {
+                let problem = format!("allowed is {WANTED}");
+                SettingsError::Option { option: "--listen", value: listen.to_string(), problem }
+            } else {
+                at.refuse("http.listen", listen, WANTED)
+            });
+        }
+        for (index, host) in http.hosts.iter().enumerate() {
+            check_host(at, index, host)?;
+        }
+        let audit = &http.audit;
+        let audit_file = match &audit.file {
+            Some(file) => base.join(path(at, "http.audit.file", file)?),
+            None => instance_dir.join("audit.jsonl"),
+        };
+        Ok(Self {
+            tls,
+            token_file,
+            allow_insecure: http.allow_insecure,
+            hosts: http.hosts.iter().map(|host| host.to_ascii_lowercase()).collect(),
+            session: hours(at.within("http.session_hours", http.session_hours, 0.01..=720.0)?),
+            limits: http.limits.check(at)?,
+            audit: AuditSettings {
+                file: audit_file,
+                max_bytes: (at.within("http.audit.max_mb", audit.max_mb, 0.01..=1000.0)? * 1e6) as u64,
+                keep: whole(at, "http.audit.keep", audit.keep, 1..=100)?,
+            },
+        })
+    }
+}
+
+impl LimitsTable {
+    fn check(&self, at: &ConfigText<'_>) -> Result<AccessLimits, SettingsError> {
+        let seconds = |key: &str, value: f64| {
+            at.within(&format!("http.limits.{key}"), value, 0.1..=3600.0).map(Duration::from_secs_f64)
+        };
+        Ok(AccessLimits {
+            connections: whole(at, "http.limits.connections", self.connections, 4..=100_000)?,
+            connections_per_client: whole(
+                at,
+                "http.limits.connections_per_client",
+                self.connections_per_client,
+                1..=100_000,
+            )?,
+            requests_per_s: at.within("http.limits.requests_per_s", self.requests_per_s, 0.0..=1e6)?,
+            burst: at.within("http.limits.burst", self.burst, 1.0..=1e6)?,
+            on_loopback: self.on_loopback,
+            body_bytes: (at.within("http.limits.body_kb", self.body_kb, 1.0..=10_000.0)? * 1e3) as usize,
+            head: seconds("head_s", self.head_s)?,
+            body: seconds("body_s", self.body_s)?,
+            answer: seconds("answer_s", self.answer_s)?,
+            stall: seconds("stall_s", self.stall_s)?,
+        })
+    }
+}
+
+/// True if only this machine reaches the address.
+#[must_use]
+pub fn is_loopback(address: IpAddr) -> bool {
+    address.to_canonical().is_loopback()
+}
+
+fn path<'a>(at: &ConfigText<'_>, key: &str, given: &'a str) -> Result<&'a str, SettingsError> {
+    if given.is_empty() || given.contains('\0') {
+        return Err(at.refuse(key, format!("{given:?}"), "a file, relative to this one"));
+    }
+    Ok(given)
+}
+
+fn check_host(at: &ConfigText<'_>, index: usize, host: &str) -> Result<(), SettingsError> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '.' | '_');
+    if (1..=MAX_HOST).contains(&host.len()) && host.chars().all(plain) {
+        return Ok(());
+    }
+    Err(at.refuse("http.hosts", format!("{host:?} at place {}", index + 1), "names of hosts, without a port"))
+}
+
+fn hours(hours: f64) -> Duration {
+    Duration::from_secs_f64(hours * 3600.0)
+}
+
+fn whole(
+    at: &ConfigText<'_>,
+    key: &str,
+    value: u32,
+    range: std::ops::RangeInclusive<u32>,
+) -> Result<usize, SettingsError> {
+    at.within(key, f64::from(value), f64::from(*range.start())..=f64::from(*range.end()))?;
+    Ok(value as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Overrides, TrainSettings};
+
+    fn parse(http: &str, listen: Option<&str>) -> Result<AccessSettings, String> {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/railgrip.toml");
+        let text = format!(
+            "schema = 1\n[train]\nname = \"demo\"\nwagons = 1\nvehicle = \"vehicle.toml\"\n[source]\nkind = \"stdin\"\n{http}"
+        );
+        let overrides = Overrides { listen: listen.map(|at| at.parse().unwrap()), ..Overrides::default() };
+        TrainSettings::parse(&file, &text, &overrides)
+            .map(|train| train.access)
+            .map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn only_loopback_is_open_without_tls_and_tokens() {
+        for open in ["127.0.0.1:0", "127.8.9.1:80", "[::1]:8080", "[::ffff:127.0.0.1]:1"] {
+            assert!(parse(&format!("[http]\nlisten = \"{open}\"\n"), None).is_ok(), "{open}");
+        }
+        for shut in ["0.0.0.0:8080", "[::]:8080", "192.0.2.7:80", "[::ffff:192.0.2.7]:80"] {
+            let said = parse(&format!("[http]\nlisten = \"{shut}\"\n"), None).unwrap_err();
+            assert!(said.contains(":9: `http.listen` is") && said.contains("allow_insecure"), "{said}");
+            let said = parse("", Some(shut)).unwrap_err();
+            assert!(said.starts_with("--listen ") && said.contains("token_file"), "{said}");
+        }
+        let tls = "[http.tls]\ncertificate = \"c.pem\"\nkey = \"k.pem\"\n";
+        let tokens = "[http]\ntoken_file = \"tokens.toml\"\n";
+        assert!(parse(tls, Some("0.0.0.0:1")).is_err(), "TLS alone is not enough");
+        assert!(parse(tokens, Some("0.0.0.0:1")).is_err(), "tokens alone travel in the clear");
+        let access = parse(&format!("{tokens}{tls}"), Some("0.0.0.0:1")).unwrap();
+        assert!(access.tls.unwrap().key.ends_with("config/k.pem"));
+        assert!(parse("[http]\nallow_insecure = true\n", Some("0.0.0.0:1")).unwrap().allow_insecure);
+    }
+
+    #[test]
+    fn values_out_of_range_are_named() {
+        for (http, words) in [
+            ("[http.limits]\nbody_kb = 0\n", "`http.limits.body_kb` is 0, allowed is 1 to 10000"),
+            ("[http.limits]\nconnections = 1\n", "`http.limits.connections` is 1, allowed is 4 to 100000"),
+            ("[http.limits]\nstall_s = nan\n", "`http.limits.stall_s` is NaN"),
+            ("[http.limits]\nstal_s = 1\n", "unknown field `stal_s`"),
+            ("[http]\nhosts = [\"a b\"]\n", "`http.hosts` is \"a b\" at place 1"),
+            ("[http.tls]\ncertificate = \"\"\nkey = \"k\"\n", "`http.tls.certificate`"),
+            ("[http.tls]\ncertificate = \"c\"\n", "missing field `key`"),
+            ("[http.audit]\nkeep = 0\n", "`http.audit.keep` is 0"),
+        ] {
+            let said = parse(http, None).unwrap_err();
+            assert!(said.contains(words), "{said}");
+        }
+    }
+}

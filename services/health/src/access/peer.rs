@@ -1,0 +1,22 @@
+//! Who is at the other end of a connection.
+
+use std::fmt;
+use std::net::SocketAddr;
+
+/// Who is at the other end of a connection.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Peer {
+    /// Its address; none at the local socket and where a router is called without a socket.
+    pub address: Option<SocketAddr>,
+    /// True if TLS is spoken.
+    pub tls: bool,
+}
+
+impl fmt::Display for Peer {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.address {
+            Some(address) => address.fmt(out),
+            None => out.write_str("local"),
+        }
+    }
+}

@@ -1,0 +1,294 @@
+//! Prometheus metrics. Names carry base units; what is stale is left out, but for its age.
+
+use crate::api::grade::{Condition, DataState, Grade};
+use crate::api::processes::ProcessView;
+use crate::api::wagons::model::WagonView;
+use crate::history::HistoryStatus;
+use crate::shared::Shared;
+use crate::store::Snapshot;
+use axum::extract::State;
+use axum::http::{HeaderValue, header};
+use axum::response::{IntoResponse, Response};
+use prometheus_client::encoding::EncodeLabelSet;
+use prometheus_client::encoding::text::encode;
+use prometheus_client::metrics::counter::Counter;
+use prometheus_client::metrics::family::Family;
+use prometheus_client::metrics::gauge::Gauge;
+use prometheus_client::registry::Registry;
+use std::sync::atomic::AtomicU64;
+
+type Gauges<L> = Family<L, Gauge<f64, AtomicU64>>;
+type Counters<L> = Family<L, Counter<f64, AtomicU64>>;
+
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct OfWagon {
+    wagon: u32,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct OfWheelset {
+    wagon: u32,
+    wheelset: u32,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct OfCondition {
+    wagon: u32,
+    condition: &'static str,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct OfProcess {
+    process: String,
+    wagon: u32,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct OfQuantile {
+    wagon: u32,
+    quantile: &'static str,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct OfGrade {
+    grade: &'static str,
+}
+
+/// Metrics for Prometheus.
+#[utoipa::path(get, path = "/metrics", tag = "service", responses((
+    status = 200, content_type = "application/openmetrics-text", body = String, description = "OpenMetrics 1.0"
+)))]
+pub(crate) async fn metrics(State(shared): State<Shared>) -> Response {
+    let kind = HeaderValue::from_static("application/openmetrics-text; version=1.0.0; charset=utf-8");
+    let history = shared.history().map(|history| history.status());
+    ([(header::CONTENT_TYPE, kind)], text(&shared.latest(), shared.requests(), history.as_ref()))
+        .into_response()
+}
+
+/// The metrics of a snapshot.
+#[must_use]
+pub fn text(snapshot: &Snapshot, requests: u64, history: Option<&HistoryStatus>) -> String {
+    let mut registry = Registry::with_prefix("railgrip");
+    let mut wagons = OfWagons::register(&mut registry);
+    snapshot.wagons.iter().for_each(|wagon| wagons.fill(wagon));
+    let processes = OfProcesses::register(&mut registry);
+    snapshot.train.processes.iter().for_each(|process| processes.fill(process));
+    let alerts: Gauges<OfGrade> = Family::default();
+    registry.register("alerts_active", "Alerts that are active now", alerts.clone());
+    let counts = snapshot.train.alerts;
+    for (grade, count) in [("watch", counts.watch), ("act", counts.act)] {
+        alerts.get_or_create(&OfGrade { grade }).set(f64::from(count));
+    }
+    let served: Counter<u64> = Counter::default();
+    served.inc_by(requests);
+    registry.register("http_requests", "Requests answered", served);
+    if let Some(status) = history {
+        of_history(&mut registry, status);
+    }
+    let mut text = String::new();
+    // Writing into a string cannot fail.
+    let _ = encode(&mut text, &registry);
+    text
+}
+
+/// How well the train remembers.
+fn of_history(registry: &mut Registry, status: &HistoryStatus) {
+    let mut gauge = |name: &str, help: &str, value: f64| {
+        let gauge = Gauge::<f64, AtomicU64>::default();
+        gauge.set(value);
+        registry.register(name, help, gauge);
+    };
+    gauge("history_up", "1 if the history is written", f64::from(u8::from(status.trouble.is_none())));
+    gauge("history_size_bytes", "Size of the database of the history", status.size_bytes as f64);
+    if let Some(unix_s) = status.written_until_unix_s {
+        let help = "Up to here everything that arrived is on the medium, Unix time";
+        gauge("history_written_until_timestamp_seconds", help, unix_s as f64);
+    }
+    let counters = [
+        ("history_flushes", "Writes of the history", status.flushes),
+        ("history_written_bytes", "Bytes of blocks written to the history", status.written_bytes),
+        ("history_dropped", "Records lost because the disk refused them or was too slow", status.dropped),
+    ];
+    for (name, help, value) in counters {
+        let counter: Counter<u64> = Counter::default();
+        counter.inc_by(value);
+        registry.register(name, help, counter);
+    }
+}
+
+struct OfWagons {
+    up: Gauges<OfWagon>,
+    age: Gauges<OfWagon>,
+    grade: Gauges<OfWagon>,
+    speed: Gauges<OfWagon>,
+    utilised: Gauges<OfWagon>,
+    available: Gauges<OfWagon>,
+    condition: Gauges<OfCondition>,
+    friction: Gauges<OfWagon>,
+    asymmetry: Gauges<OfWagon>,
+    faulty: Gauges<OfWagon>,
+    nis: Gauges<OfWagon>,
+    wsp: Gauges<OfWagon>,
+    heard_wet: Gauges<OfWagon>,
+    samples: Counters<OfWagon>,
+    missed: Counters<OfWagon>,
+    wheelset_friction: Gauges<OfWheelset>,
+    slides: Counters<OfWheelset>,
+    slide_energy: Counters<OfWheelset>,
+    slide_seconds: Counters<OfWheelset>,
+}
+
+impl OfWagons {
+    fn register(registry: &mut Registry) -> Self {
+        fn gauge<L>(registry: &mut Registry, name: &str, help: &str) -> Gauges<L>
+        where
+            L: Clone + std::hash::Hash + Eq + EncodeLabelSet + std::fmt::Debug + Send + Sync + 'static,
+        {
+            let family = Gauges::<L>::default();
+            registry.register(name, help, family.clone());
+            family
+        }
+        fn counter<L>(registry: &mut Registry, name: &str, help: &str) -> Counters<L>
+        where
+            L: Clone + std::hash::Hash + Eq + EncodeLabelSet + std::fmt::Debug + Send + Sync + 'static,
+        {
+            let family = Counters::<L>::default();
+            registry.register(name, help, family.clone());
+            family
+        }
+        let r = registry;
+        Self {
+            up: gauge(r, "wagon_up", "1 if news of the wagon arrive"),
+            age: gauge(r, "wagon_data_age_seconds", "Age of the last sample of the wagon"),
+            grade: gauge(r, "wagon_grade", "Worst grade: 0 unknown, 1 ok, 2 watch, 3 act"),
+            speed: gauge(r, "wagon_speed_meters_per_second", "Speed over ground"),
+            utilised: gauge(r, "adhesion_utilised_ratio", "Adhesion utilised now, magnitude"),
+            available: gauge(r, "adhesion_available_ratio", "Adhesion available, or a lower bound of it"),
+            condition: gauge(
+                r,
+                "rail_condition_probability_ratio",
+                "Probability of each condition of the rail",
+            ),
+            friction: gauge(r, "brake_friction_ratio", "Pad friction of the wagon, mean over braking"),
+            asymmetry: gauge(r, "brake_asymmetry_ratio", "Pad friction front minus rear over their mean"),
+            faulty: gauge(r, "sensor_faulty_ratio", "Share of sensor values missing or refused"),
+            nis: gauge(
+                r,
+                "filter_innovation_ratio",
+                "Mean normalised innovation squared over its degrees of freedom",
+            ),
+            heard_wet: gauge(r, "heard_wet_probability_ratio", "Probability by ear that the rail is wet"),
+            wsp: gauge(r, "wsp_active_ratio", "Share of the latest braking with slide protection"),
+            samples: counter(r, "samples_received", "Samples taken in"),
+            missed: counter(r, "samples_missed", "Samples that never arrived"),
+            wheelset_friction: gauge(r, "wheelset_brake_friction_ratio", "Pad friction, mean over braking"),
+            slides: counter(r, "slides", "Slides"),
+            slide_energy: counter(r, "slide_energy_joules", "Energy of slides"),
+            slide_seconds: counter(r, "slide_seconds", "Time of slides"),
+        }
+    }
+
+    fn fill(&mut self, view: &WagonView) {
+        let wagon = OfWagon { wagon: view.id };
+        let set = |family: &Gauges<OfWagon>, value: Option<f64>| {
+            if let Some(value) = value {
+                family.get_or_create(&wagon).set(value);
+            }
+        };
+        let live = view.state == DataState::Live;
+        set(&self.up, Some(f64::from(u8::from(live))));
+        set(&self.age, view.age_s);
+        set(&self.grade, Some(grade_code(view.grade)));
+        self.samples.get_or_create(&wagon).inc_by(view.samples as f64);
+        self.missed.get_or_create(&wagon).inc_by(view.samples_missed as f64);
+        for wheelset in &view.wheelsets {
+            let label = OfWheelset { wagon: view.id, wheelset: wheelset.id };
+            self.slides.get_or_create(&label).inc_by(wheelset.slides.value.unwrap_or(0.0));
+            self.slide_energy.get_or_create(&label).inc_by(wheelset.slide_energy_j);
+            self.slide_seconds.get_or_create(&label).inc_by(wheelset.slide_s);
+            if let Some(value) = wheelset.brake_friction.value.filter(|_| live) {
+                self.wheelset_friction.get_or_create(&label).set(value);
+            }
+        }
+        set(&self.heard_wet, view.acoustic.as_ref().and_then(|acoustic| acoustic.wet_probability));
+        if !live {
+            return;
+        }
+        set(&self.speed, view.now.as_ref().map(|now| now.v_m_s));
+        set(&self.utilised, view.now.as_ref().map(|now| now.adhesion.abs()));
+        set(&self.available, view.adhesion_available.value);
+        set(&self.friction, view.brake_friction.value);
+        set(&self.asymmetry, view.asymmetry.value);
+        set(&self.faulty, view.sensors.value);
+        set(&self.nis, view.filter.value);
+        set(&self.wsp, view.wsp_share.value);
+        let rail = &view.rail;
+        let conditions = [
+            (Condition::Dry, rail.dry),
+            (Condition::Wet, rail.wet),
+            (Condition::Low, rail.low),
+            (Condition::VeryLow, rail.very_low),
+        ];
+        for (condition, probability) in conditions {
+            let label = OfCondition { wagon: view.id, condition: condition.word() };
+            self.condition.get_or_create(&label).set(probability);
+        }
+    }
+}
+
+struct OfProcesses {
+    uptime: Gauges<OfProcess>,
+    rejected: Counters<OfProcess>,
+    published: Counters<OfProcess>,
+    step: Gauges<OfQuantile>,
+    latency: Gauges<OfQuantile>,
+}
+
+impl OfProcesses {
+    fn register(registry: &mut Registry) -> Self {
+        let all = Self {
+            uptime: Family::default(),
+            rejected: Family::default(),
+            published: Family::default(),
+            step: Family::default(),
+            latency: Family::default(),
+        };
+        registry.register("process_uptime_seconds", "Since the process started", all.uptime.clone());
+        registry.register(
+            "process_rejected",
+            "Samples or values refused by validation",
+            all.rejected.clone(),
+        );
+        registry.register("process_published", "Samples or estimates sent", all.published.clone());
+        registry.register("estimator_step_seconds", "Duration of one step of the filter", all.step.clone());
+        let help = "Time from acquisition of a sample to publication of its estimate";
+        registry.register("estimator_latency_seconds", help, all.latency.clone());
+        all
+    }
+
+    fn fill(&self, view: &ProcessView) {
+        let wagon = view.wagon.unwrap_or(0);
+        let label = OfProcess { process: view.process.clone(), wagon };
+        self.uptime.get_or_create(&label).set(view.uptime_s);
+        self.rejected.get_or_create(&label).inc_by(view.rejected as f64);
+        self.published.get_or_create(&label).inc_by(view.published as f64);
+        let times = [
+            (&self.step, "0.5", view.step_p50_ns),
+            (&self.step, "0.99", view.step_p99_ns),
+            (&self.latency, "0.5", view.latency_p50_ns),
+            (&self.latency, "0.99", view.latency_p99_ns),
+        ];
+        for (family, quantile, ns) in times.into_iter().filter(|(.., ns)| *ns > 0) {
+            family.get_or_create(&OfQuantile { wagon, quantile }).set(ns as f64 * 1e-9);
+        }
+    }
+}
+
+fn grade_code(grade: Grade) -> f64 {
+    match grade {
+        Grade::Unknown => 0.0,
+        Grade::Ok => 1.0,
+        Grade::Watch => 2.0,
+        Grade::Act => 3.0,
+    }
+}

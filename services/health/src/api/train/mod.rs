@@ -1,0 +1,4 @@
+//! The train at a glance.
+
+pub mod model;
+pub(crate) mod routes;

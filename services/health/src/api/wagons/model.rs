@@ -1,0 +1,224 @@
+//! What the API says of wagons and wheelsets, as types: JSON and OpenAPI come from them.
+//!
+//! Every figure carries its interval, its grade and the reason in words. What is not known is `null`. What is stale says so
+//! with its age; its grades are `unknown` then, and nothing that describes the present is given.
+
+use crate::api::acoustic::AcousticView;
+use crate::api::figure::Figure;
+use crate::api::grade::{Condition, DataState, Grade};
+use crate::api::processes::ProcessView;
+use serde::Serialize;
+use utoipa::ToSchema;
+
+/// One line about a wagon.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct WagonRow {
+    /// Number in the train, 1 first.
+    pub id: u32,
+    /// Name.
+    pub name: String,
+    /// Whether news arrive.
+    pub state: DataState,
+    /// Age of the last sample behind all this, s; `null` before the first.
+    pub age_s: Option<f64>,
+    /// Worst grade of all its indicators.
+    pub grade: Grade,
+    /// Which indicator has that grade, and why.
+    pub reason: String,
+    /// Speed now, m/s.
+    pub v_m_s: Option<f64>,
+    /// Adhesion utilised now, magnitude.
+    pub adhesion_utilised: Option<f64>,
+    /// Adhesion available.
+    pub adhesion_available: Option<f64>,
+    /// True if that is only a lower bound.
+    pub adhesion_available_is_lower_bound: Option<bool>,
+    /// Most probable condition of the rail.
+    pub condition: Option<Condition>,
+    /// Pad friction of the wagon, mean over braking.
+    pub brake_friction: Option<f64>,
+    /// Pad friction front minus rear, over their mean.
+    pub asymmetry: Option<f64>,
+    /// A wheelset slides or spins now.
+    pub sliding: Option<bool>,
+    /// A slide protection acts now.
+    pub wsp_active: Option<bool>,
+}
+
+/// All wagons.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct WagonList {
+    /// Name of the train.
+    pub train: String,
+    /// When this was put together, RFC 3339.
+    pub generated_at: String,
+    /// One line a wagon, front first.
+    pub wagons: Vec<WagonRow>,
+    /// Where the next page is; absent on the last one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    pub next: Option<String>,
+}
+
+/// What a live wagon does now.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct Present {
+    /// Speed, m/s.
+    pub v_m_s: f64,
+    /// Position along the track, m; 0 if unknown.
+    pub position_m: f64,
+    /// Adhesion utilised, signed: braking negative.
+    pub adhesion: f64,
+    /// Its 1 σ.
+    pub adhesion_sigma: f64,
+    /// Pad friction as estimated now, mean of the wheelsets.
+    pub brake_friction: f64,
+    /// Its 1 σ.
+    pub brake_friction_sigma: f64,
+}
+
+/// Condition of the rail, with the probability of each.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct RailView {
+    /// The most probable condition; `null` if unknown.
+    pub condition: Option<Condition>,
+    /// Probability of dry rail.
+    pub dry: f64,
+    /// Probability of wet rail.
+    pub wet: f64,
+    /// Probability of low adhesion.
+    pub low: f64,
+    /// Probability of very low adhesion.
+    pub very_low: f64,
+    /// How it is judged.
+    pub grade: Grade,
+    /// Why, in words.
+    pub reason: String,
+}
+
+/// What a wheelset of a live wagon does now.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct WheelsetPresent {
+    /// Adhesion utilised, signed: braking negative.
+    pub adhesion: f64,
+    /// Its 1 σ.
+    pub adhesion_sigma: f64,
+    /// Pad friction as estimated now.
+    pub brake_friction: f64,
+    /// Its 1 σ.
+    pub brake_friction_sigma: f64,
+    /// The data determine the pad friction of this wheelset now.
+    pub observable: bool,
+    /// Creepage: negative sliding, positive spinning.
+    pub creepage: f64,
+    /// It slides or spins.
+    pub sliding: bool,
+    /// Its slide protection acts.
+    pub wsp_active: bool,
+}
+
+/// One wheelset.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct WheelsetView {
+    /// Number in the wagon, 1 leading.
+    pub id: u32,
+    /// What it does now; `null` unless the wagon is live.
+    pub now: Option<WheelsetPresent>,
+    /// Pad friction, mean over braking.
+    pub brake_friction: Figure,
+    /// That over its nominal value.
+    pub brake_friction_to_nominal: Option<f64>,
+    /// Pad friction referred to standard conditions: speed, pressing force, disc temperature.
+    pub brake_friction_standard: Figure,
+    /// Share of the latest braking during which it had no brake while others had.
+    pub isolated: Figure,
+    /// Largest adhesion utilised of late.
+    pub adhesion_utilised: Figure,
+    /// Adhesion available.
+    pub adhesion_available: Figure,
+    /// True if that is only a lower bound.
+    pub adhesion_available_is_lower_bound: bool,
+    /// Slides counted.
+    pub slides: Figure,
+    /// Energy of all slides, J.
+    pub slide_energy_j: f64,
+    /// Time of all slides, s.
+    pub slide_s: f64,
+    /// Share of the latest braking with slide protection.
+    pub wsp_share: Figure,
+}
+
+/// Everything about one wagon.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct WagonView {
+    /// Number in the train, 1 first.
+    pub id: u32,
+    /// Name.
+    pub name: String,
+    /// Whether news arrive.
+    pub state: DataState,
+    /// Age of the last sample behind all this, s; `null` before the first.
+    pub age_s: Option<f64>,
+    /// When that sample was taken, RFC 3339.
+    pub acquired_at: Option<String>,
+    /// Worst grade of all its indicators.
+    pub grade: Grade,
+    /// Which indicator has that grade, and why.
+    pub reason: String,
+    /// What it does now; `null` unless live.
+    pub now: Option<Present>,
+    /// Pad friction, mean over braking.
+    pub brake_friction: Figure,
+    /// Pad friction front minus rear, over their mean.
+    pub asymmetry: Figure,
+    /// Largest adhesion utilised of late.
+    pub adhesion_utilised: Figure,
+    /// Adhesion available.
+    pub adhesion_available: Figure,
+    /// True if that is only a lower bound.
+    pub adhesion_available_is_lower_bound: bool,
+    /// Condition of the rail.
+    pub rail: RailView,
+    /// What its microphone hears; `null` without one.
+    pub acoustic: Option<AcousticView>,
+    /// Slides counted on all wheelsets.
+    pub slides: Figure,
+    /// Share of the latest braking with any slide protection.
+    pub wsp_share: Figure,
+    /// Share of sensor values missing or refused.
+    pub sensors: Figure,
+    /// Mean normalised innovation squared over its degrees of freedom; 1 is ideal.
+    pub filter: Figure,
+    /// Pad friction referred to standard conditions: speed, pressing force, disc temperature.
+    pub brake_friction_standard: Figure,
+    /// Time from the first pressing force to 90 % of its level, s: median of the latest brake applications.
+    pub response: Figure,
+    /// How much later than its place in the train explains it begins to brake, s: median of the latest applications.
+    pub brake_delay: Figure,
+    /// Retarding force while the brakes are released, beyond running resistance, N.
+    pub dragging: Figure,
+    /// Share of the latest braking during which the worst wheelset had no brake while others had.
+    pub isolated: Figure,
+    /// Adhesion in slides with sand over adhesion in slides without.
+    pub sanding: Figure,
+    /// Whether the model explains the data for long: as `filter`, over longer times.
+    pub model: Figure,
+    /// Sensors that are missing, refused or dead now.
+    pub faulty_sensors: Vec<String>,
+    /// Brake applications so far.
+    pub brake_applications: u64,
+    /// When the latest of them began, RFC 3339.
+    pub brake_applied_at: Option<String>,
+    /// Braking so far, s.
+    pub braking_s: f64,
+    /// Samples taken in.
+    pub samples: u64,
+    /// Samples that never arrived.
+    pub samples_missed: u64,
+    /// Outputs refused by the gate of the filter.
+    pub outputs_rejected: u64,
+    /// Its wheelsets, leading first.
+    pub wheelsets: Vec<WheelsetView>,
+    /// Its estimator process.
+    pub estimator: Option<ProcessView>,
+}

@@ -1,0 +1,99 @@
+//! The reading side of the history, shared by all requests.
+
+use crate::history::columns;
+use railgrip_history::{HistoryError, Reader};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use tokio::sync::Semaphore;
+use utoipa::ToSchema;
+
+/// Requests that may read at once; others wait.
+const READERS: usize = 2;
+/// Exports at once; others are refused.
+const EXPORTS: usize = 1;
+
+/// How the history is.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, ToSchema)]
+pub struct HistoryStatus {
+    /// What is wrong; absent if nothing is.
+    pub trouble: Option<String>,
+    /// Unix s up to which everything that arrived is on the medium.
+    pub written_until_unix_s: Option<i64>,
+    /// Writes so far.
+    pub flushes: u64,
+    /// Bytes of blocks written so far.
+    pub written_bytes: u64,
+    /// Size of the database, bytes.
+    pub size_bytes: u64,
+    /// Records that were lost because the disk refused them for too long, or was too slow.
+    pub dropped: u64,
+}
+
+/// The reading side, shared by all requests.
+#[derive(Debug)]
+pub struct History {
+    database: PathBuf,
+    columns: Vec<columns::Column>,
+    status: Mutex<HistoryStatus>,
+    idle: Mutex<Vec<Reader>>,
+    pub(crate) turns: Arc<Semaphore>,
+    pub(crate) exports: Arc<Semaphore>,
+}
+
+impl History {
+    /// The history in this database, of wagons with at most so many wheelsets.
+    #[must_use]
+    pub fn new(database: PathBuf, wheelsets: usize) -> Self {
+        Self {
+            database,
+            columns: columns::all(wheelsets),
+            status: Mutex::default(),
+            idle: Mutex::default(),
+            turns: Arc::new(Semaphore::new(READERS)),
+            exports: Arc::new(Semaphore::new(EXPORTS)),
+        }
+    }
+
+    /// The database file.
+    pub(crate) fn database(&self) -> &Path {
+        &self.database
+    }
+
+    /// What is recorded.
+    #[must_use]
+    pub fn columns(&self) -> &[columns::Column] {
+        &self.columns
+    }
+
+    /// How it is now.
+    #[must_use]
+    pub fn status(&self) -> HistoryStatus {
+        self.status.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// What is wrong with it, in words; for an alert.
+    #[must_use]
+    pub fn trouble(&self) -> Option<String> {
+        self.status().trouble
+    }
+
+    pub(crate) fn update(&self, change: impl FnOnce(&mut HistoryStatus)) {
+        change(&mut self.status.lock().unwrap_or_else(PoisonError::into_inner));
+    }
+
+    /// Reads; blocks meanwhile, so call it where that is allowed.
+    ///
+    /// # Errors
+    /// There is no database yet, or it refuses.
+    pub fn read<T>(&self, read: impl FnOnce(&Reader) -> Result<T, HistoryError>) -> Result<T, HistoryError> {
+        let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let reader = match idle {
+            Some(reader) => reader,
+            None => Reader::open(&self.database)?,
+        };
+        let result = read(&reader)?;
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(reader);
+        Ok(result)
+    }
+}

@@ -1,0 +1,105 @@
+//! What was received: the latest message of each wagon, of its microphone, and of each process.
+
+use railgrip_indicators::stopping::BrakedWagon;
+use railgrip_messages::{Health, Heard, Heartbeat, Stamp};
+use railgrip_settings::{TrainSettings, WagonSettings};
+use std::collections::BTreeMap;
+
+/// A process that has been quiet for so long is no longer listed, s.
+const PROCESS_GONE_S: f64 = 30.0;
+
+/// The latest of everything that arrived.
+#[derive(Debug)]
+pub(super) struct Received {
+    /// The wagons of the train, front first.
+    pub wagons: Vec<Wagon>,
+    /// By kind of process and wagon.
+    pub heartbeats: BTreeMap<(u32, u32), Heartbeat>,
+    /// Data are stale from this age on, s.
+    pub stale_after_s: f64,
+}
+
+/// A wagon: what the config says of it, and the latest that it said itself.
+#[derive(Debug)]
+pub(super) struct Wagon {
+    /// Its place in the train, 1 first.
+    pub number: u32,
+    /// Its name.
+    pub name: String,
+    /// As it brakes with nominal pads on good rail.
+    pub nominal: BrakedWagon,
+    /// Nominal pad friction.
+    pub nominal_friction: f64,
+    /// Adhesion available on dry, wet, low and very low rail.
+    pub rail: [f64; 4],
+    /// Its latest indicators.
+    pub health: Option<Box<Health>>,
+    /// Whether it has a microphone.
+    pub microphone: bool,
+    /// What that heard last.
+    pub heard: Option<Heard>,
+}
+
+impl Wagon {
+    fn new(settings: &TrainSettings, wagon: &WagonSettings) -> Self {
+        let vehicle = &wagon.vehicle;
+        let resistance = &vehicle.resistance;
+        Self {
+            number: wagon.number,
+            name: wagon.name.clone(),
+            nominal: BrakedWagon {
+                mass_kg: vehicle.body.mass_kg,
+                friction_ratio: [1.0; 3],
+                adhesion: [vehicle.rail.dry; 3],
+                braked_share: 1.0,
+                resistance: [resistance.constant_n, resistance.linear_n_s_per_m, resistance.drag_n_s2_per_m2],
+            },
+            nominal_friction: vehicle.brake.friction_coefficient,
+            rail: [vehicle.rail.dry, vehicle.rail.wet, vehicle.rail.low, 0.5 * vehicle.rail.low],
+            health: None,
+            microphone: settings.microphone(wagon.number).is_some(),
+            heard: None,
+        }
+    }
+}
+
+impl Received {
+    /// Nothing has arrived yet.
+    pub fn new(settings: &TrainSettings) -> Self {
+        Self {
+            wagons: settings.wagons.iter().map(|wagon| Wagon::new(settings, wagon)).collect(),
+            heartbeats: BTreeMap::new(),
+            stale_after_s: settings.http.stale_after_s,
+        }
+    }
+
+    /// Takes the indicators of a wagon; those of an unknown wagon, and older ones than it has, are ignored. Returns the
+    /// message that they replace, or `None` if nothing was taken.
+    pub fn take_health(&mut self, health: &Health) -> Option<Option<Box<Health>>> {
+        let known = self.wagons.iter_mut().find(|known| known.number == health.wagon)?;
+        let newer = |old: &Health| health.published_monotonic_ns >= old.published_monotonic_ns;
+        known.health.as_deref().is_none_or(newer).then(|| known.health.replace(Box::new(*health)))
+    }
+
+    /// Takes what a microphone heard.
+    pub fn take_heard(&mut self, heard: &Heard) {
+        if let Some(known) = self.wagons.iter_mut().find(|known| known.number == heard.wagon) {
+            known.heard = Some(*heard);
+        }
+    }
+
+    /// Takes the heartbeat of a process.
+    pub fn take_heartbeat(&mut self, beat: &Heartbeat) {
+        self.heartbeats.insert((beat.process, beat.wagon), *beat);
+    }
+
+    /// Forgets processes that have been quiet for long.
+    pub fn forget_silent_processes(&mut self, now: Stamp) {
+        self.heartbeats.retain(|_, beat| beat.stamp.age_s(now.monotonic_ns) < PROCESS_GONE_S);
+    }
+
+    /// What a wagon said last, unless that is stale.
+    pub fn fresh<'a>(&self, wagon: &'a Wagon, now_ns: u64) -> Option<&'a Health> {
+        wagon.health.as_deref().filter(|health| health.acquired.age_s(now_ns) <= self.stale_after_s)
+    }
+}

@@ -1,0 +1,135 @@
+//! The train at one instant, ready to be served.
+
+use crate::alerts::SharedBook;
+use crate::alerts::model::{Alert, AlertList};
+use crate::api::acoustic::acoustic;
+use crate::api::figure::Freshness;
+use crate::api::grade::{DataState, Grade};
+use crate::api::processes::process;
+use crate::api::train::model::TrainView;
+use crate::api::wagons::model::{WagonList, WagonRow, WagonView};
+use crate::api::wagons::view;
+use crate::store::inference::{Inference, Whole};
+use crate::store::received::Received;
+use crate::time::rfc3339;
+use crate::web::json::json;
+use axum::body::Bytes;
+use railgrip_messages::{ProcessKind, Stamp};
+use std::sync::Arc;
+
+/// The train at one instant, ready to be served.
+#[derive(Debug, Clone)]
+pub struct Snapshot {
+    /// When it was taken.
+    pub taken: Stamp,
+    /// The train at a glance.
+    pub train: TrainView,
+    /// One line a wagon.
+    pub rows: Vec<WagonRow>,
+    /// All about each wagon.
+    pub wagons: Vec<WagonView>,
+    /// What is said of the whole train.
+    pub whole: Arc<Whole>,
+    /// All alerts.
+    pub alerts: AlertList,
+    /// Why the train is not ready; empty if it is.
+    pub not_ready: Vec<String>,
+    /// `rows` as JSON.
+    pub rows_json: Bytes,
+    /// `train` as JSON.
+    pub train_json: Bytes,
+    /// What happened to alerts since the snapshot before.
+    pub news: Vec<Alert>,
+    /// The alerts themselves, for those who change them.
+    pub book: SharedBook,
+    /// Version of the alerts in this snapshot.
+    pub alert_version: u64,
+}
+
+impl Snapshot {
+    /// The train of that name as it is now.
+    pub(super) fn take(
+        name: &str,
+        received: &Received,
+        inference: &mut Inference,
+        book: &SharedBook,
+        news: Vec<Alert>,
+        now: Stamp,
+    ) -> Self {
+        let (rows, wagons) = wagons(received, inference, now.monotonic_ns);
+        let not_ready: Vec<String> = rows
+            .iter()
+            .filter(|row| row.state != DataState::Live)
+            .map(|row| format!("wagon {} ({}) is {}", row.id, row.name, row.reason))
+            .collect();
+        let train = train(name, received, book, &rows, now);
+        let list = WagonList {
+            train: train.name.clone(),
+            generated_at: train.generated_at.clone(),
+            wagons: rows.clone(),
+            next: None,
+        };
+        let locked = book.lock();
+        let (alert_version, alerts) = (locked.version(), AlertList { alerts: locked.list(), next: None });
+        drop(locked);
+        Self {
+            taken: now,
+            rows_json: json(&list),
+            train_json: json(&train),
+            train,
+            rows,
+            wagons,
+            whole: inference.whole(received, now.monotonic_ns),
+            alerts,
+            not_ready,
+            news,
+            book: book.clone(),
+            alert_version,
+        }
+    }
+}
+
+/// A line about each wagon, and all about each.
+fn wagons(received: &Received, inference: &Inference, now_ns: u64) -> (Vec<WagonRow>, Vec<WagonView>) {
+    let of_wagon = |known: &super::received::Wagon| {
+        let health = known.health.as_deref();
+        let fresh = Freshness::of(health, now_ns, received.stale_after_s);
+        let estimator = received.heartbeats.get(&(ProcessKind::Estimator.code(), known.number));
+        let mut row = view::row(known.number, &known.name, health, fresh);
+        let mut wagon = view::wagon(known.number, &known.name, health, estimator, fresh, now_ns);
+        if row.state == DataState::Live {
+            inference.amend(&mut row, &mut wagon);
+        }
+        let heard = known.microphone.then_some(known.heard.as_ref());
+        wagon.acoustic = heard.map(|heard| acoustic(heard, now_ns, received.stale_after_s));
+        (row, wagon)
+    };
+    received.wagons.iter().map(of_wagon).unzip()
+}
+
+/// The train at a glance.
+fn train(name: &str, received: &Received, book: &SharedBook, rows: &[WagonRow], now: Stamp) -> TrainView {
+    let count = |state| rows.iter().filter(|row| row.state == state).count() as u32;
+    let mut worst: Vec<WagonRow> = rows.iter().filter(|row| row.grade >= Grade::Watch).cloned().collect();
+    worst.sort_by_key(|row| std::cmp::Reverse(row.grade));
+    let (grade, reason) = match rows.iter().max_by_key(|row| (row.grade, std::cmp::Reverse(row.id))) {
+        Some(row) if row.grade >= Grade::Watch => (row.grade, format!("wagon {}: {}", row.id, row.reason)),
+        Some(row) if row.grade == Grade::Ok => (Grade::Ok, "everything known is as it should be".to_owned()),
+        _ => (Grade::Unknown, "nothing is known yet".to_owned()),
+    };
+    let live = count(DataState::Live);
+    TrainView {
+        name: name.to_owned(),
+        generated_at: rfc3339(now.unix_ns),
+        ready: live as usize == rows.len(),
+        grade,
+        reason,
+        wagons: rows.len() as u32,
+        live,
+        stale: count(DataState::Stale),
+        silent: count(DataState::Silent),
+        worst,
+        alerts: book.lock().counts(),
+        processes: received.heartbeats.values().map(|beat| process(beat, now.monotonic_ns)).collect(),
+    }
+}

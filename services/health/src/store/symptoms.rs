@@ -1,0 +1,57 @@
+//! Hands what is judged to the alerts: silent wagons, indicators, what only the neighbours show, and this service itself.
+
+use crate::alerts::{AlertBook, Cause};
+use crate::api::grade::Grade;
+use crate::api::wagons::view;
+use crate::store::inference::Inference;
+use crate::store::received::Received;
+use crate::time::rfc3339;
+use railgrip_messages::Stamp;
+
+/// Judges every symptom of the train. `started` is when this service began: a wagon of which nothing came is as old.
+pub(super) fn judge(
+    book: &mut AlertBook,
+    received: &Received,
+    inference: &Inference,
+    started: Stamp,
+    now: Stamp,
+) {
+    let (neighbours, settings) = inference.neighbours();
+    for known in &received.wagons {
+        let wagon = known.number;
+        let of_wagon = |name| Cause { wagon, wheelset: None, name };
+        let last = known.health.as_deref().map_or(started, |health| health.acquired);
+        let stale = last.age_s(now.monotonic_ns) > received.stale_after_s;
+        let (grade, reason) = if stale {
+            (Grade::Act, format!("no news since {}", rfc3339(last.unix_ns)))
+        } else {
+            (Grade::Ok, String::new())
+        };
+        book.judge(of_wagon("silent"), grade, &reason, now);
+        let Some(health) = known.health.as_deref().filter(|_| !stale) else { continue };
+        for (name, wheelset, indicator) in view::judged(health) {
+            let cause = Cause { wagon, wheelset, name };
+            book.judge(cause, indicator.grade().into(), indicator.reason.as_str(), now);
+        }
+        if let Some(without) = neighbours.without(wagon, settings) {
+            book.judge(of_wagon("no_pressure"), without.grade, &without.reason, now);
+        }
+        let delay = neighbours.delay(wagon, settings);
+        book.judge(of_wagon("late"), delay.grade, &delay.reason, now);
+    }
+}
+
+/// Judges what is wrong with this service itself: its journal of alerts, its history.
+pub(super) fn judge_service(book: &mut AlertBook, history: Option<&str>, now: Stamp) {
+    let of_service = |name| Cause { wagon: 0, wheelset: None, name };
+    let (grade, reason) = match book.trouble() {
+        Some(trouble) => (Grade::Act, format!("alerts are not kept: {trouble}")),
+        None => (Grade::Ok, String::new()),
+    };
+    book.judge(of_service("storage"), grade, &reason, now);
+    let (grade, reason) = match history {
+        Some(trouble) => (Grade::Act, format!("nothing is remembered, all else goes on: {trouble}")),
+        None => (Grade::Ok, String::new()),
+    };
+    book.judge(of_service("history"), grade, &reason, now);
+}
