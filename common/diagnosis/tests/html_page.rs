@@ -57,15 +57,7 @@ fn a_bench_with_an_effect() {
     let page = render(&outcome.report, &outcome.detail);
     keep("bench_brake", &page);
     check_self_contained(&page);
-    for id in [
-        "brake_fade",
-        "brake_friction_speed",
-        "How far it shrinks",
-        "Gap by region",
-        "run0",
-        "Seed",
-        "Why this verdict",
-    ] {
+    for id in ["brake_fade", "brake_friction_speed", "How far it shrinks", "Gap by region", "run0", "Seed"] {
         assert!(page.contains(id), "{id}");
     }
 }
@@ -125,7 +117,6 @@ fn wagon_report() -> Report {
     Report {
         schema: SCHEMA.to_owned(),
         verdict: Verdict::Effects,
-        rule: Some("rest_is_small".to_owned()),
         location: Location {
             term: Some("brake_friction".to_owned()),
             signals: vec![
@@ -200,7 +191,6 @@ fn wagon_detail() -> Detail {
     Detail {
         case: "case00".to_owned(),
         subject: "wagon, 52.3 t, 2 wheelsets, 100 Hz".to_owned(),
-        rule_words: "What the effects leave is small.".to_owned(),
         notes: Vec::new(),
         runs: vec![
             RunRow {
@@ -344,7 +334,7 @@ fn the_report_reads_back_as_it_was_written() {
     let report = wagon_report();
     let json = serde_json::to_string(&report).unwrap();
     assert!(json.starts_with(
-        "{\"schema\":\"railgrip.gap.report/1\",\"verdict\":\"effects\",\"rule\":\"rest_is_small\",\"where\":{\"term\":\"brake_friction\""
+        "{\"schema\":\"railgrip.gap.report/1\",\"verdict\":\"effects\",\"where\":{\"term\":\"brake_friction\""
     ));
     assert_eq!(serde_json::from_str::<Report>(&json).unwrap(), report);
 }

@@ -27,9 +27,6 @@ pub fn header(report: &Report, detail: &Detail) -> Markup {
                     @if index % 2 == 1 { b { (piece) } } @else { (piece) }
                 }
             }
-            @if let Some(rule) = report.rule.as_ref().filter(|_| !detail.rule_words.is_empty()) {
-                p.why { b { "Why this verdict: " } (detail.rule_words) " (rule " code { (rule) } ")" }
-            }
             @if !detail.notes.is_empty() { ul.notes { @for note in &detail.notes { li { (note) } } } }
         }
     }

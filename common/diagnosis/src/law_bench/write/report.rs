@@ -48,7 +48,6 @@ pub fn write(findings: &Findings, options: &Options, started: Instant) -> Result
     let report = Report {
         schema: SCHEMA.to_owned(),
         verdict: findings.rule.verdict,
-        rule: Some(findings.rule.name.to_owned()),
         location: location(findings, &fit, calibrated, regime),
         effects: effects(findings, &rows),
         candidates: candidates(findings),
@@ -86,7 +85,6 @@ fn detail(
     Detail {
         case: case.name.clone(),
         subject: words::subject(findings),
-        rule_words: findings.rule.words.to_owned(),
         notes: words::notes(findings),
         runs,
         heat_map: figures::heat_map(case.kind, fit),

@@ -19,9 +19,6 @@ pub fn summary(report: &Report, case: &str) -> String {
 fn write(text: &mut String, report: &Report, case: &str) -> std::fmt::Result {
     writeln!(text, "# {case}: {}\n", report.verdict.name())?;
     writeln!(text, "**{}**\n\n{}\n", headline(report), evidence(report).concat())?;
-    if let Some(rule) = &report.rule {
-        writeln!(text, "Decided by the rule `{rule}`.\n")?;
-    }
     gaps(text, report)?;
     location(text, report)?;
     effects(text, report)?;
