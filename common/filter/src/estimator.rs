@@ -3,15 +3,15 @@
 
 mod traced;
 
-use crate::hygiene::{HeldInput, SensorWatch, TimeBase, TimeStep, Verdict, without_nonsense};
+use crate::hygiene::{TimeStep, Verdict, without_nonsense};
 use crate::laws::{Laws, Place};
+use crate::memory::Memory;
 use crate::models::{Build, DrivenSample, WagonFilter};
-use crate::output::{InnovationRecord, MAX_OUTPUTS, flags};
+use crate::output::{InnovationRecord, flags};
 use crate::{
     EstimateState, EstimatorConfig, EstimatorInput, EstimatorOutput, EstimatorSnapshot, FilterError,
 };
 use railgrip_vehicle::{MAX_WHEELSETS, VehicleParameters, WagonModel};
-use serde::{Deserialize, Serialize};
 
 /// Longest step of a prediction, s; gaps are cut into such steps.
 const LONGEST_STEP_S: f64 = 0.05;
@@ -52,26 +52,6 @@ impl Clone for BoxedFilter {
     }
 }
 
-/// What the estimator remembers beside the filter's belief.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Memory {
-    pub(crate) time: TimeBase,
-    pub(crate) forces: [HeldInput; MAX_WHEELSETS],
-    pub(crate) torques: [HeldInput; MAX_WHEELSETS],
-    pub(crate) grade: HeldInput,
-    pub(crate) sanding: HeldInput,
-    pub(crate) position: HeldInput,
-    pub(crate) watches: [SensorWatch; MAX_OUTPUTS],
-    pub(crate) running_s: f64,
-    pub(crate) started: bool,
-    pub(crate) resumed: bool,
-    /// Measurements that were believed against the filter, fading.
-    pub(crate) quarrels: f64,
-    /// Time left in which estimates are called diverged, s.
-    pub(crate) diverged_s: f64,
-}
-
 impl WagonEstimator {
     /// The estimator of `vehicle`.
     ///
@@ -91,7 +71,7 @@ impl WagonEstimator {
         vehicle: &VehicleParameters,
         model: WagonModel,
     ) -> Result<Self, FilterError> {
-        config.check()?;
+        config.check_ranges()?;
         let constants = model.constants();
         let load_n = model.load_distribution().static_load_n[0];
         let entry = crate::models::find(&config.filter).ok_or_else(|| crate::ConfigError::UnknownFilter {

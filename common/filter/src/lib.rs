@@ -21,24 +21,29 @@ mod hygiene;
 mod input;
 mod interface;
 mod laws;
+mod memory;
 pub mod models;
 mod observability;
 mod output;
 mod plant;
+mod selection;
 mod sensors;
 mod smoothing;
 mod snapshot;
 mod state;
+mod trace;
 pub mod unscented;
 
 pub use config::{
-    ConfigError, EstimatorConfig, HygieneSettings, NoisePreset, PriorSettings, RateSettings, SensorSettings,
+    ConfigError, EstimatorConfig, HygieneSettings, ImmSettings, NoisePreset, PriorSettings, RateSettings,
+    SensorSettings,
 };
 pub use error::FilterError;
-pub use estimator::{Memory, WagonEstimator};
+pub use estimator::WagonEstimator;
 pub use hygiene::{HeldInput, SensorWatch, TimeBase, TimeStep, Verdict};
 pub use input::{BogieInput, EstimatorInput, MotorInput};
-pub use interface::{DEFAULT_FILTER, Estimator, estimator};
+pub use interface::Estimator;
+pub use memory::Memory;
 pub use models::{Build, FILTERS, FilterEntry, FilterState};
 pub use observability::scaled_rank;
 pub use output::{EstimatorOutput, InnovationRecord, MAX_OUTPUTS, flags};
@@ -46,7 +51,9 @@ pub use plant::{
     BogieBrake, BogieDrive, BogieLaw, BogieRigFile, BogieRigSensors, BogieRollers, MotorSensors, Plant,
     PlantError, PlantKind, Roller, RollerRigFile, TractionRigFile,
 };
+pub use selection::{DEFAULT_FILTER, estimator};
 pub use sensors::SensorSigmas;
-pub use smoothing::{SmoothedStep, StepTrace, smooth_record};
+pub use smoothing::{SmoothedStep, smooth_record};
 pub use snapshot::EstimatorSnapshot;
 pub use state::EstimateState;
+pub use trace::StepTrace;

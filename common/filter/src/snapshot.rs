@@ -1,6 +1,6 @@
 //! State of an estimator at rest, for a restart.
 
-use crate::estimator::Memory;
+use crate::memory::Memory;
 use crate::models::FilterState;
 use serde::{Deserialize, Serialize};
 

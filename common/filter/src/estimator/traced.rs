@@ -2,7 +2,7 @@
 
 use super::{WagonEstimator, flags};
 use crate::models::DrivenSample;
-use crate::smoothing::StepTrace;
+use crate::trace::StepTrace;
 use crate::{Estimator, EstimatorInput, EstimatorOutput, EstimatorSnapshot, FilterError};
 use nalgebra::{DMatrix, DVector};
 

@@ -17,12 +17,12 @@ use super::bogie_rig::{
 };
 use super::sample_rate::SampleRate;
 use super::{FilterState, pack, unpack};
-use crate::estimator::Memory;
+use crate::memory::Memory;
 use crate::output::flags;
-use crate::smoothing::StepTrace;
+use crate::trace::StepTrace;
 use crate::{
-    BogieRigFile, EstimateState, Estimator, EstimatorConfig, EstimatorInput, EstimatorOutput,
-    EstimatorSnapshot, FilterError, InnovationRecord, Plant,
+    BogieRigFile, EstimateState, Estimator, EstimatorInput, EstimatorOutput, EstimatorSnapshot, FilterError,
+    InnovationRecord,
 };
 use railgrip_vehicle::bogie_rig::BOGIE_WHEELSETS;
 
@@ -50,26 +50,21 @@ pub struct BogieEstimator {
 }
 
 /// The filter of a bogie rig.
-pub(super) fn boxed(_config: &EstimatorConfig, plant: &Plant) -> Result<Box<dyn Estimator>, FilterError> {
-    Ok(Box::new(BogieEstimator::new(plant)?))
+pub(super) fn boxed(rig: &BogieRigFile) -> Result<Box<dyn Estimator>, FilterError> {
+    Ok(Box::new(BogieEstimator::new(rig)?))
 }
 
 impl BogieEstimator {
     /// The estimator of a bogie rig.
     ///
     /// # Errors
-    /// Another plant, or parameters out of range.
-    pub fn new(plant: &Plant) -> Result<Self, FilterError> {
-        let Plant::Bogie(rig) = plant else {
-            let fitting = super::FILTERS.iter().filter(|entry| entry.plants.contains(&plant.kind()));
-            let known = fitting.map(|entry| format!("\"{}\"", entry.name)).collect::<Vec<_>>().join(", ");
-            return Err(FilterError::Plant { filter: NAME, plant: plant.kind().name(), known });
-        };
+    /// Parameters out of range.
+    pub fn new(rig: &BogieRigFile) -> Result<Self, FilterError> {
         rig.check()?;
         let wheelsets = BOGIE_WHEELSETS as u32;
         Ok(Self {
             filter: BogieFilter::new(rig.parameters(), BogieNoise::default()),
-            rig: (**rig).clone(),
+            rig: rig.clone(),
             rate: SampleRate::default(),
             resumed: false,
             last: EstimatorOutput { wheelsets, ..EstimatorOutput::default() },

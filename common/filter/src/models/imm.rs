@@ -18,46 +18,14 @@
 use super::paper::{PaperFilter, PaperInput, PaperModel};
 use super::{DrivenSample, FilterState, WagonFilter, WagonPhysics, pack};
 use crate::core::{Gaussian, ScalarUpdate};
-use crate::{EstimatorConfig, EstimatorOutput, FilterError};
+use crate::{EstimatorConfig, EstimatorOutput, FilterError, ImmSettings};
 use nalgebra::{DMatrix, DVector, SVector};
 use railgrip_vehicle::{MAX_WHEELSETS, VehicleParameters, WagonModel};
-use serde::{Deserialize, Serialize};
 
 /// Number of modes.
 const MODES: usize = 4;
 /// Weight that a mode keeps at least, so that it can come back.
 const LEAST_WEIGHT: f64 = 1e-6;
-
-/// Settings of the filter `imm`; one-sigma growth in one second (`_per_sqrt_s`), and times.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ImmSettings {
-    /// Adhesion utilised while steady, per √s.
-    pub adhesion_steady_per_sqrt_s: f64,
-    /// Adhesion utilised while moving, per √s.
-    pub adhesion_moving_per_sqrt_s: f64,
-    /// Wheelset speed at the rim, from what the torque balance does not explain, m/s per √s.
-    pub rim_speed_per_sqrt_s: f64,
-    /// Mean time in which adhesion stays steady, or moving, s.
-    pub adhesion_dwell_s: f64,
-    /// Mean time in which pads stay prompt, or late, s.
-    pub pads_dwell_s: f64,
-    /// Time by which late pads follow the measured pressing force, s.
-    pub pads_late_s: f64,
-}
-
-impl Default for ImmSettings {
-    fn default() -> Self {
-        Self {
-            adhesion_steady_per_sqrt_s: 0.01,
-            adhesion_moving_per_sqrt_s: 0.3,
-            rim_speed_per_sqrt_s: 0.15,
-            adhesion_dwell_s: 0.15,
-            pads_dwell_s: 2.0,
-            pads_late_s: 0.15,
-        }
-    }
-}
 
 /// Four filters (12)–(15) side by side.
 #[derive(Clone, Debug)]

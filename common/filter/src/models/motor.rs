@@ -21,12 +21,12 @@ use super::traction_rig::{
 };
 use super::{DrivenSample, FilterState};
 use crate::core::Gaussian;
-use crate::estimator::Memory;
+use crate::memory::Memory;
 use crate::output::flags;
-use crate::smoothing::StepTrace;
+use crate::trace::StepTrace;
 use crate::{
-    EstimateState, Estimator, EstimatorConfig, EstimatorInput, EstimatorOutput, EstimatorSnapshot,
-    FilterError, Plant, TractionRigFile,
+    EstimateState, Estimator, EstimatorInput, EstimatorOutput, EstimatorSnapshot, FilterError,
+    TractionRigFile,
 };
 use nalgebra::{DMatrix, DVector, SMatrix};
 
@@ -71,26 +71,21 @@ pub struct MotorEstimator<B> {
 }
 
 /// The unscented filter of a traction rig.
-pub(super) fn boxed_ukf(_config: &EstimatorConfig, plant: &Plant) -> Result<Box<dyn Estimator>, FilterError> {
-    Ok(Box::new(MotorEstimator::<Unscented>::new("zhao", plant)?))
+pub(super) fn boxed_ukf(rig: &TractionRigFile) -> Result<Box<dyn Estimator>, FilterError> {
+    Ok(Box::new(MotorEstimator::<Unscented>::new("zhao", rig)?))
 }
 
 /// The extended filter of a traction rig.
-pub(super) fn boxed_ekf(_config: &EstimatorConfig, plant: &Plant) -> Result<Box<dyn Estimator>, FilterError> {
-    Ok(Box::new(MotorEstimator::<Extended>::new("zhao_ekf", plant)?))
+pub(super) fn boxed_ekf(rig: &TractionRigFile) -> Result<Box<dyn Estimator>, FilterError> {
+    Ok(Box::new(MotorEstimator::<Extended>::new("zhao_ekf", rig)?))
 }
 
 impl<B: TractionBelief + 'static> MotorEstimator<B> {
     /// The estimator of a traction rig.
     ///
     /// # Errors
-    /// Another plant, or parameters out of range.
-    pub fn new(name: &'static str, plant: &Plant) -> Result<Self, FilterError> {
-        let Plant::Traction(rig) = plant else {
-            let fitting = super::FILTERS.iter().filter(|entry| entry.plants.contains(&plant.kind()));
-            let known = fitting.map(|entry| format!("\"{}\"", entry.name)).collect::<Vec<_>>().join(", ");
-            return Err(FilterError::Plant { filter: name, plant: plant.kind().name(), known });
-        };
+    /// Parameters out of range.
+    pub fn new(name: &'static str, rig: &TractionRigFile) -> Result<Self, FilterError> {
         rig.check()?;
         let sensors = &rig.sensors;
         let sigmas = [

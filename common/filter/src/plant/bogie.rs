@@ -1,6 +1,6 @@
 //! The file of a bogie rig (`rig.toml`, `kind = "bogie"`): Shrestha, Spiryagin & Wu (2021).
 
-use super::{Check, PlantError, check_head, contact_checks, refuse_first};
+use super::check::{Check, PlantError, check_head, contact_checks, refuse_first};
 use railgrip_vehicle::bogie_rig::{
     BOGIE_WHEELSETS, BogieParameters, BrakeParameters, ContactLaw, RailCondition, SensorParameters,
 };

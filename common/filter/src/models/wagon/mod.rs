@@ -11,7 +11,9 @@
 //! (process noise), `tie` (creepage difference), `readout`.
 
 mod layout;
+mod mean_slip;
 mod noise;
+mod pads;
 mod propagate;
 mod readout;
 mod schedule;
@@ -24,6 +26,7 @@ use super::{DrivenSample, FilterState, WagonFilter, dynamic, pack, unpack};
 use crate::core::{Gaussian, ScalarUpdate};
 use crate::{EstimatorConfig, EstimatorOutput, FilterError, SensorSigmas};
 use layout::Layout;
+use mean_slip::MeanSlip;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use railgrip_vehicle::brake::pad_torque_nm;
 use railgrip_vehicle::{VehicleParameters, WagonModel};
@@ -42,7 +45,7 @@ pub struct WagonEkf<const W: usize, const N: usize> {
     pub belief: Gaussian<N>,
     contacts: [Contact; W],
     watches: [ChangeWatch; W],
-    mean_slips: [tie::MeanSlip; W],
+    mean_slips: [MeanSlip; W],
     /// Adhesion available on dry rail, after the vehicle file.
     dry_adhesion: f64,
     /// Brake torque per pad friction of each wheelset in the last step, N m.
@@ -87,7 +90,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
             belief,
             contacts: [Contact { rolling: 1.0, secant: 1.0, slip_m_s: 0.0, excess_m_s: 0.0 }; W],
             watches: [ChangeWatch::default(); W],
-            mean_slips: [tie::MeanSlip::default(); W],
+            mean_slips: [MeanSlip::default(); W],
             dry_adhesion: vehicle.rail.dry,
             brake_torque_nm: [0.0; W],
             step_s: 0.0,
@@ -114,10 +117,10 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
             sigma[at.radius + i] = priors.wheel_radius;
         }
         let mut belief = Gaussian::independent(mean, &sigma);
-        let (common, split) = noise::pad_prior_variances::<W>(priors, physics.brake_friction[0]);
+        let (common, split) = pads::pad_prior_variances::<W>(priors, physics.brake_friction[0]);
         for i in 0..W {
             for j in 0..W {
-                belief.covariance[(at.pad + i, at.pad + j)] = noise::pad_entry::<W>(common, split, i == j);
+                belief.covariance[(at.pad + i, at.pad + j)] = pads::pad_entry::<W>(common, split, i == j);
             }
         }
         belief
@@ -145,7 +148,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
         self.belief.reset_component(at.lag, 0.0, 1e-3);
         self.belief.reset_component(at.disturbance, self.belief.mean[at.disturbance], 1.0);
         self.watches = [ChangeWatch::default(); W];
-        self.mean_slips = [tie::MeanSlip::default(); W];
+        self.mean_slips = [MeanSlip::default(); W];
         self.late_force_n = [0.0; W];
         self.since_tie_s = 0.0;
     }
@@ -285,11 +288,7 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
             let creep = self.physics.rolling_slip_m_s(force, self.belief.mean[0]);
             self.mean_slips[i].note(self.contacts[i].slip_m_s, creep, dt_s);
         }
-        self.since_tie_s += dt_s;
-        if self.since_tie_s >= tie::INTERVAL_S {
-            self.tie_creepages(sample);
-            self.since_tie_s = 0.0;
-        }
+        self.tie_when_due(sample, dt_s);
     }
 
     fn read(&self, sample: &DrivenSample, out: &mut EstimatorOutput) {
@@ -311,7 +310,7 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
             self.watches[i].mean = state.memory[i];
             let c = &state.memory[W + 4 * i..];
             let mean = &state.memory[6 * W + 2 * i..];
-            self.mean_slips[i] = tie::MeanSlip { slip_m_s: mean[0], creep_m_s: mean[1] };
+            self.mean_slips[i] = MeanSlip { slip_m_s: mean[0], creep_m_s: mean[1] };
             self.late_force_n[i] = state.memory[5 * W + i];
             self.contacts[i] = Contact { rolling: c[0], secant: c[1], slip_m_s: c[2], excess_m_s: c[3] };
         }

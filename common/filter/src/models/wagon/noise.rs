@@ -1,24 +1,12 @@
 //! Process noise of the default filter: how far each component may move on its own within a step.
 
 use super::layout::Layout;
+use super::pads::{pad_entry, pad_prior_variances};
 use super::propagate::StepInput;
 use super::{DrivenSample, WagonEkf};
-use crate::PriorSettings;
 use nalgebra::SVector;
 use railgrip_vehicle::GRAVITY_M_S2;
 use railgrip_vehicle::resistance::running_resistance;
-
-/// Variances of the prior of pad friction: of the mean over the wheelsets, and of one against that mean.
-pub(super) fn pad_prior_variances<const W: usize>(priors: &PriorSettings, nominal: f64) -> (f64, f64) {
-    let split = if W > 1 { priors.pad_split * nominal } else { 0.0 };
-    ((priors.pad_common * nominal).powi(2), split * split)
-}
-
-/// Entry of the covariance of the pads from the variances of mean and deviation.
-#[inline]
-pub(super) fn pad_entry<const W: usize>(common: f64, split: f64, diagonal: bool) -> f64 {
-    if diagonal { common + split } else { common - split / (W as f64 - 1.0) }
-}
 
 impl<const W: usize, const N: usize> WagonEkf<W, N> {
     /// Size of one unit of disturbance, m/s²: what wind and errors of resistance and grade may add.

@@ -11,7 +11,7 @@ use super::{DrivenSample, WagonEkf};
 use nalgebra::SVector;
 
 /// Time between ties, s.
-pub(super) const INTERVAL_S: f64 = 0.05;
+const INTERVAL_S: f64 = 0.05;
 /// Time for which a tie counts as such, s.
 const TIE_COUNTS_S: f64 = 1.0;
 /// Time over which the error of the creep law persists, s.
@@ -24,37 +24,19 @@ const SENSOR_DELAY_S: f64 = 0.1;
 const LEAST_SECANT: f64 = 0.6;
 /// How much the ratio seen in slip must fall short of a dry rail's before it counts: noise and delay of the speeds feign slip.
 const SECANT_MARGIN: f64 = 0.1;
-/// Time over which slip is averaged to see that ratio, s.
-const SLIP_WINDOW_S: f64 = 1.0;
-/// Creep below which slip says nothing about it, m/s.
-const LEAST_CREEP_M_S: f64 = 0.01;
-
-/// Slip and the creep of the linear law, averaged over the last second, m/s.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct MeanSlip {
-    pub slip_m_s: f64,
-    pub creep_m_s: f64,
-}
-
-impl MeanSlip {
-    pub(crate) fn note(&mut self, slip_m_s: f64, creep_m_s: f64, dt_s: f64) {
-        let share = dt_s / (dt_s + SLIP_WINDOW_S);
-        self.slip_m_s += share * (slip_m_s - self.slip_m_s);
-        self.creep_m_s += share * (creep_m_s - self.creep_m_s);
-    }
-
-    /// Force over creepage against that of small creepage, as slip shows it.
-    fn secant(&self) -> f64 {
-        if self.creep_m_s.abs() < LEAST_CREEP_M_S {
-            return 1.0;
-        }
-        (self.creep_m_s / self.slip_m_s).clamp(0.0, 1.0)
-    }
-}
 
 impl<const W: usize, const N: usize> WagonEkf<W, N> {
+    /// Counts time, and ties the creepages when it is time to.
+    pub(super) fn tie_when_due(&mut self, sample: &DrivenSample, dt_s: f64) {
+        self.since_tie_s += dt_s;
+        if self.since_tie_s >= INTERVAL_S {
+            self.tie_creepages(sample);
+            self.since_tie_s = 0.0;
+        }
+    }
+
     /// Ties neighbouring wheelsets by creepage, and each wheelset to the vehicle speed.
-    pub(super) fn tie_creepages(&mut self, sample: &DrivenSample) {
+    fn tie_creepages(&mut self, sample: &DrivenSample) {
         self.untied_s += self.since_tie_s;
         if self.untied_s > TIE_COUNTS_S {
             self.tied = 0;
