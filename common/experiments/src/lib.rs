@@ -15,15 +15,17 @@ pub mod bench;
 pub mod bogie;
 mod error;
 pub mod plot;
+mod report;
 pub mod rigs;
 pub mod roller;
 mod table;
 pub mod traction;
 
 pub use error::ExperimentError;
+pub use report::Report;
 pub use table::{Criterion, Row, Table};
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// One experiment.
 pub struct Experiment {
@@ -33,17 +35,6 @@ pub struct Experiment {
     pub about: &'static str,
     /// Runs it and writes its files into a directory that exists.
     pub run: fn(&Path) -> Result<Report, ExperimentError>,
-}
-
-/// What an experiment leaves behind.
-#[derive(Clone, Debug, Default)]
-pub struct Report {
-    /// Paper against ours.
-    pub table: Table,
-    /// What must hold, and whether it does.
-    pub criteria: Vec<Criterion>,
-    /// Files written.
-    pub files: Vec<PathBuf>,
 }
 
 /// Every experiment railgrip knows.
@@ -121,25 +112,5 @@ impl Experiment {
             report.files.push(path);
         }
         Ok(report)
-    }
-}
-
-impl Report {
-    /// Table and criteria as Markdown.
-    pub fn markdown(&self, title: &str) -> String {
-        let mut text = format!("# {title}\n\n{}", self.table.markdown());
-        if !self.criteria.is_empty() {
-            text.push_str("\n## Criteria\n\n");
-            for criterion in &self.criteria {
-                let verdict = if criterion.met { "met" } else { "NOT MET" };
-                text.push_str(&format!("- {verdict}: {} ({})\n", criterion.name, criterion.figure));
-            }
-        }
-        text
-    }
-
-    /// True if every criterion is met.
-    pub fn all_met(&self) -> bool {
-        self.criteria.iter().all(|criterion| criterion.met)
     }
 }

@@ -23,6 +23,7 @@ mod error;
 mod fault;
 mod pneumatics;
 mod random;
+mod sample;
 pub mod scenario;
 mod sensors;
 mod track;
@@ -33,6 +34,7 @@ mod whole_run;
 mod wsp;
 
 pub use error::ScenarioError;
+pub use sample::{WagonSample, WagonTruth};
 pub use scenario::Scenario;
-pub use train::{Train, TrainSample, WagonSample, WagonTruth};
+pub use train::{Train, TrainSample};
 pub use whole_run::{WagonRun, run};

@@ -132,3 +132,6 @@ impl Departures {
         self.0.iter().fold(start, |value, departure| link(departure.as_ref(), value))
     }
 }
+
+/// What a draw yields: the departure and its parameters by name, in this plant's own terms.
+pub type Drawn = (Box<dyn Departure>, Vec<(&'static str, f64)>);

@@ -45,12 +45,13 @@ pub mod traction_rig;
 mod wagon;
 
 pub use constants::{CREEPAGE_SPEED_FLOOR_M_S, GRAVITY_M_S2};
+pub use effects::ModelError;
 pub use parameters::{
     Body, Brake, Contact, EffectEntry, ParameterError, Rail, RailClass, Resistance, Sensors,
     VehicleParameters, Wheelset,
 };
 pub use wagon::fast;
-pub use wagon::{Constants, Forces, Loading, ModelError, WagonInput, WagonModel, WagonState};
+pub use wagon::{Constants, Forces, Loading, WagonInput, WagonModel, WagonState};
 
 /// Most wheelsets that a wagon can have; arrays per wheelset have this length, and entries beyond the wagon's own
 /// count are zero.

@@ -1,7 +1,18 @@
 //! What is asked for and what lies on the rollers in each of the two tests.
 
-use super::rig::Test;
 use railgrip_vehicle::Contact;
+
+/// Period of samples and of the slide protection, s.
+pub const SAMPLE_PERIOD_S: f64 = 5e-3;
+
+/// One of the two tests.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Test {
+    /// Fig. 4: from 120 km/h, three short applications, then the stop under near-continuous slide protection.
+    SlideProtection,
+    /// Figs. 5 and 6: from 200 km/h with sand.
+    Sanding,
+}
 
 /// Time course of what the operator asks for and what lies on the rollers.
 pub(super) struct Programme {

@@ -1,7 +1,6 @@
 //! Wheel-slide protection of the rig, small and coarse like an early one.
 
-use super::programme::Programme;
-use super::rig::SAMPLE_PERIOD_S;
+use super::programme::{Programme, SAMPLE_PERIOD_S};
 
 /// Slide protection of the rig: vents when slip is large and still grows, holds when it is moderate, gives pressure
 /// back in pulses.

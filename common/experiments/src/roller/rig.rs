@@ -4,6 +4,8 @@
 //! a trailer wheelset (0.46 m, 110 kg m²) with disc brakes (r_B 0.25 m) under 60 kN on rollers of the same
 //! represented mass, pads that grip better as speed falls, and a slide protection that vents, holds and pulses.
 
+pub use super::programme::{SAMPLE_PERIOD_S, Test};
+
 use super::programme::Programme;
 use super::protection::{SlideProtection, Valve};
 use railgrip_vehicle::brake::{BrakeCylinder, pad_torque_nm};
@@ -15,8 +17,6 @@ use rand_pcg::Pcg64Mcg;
 
 /// Step of the integrator, s.
 const STEP_S: f64 = 1e-3;
-/// Period of samples and of the slide protection, s.
-pub const SAMPLE_PERIOD_S: f64 = 5e-3;
 /// Load of the wheelset, N.
 pub const LOAD_N: f64 = 6e4;
 /// Mass that the rollers represent: that of the load, as (1) and (2) have it, kg.
@@ -35,15 +35,6 @@ pub const SERVICE_PAD_LAG_S: f64 = 0.15;
 pub const INERTIA_ERROR: f64 = 1.05;
 /// Pad friction that the filter starts from.
 pub const NOMINAL_PAD_FRICTION: f64 = 0.35;
-
-/// One of the two tests.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Test {
-    /// Fig. 4: from 120 km/h, three short applications, then the stop under near-continuous slide protection.
-    SlideProtection,
-    /// Figs. 5 and 6: from 200 km/h with sand.
-    Sanding,
-}
 
 /// Accuracy of the rig's sensors, one sigma.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,10 +9,9 @@ mod nameless;
 mod resistance;
 mod sensors;
 
-use crate::{departure::Departure, random::Stream, sheet::Sheet};
+pub use crate::departure::Drawn;
 
-/// What a draw yields: the departure and its parameters by name, in this plant's own terms.
-pub type Drawn = (Box<dyn Departure>, Vec<(&'static str, f64)>);
+use crate::{random::Stream, sheet::Sheet};
 
 /// One entry of the catalogue.
 #[derive(Clone, Copy)]

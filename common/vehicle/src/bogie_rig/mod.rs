@@ -30,6 +30,7 @@ mod brake;
 mod drive;
 mod parameters;
 mod rig;
+mod sensor_parameters;
 mod sensors;
 
 pub use brake::{BrakeParameters, HydraulicBrake};
@@ -38,7 +39,8 @@ pub use drive::{
 };
 pub use parameters::{BogieParameters, ContactLaw, RailCondition};
 pub use rig::{BogieRig, BogieRigState, BogieRigStep};
-pub use sensors::{BogieSensors, PulseCounter, SensorParameters};
+pub use sensor_parameters::SensorParameters;
+pub use sensors::{BogieSensors, PulseCounter};
 
 /// Wheelsets of the bogie.
 pub const BOGIE_WHEELSETS: usize = 2;

@@ -11,44 +11,11 @@ pub use quantities::{Constants, Forces, Loading, WagonInput, WagonState};
 
 use crate::adhesion::{ContactForce, creep_force};
 use crate::brake::pad_torque_nm;
-use crate::effects::{self, Effect, Observation, Operating};
+use crate::effects::{self, Effect, ModelError, Observation, Operating};
 use crate::load::LoadDistribution;
 use crate::motion::{body_acceleration_m_s2, wheelset_acceleration_rad_s2};
 use crate::resistance::{grade_force, running_resistance};
 use crate::{PerWheelset, VehicleParameters};
-
-/// Why a model cannot be built.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ModelError {
-    /// An effect that the catalogue lacks.
-    #[error("effect `{id}` is not in the catalogue; `railgrip gap effects` lists what is")]
-    UnknownEffect {
-        /// The id.
-        id: String,
-    },
-    /// A parameter that the effect does not have.
-    #[error("effect `{id}` has no parameter `{name}`")]
-    UnknownParameter {
-        /// The effect.
-        id: &'static str,
-        /// The parameter.
-        name: String,
-    },
-    /// A value outside its bounds.
-    #[error("effect `{id}`: `{name}` is {value}, allowed is {lower} to {upper}")]
-    ParameterOutOfBounds {
-        /// The effect.
-        id: &'static str,
-        /// The parameter.
-        name: &'static str,
-        /// The value.
-        value: f64,
-        /// Lower bound.
-        lower: f64,
-        /// Upper bound.
-        upper: f64,
-    },
-}
 
 /// A wagon with its laws and effects. `Clone` is cheap and shares the effects.
 #[derive(Clone, Debug)]
