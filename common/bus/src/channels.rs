@@ -5,7 +5,7 @@ use railgrip_messages::{
     Payload, Sample,
 };
 
-use crate::holder::{Creator, Kept};
+use crate::creator::{Creator, Kept, Service};
 use crate::{BusError, Limits};
 
 /// Whether a channel exists once a wagon or once a train.
@@ -43,7 +43,7 @@ pub struct Channel {
     /// `sequence` counts items without gaps, so that readers can count what they missed.
     pub counted: bool,
     /// Creates the channel with the type of its payload.
-    pub(crate) create: fn(&Creator<'_>, &Channel, u32) -> Result<Kept, BusError>,
+    pub(crate) create: fn(&Creator<'_>, &Service) -> Result<Kept, BusError>,
 }
 
 /// Every channel there is.
@@ -78,7 +78,7 @@ const fn row<T: Payload>(name: &'static str, scope: Scope) -> Channel {
         history: 0,
         wakes: false,
         counted: false,
-        create: |creator, row, wagon| creator.channel::<T>(row, wagon),
+        create: |creator, service| creator.channel::<T>(service),
     }
 }
 
@@ -88,7 +88,7 @@ const fn audio(name: &'static str) -> Channel {
         payload: AUDIO_TYPE_NAME,
         item_bytes: size_of::<f32>(),
         counted: true,
-        create: |creator, row, wagon| creator.audio(row, wagon),
+        create: |creator, service| creator.audio(service),
         ..row::<Heard>(name, Scope::Microphone).wakes()
     }
 }

@@ -4,15 +4,12 @@
 //! ports; wipe the root folder and everything of this instance in `/dev/shm`; create all channels; show readiness.
 //! End: take away the sign of readiness; wait for the others; drop all channels; wipe again.
 
-use std::any::Any;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use iceoryx2::prelude::{Node, ipc};
-use iceoryx2::service::builder::publish_subscribe::PublishSubscribeCreateError;
-use railgrip_messages::{AudioHeader, Payload};
 
-use crate::audio::AUDIO_BUFFER;
+use crate::creator::{Creator, Kept, Service};
 use crate::presence::{self, Kind, Lock};
 use crate::{BusConfig, BusError, CHANNELS, Channel, Lifecycle, Scope, clock, node};
 
@@ -20,15 +17,10 @@ use crate::{BusConfig, BusError, CHANNELS, Channel, Lifecycle, Scope, clock, nod
 const CLEANUP_PERIOD: Duration = Duration::from_millis(250);
 /// How long the holder waits for processes of the train to leave before it wipes.
 const LEAVE_PATIENCE: Duration = Duration::from_secs(3);
-/// Processes that may have one channel open at a time, beside its publishers and subscribers.
-const SPARE_NODES: usize = 8;
 /// Processes that publish on a channel of the train, beside one a wagon.
 const SPARE_PUBLISHERS: usize = 8;
 /// Where POSIX shared memory lives on Linux.
 const SHARED_MEMORY: &str = "/dev/shm";
-
-/// A created channel, kept for the sake of its existence.
-pub(crate) type Kept = Box<dyn Any>;
 
 /// Keeps every channel of one train alive; dropping it removes them.
 pub struct Holder {
@@ -44,7 +36,7 @@ impl Holder {
     /// # Errors
     /// [`BusError::AlreadyHeld`] if another holder lives; otherwise what the system or iceoryx2 refused.
     pub fn start(config: BusConfig, patience: Duration) -> Result<Self, BusError> {
-        Self::start_with(config, patience, |creator| creator.all())
+        Self::start_with(config, patience, every_channel)
     }
 
     /// Removes what a holder left that died without cleaning up. Does nothing while one lives.
@@ -64,7 +56,7 @@ impl Holder {
     fn start_with(
         config: BusConfig,
         patience: Duration,
-        create: impl Fn(&Creator<'_>) -> Result<Vec<Kept>, BusError>,
+        create: impl Fn(&Creator<'_>, &BusConfig) -> Result<Vec<Kept>, BusError>,
     ) -> Result<Self, BusError> {
         config.validate()?;
         create_private_folder(&config.dir)?;
@@ -82,7 +74,7 @@ impl Holder {
         write_file(&config.transport_file(), &config.transport_text())?;
         config.install()?;
         let node = node::create(&config, "holder")?;
-        let kept = create(&Creator { node: &node, config: &config })?;
+        let kept = create(&Creator { node: &node, limits: &config.limits }, &config)?;
         write_file(
             &presence::holder_file(&config),
             &format!("{} {}\n", std::process::id(), clock::now().unix_ns),
@@ -143,99 +135,32 @@ pub fn holder_pid(config: &BusConfig) -> Option<u32> {
     presence::incarnation(config).and_then(|text| text.split(' ').next()?.parse().ok())
 }
 
-/// Creates channels on the node of the holder.
-pub(crate) struct Creator<'a> {
-    node: &'a Node<ipc::Service>,
-    config: &'a BusConfig,
-}
-
-impl Creator<'_> {
-    fn all(&self) -> Result<Vec<Kept>, BusError> {
-        let mut kept = Vec::new();
-        for row in CHANNELS {
-            match row.scope {
-                Scope::Train => self.row(row, railgrip_messages::NO_WAGON, &mut kept)?,
-                Scope::Wagon => {
-                    self.config.wagons.iter().try_for_each(|wagon| self.row(row, *wagon, &mut kept))?
-                }
-                Scope::Microphone => {
-                    self.config.microphones.iter().try_for_each(|wagon| self.row(row, *wagon, &mut kept))?
-                }
+/// Creates every channel of the table for every wagon that has it.
+fn every_channel(creator: &Creator<'_>, config: &BusConfig) -> Result<Vec<Kept>, BusError> {
+    let mut kept = Vec::new();
+    for row in CHANNELS {
+        let wagons = match row.scope {
+            Scope::Train => &[railgrip_messages::NO_WAGON][..],
+            Scope::Wagon => &config.wagons,
+            Scope::Microphone => &config.microphones,
+        };
+        for wagon in wagons {
+            let service = service(config, row, *wagon);
+            kept.push((row.create)(creator, &service)?);
+            if row.wakes {
+                kept.push(creator.wake(&service)?);
             }
         }
-        Ok(kept)
     }
+    Ok(kept)
+}
 
-    fn row(&self, row: &Channel, wagon: u32, kept: &mut Vec<Kept>) -> Result<(), BusError> {
-        kept.push((row.create)(self, row, wagon)?);
-        if row.wakes {
-            kept.push(self.wake(row, wagon)?);
-        }
-        Ok(())
-    }
-
-    fn publishers(&self, row: &Channel) -> usize {
-        match row.scope {
-            Scope::Wagon | Scope::Microphone => self.config.limits.publishers,
-            Scope::Train => self.config.wagons.len() + SPARE_PUBLISHERS,
-        }
-    }
-
-    /// Creates the channel that carries `T`.
-    pub(crate) fn channel<T: Payload>(&self, row: &Channel, wagon: u32) -> Result<Kept, BusError> {
-        let name = row.service_name(wagon);
-        let limits = &self.config.limits;
-        let service = self
-            .node
-            .service_builder(&node::service_name(&name)?)
-            .publish_subscribe::<[T]>()
-            .max_publishers(self.publishers(row))
-            .max_subscribers(limits.subscribers)
-            .max_nodes(self.publishers(row) + limits.subscribers + SPARE_NODES)
-            .history_size(row.history)
-            .subscriber_max_buffer_size(limits.buffer)
-            .subscriber_max_borrowed_samples(1)
-            .enable_safe_overflow(true)
-            .create()
-            .map_err(|error: PublishSubscribeCreateError| BusError::transport(&name, "create it", error))?;
-        Ok(Box::new(service))
-    }
-
-    /// Creates a channel of audio blocks.
-    pub(crate) fn audio(&self, row: &Channel, wagon: u32) -> Result<Kept, BusError> {
-        let name = row.service_name(wagon);
-        let limits = &self.config.limits;
-        let service = self
-            .node
-            .service_builder(&node::service_name(&name)?)
-            .publish_subscribe::<[f32]>()
-            .user_header::<AudioHeader>()
-            .max_publishers(self.publishers(row))
-            .max_subscribers(limits.subscribers)
-            .max_nodes(self.publishers(row) + limits.subscribers + SPARE_NODES)
-            .history_size(row.history)
-            .subscriber_max_buffer_size(AUDIO_BUFFER)
-            .subscriber_max_borrowed_samples(1)
-            .enable_safe_overflow(true)
-            .create()
-            .map_err(|error: PublishSubscribeCreateError| BusError::transport(&name, "create it", error))?;
-        Ok(Box::new(service))
-    }
-
-    fn wake(&self, row: &Channel, wagon: u32) -> Result<Kept, BusError> {
-        let name = row.service_name(wagon);
-        let limits = &self.config.limits;
-        let service = self
-            .node
-            .service_builder(&node::service_name(&name)?)
-            .event()
-            .max_notifiers(self.publishers(row))
-            .max_listeners(limits.subscribers)
-            .max_nodes(self.publishers(row) + limits.subscribers + SPARE_NODES)
-            .create()
-            .map_err(|error| BusError::transport(&name, "create its event", error))?;
-        Ok(Box::new(service))
-    }
+fn service(config: &BusConfig, row: &Channel, wagon: u32) -> Service {
+    let publishers = match row.scope {
+        Scope::Wagon | Scope::Microphone => config.limits.publishers,
+        Scope::Train => config.wagons.len() + SPARE_PUBLISHERS,
+    };
+    Service { name: row.service_name(wagon), publishers, history: row.history }
 }
 
 /// Waits until no process of this instance has ports; goes on without after [`LEAVE_PATIENCE`], because a stopped
@@ -316,8 +241,8 @@ mod tests {
             limits: crate::Limits::default(),
         };
         let samples = channel("samples").expect("row");
-        let holder = Holder::start_with(config.clone(), Duration::ZERO, |creator| {
-            Ok(vec![creator.channel::<Estimate>(samples, 1)?])
+        let holder = Holder::start_with(config.clone(), Duration::ZERO, |creator, config| {
+            Ok(vec![creator.channel::<Estimate>(&service(config, samples, 1))?])
         })
         .expect("holder");
         let bus = Bus::open(config, ProcessKind::Estimator, 1).expect("bus");

@@ -33,6 +33,7 @@ pub mod bare;
 mod channels;
 mod clock;
 mod config;
+mod creator;
 mod error;
 mod holder;
 mod lifecycle;

@@ -1,8 +1,9 @@
 //! The file of a model: a safetensors file, its header naming format, features, training and a checksum of the content.
 
 use crate::ModelError;
-use crate::model::{Model, Standard};
+use crate::model::{Model, Provenance};
 use crate::network::{LAYERS, Layer};
+use crate::standard::Standard;
 use candle_core::{DType, Device, Tensor};
 use railgrip_acoustics::{FEATURE_NAMES, FEATURES, SAMPLE_RATE_HZ};
 use safetensors::tensor::TensorView;
@@ -10,26 +11,15 @@ use safetensors::{Dtype, SafeTensors};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::HashMap;
+use std::path::Path;
 
 /// Version of the form.
 pub(crate) const FORMAT: u32 = 1;
 /// Key of our header.
 const HEADER: &str = "railgrip";
 
-/// What a model was trained on.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Provenance {
-    /// Seed of everything random.
-    pub seed: u64,
-    /// Clips learnt from.
-    pub clips: usize,
-    /// Passes over them.
-    pub epochs: usize,
-    /// Rigs that they come from.
-    pub rigs: Vec<String>,
-    /// Share of clips told right among those set aside while training.
-    pub validation_accuracy: f64,
-}
+/// The model that is part of the program: what `railgrip acoustics train` makes without options.
+const BUILT_IN: &[u8] = include_bytes!("../models/default.safetensors");
 
 #[derive(Debug, Serialize, Deserialize)]
 struct Header {
@@ -50,7 +40,39 @@ struct Array {
     bytes: Vec<u8>,
 }
 
-pub(crate) fn encode(model: &Model) -> Result<Vec<u8>, ModelError> {
+impl Model {
+    /// The model that is part of the program.
+    ///
+    /// # Errors
+    /// Never, unless the program is damaged.
+    pub fn built_in() -> Result<Self, ModelError> {
+        decode("built-in model", BUILT_IN)
+    }
+
+    /// Reads a model.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is no model, has another version or is damaged.
+    pub fn load(path: &Path) -> Result<Self, ModelError> {
+        let bytes =
+            std::fs::read(path).map_err(|source| ModelError::File { path: path.to_owned(), source })?;
+        decode(&path.display().to_string(), &bytes)
+    }
+
+    /// Writes the model: beside first, then under its name, so that nobody reads half of it.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn save(&self, path: &Path) -> Result<(), ModelError> {
+        let beside = path.with_extension("new");
+        let bytes = encode(self)?;
+        std::fs::write(&beside, bytes)
+            .and_then(|()| std::fs::rename(&beside, path))
+            .map_err(|source| ModelError::File { path: path.to_owned(), source })
+    }
+}
+
+fn encode(model: &Model) -> Result<Vec<u8>, ModelError> {
     let mut arrays = Vec::new();
     let standard = &model.standard;
     for (name, values) in [
@@ -97,7 +119,7 @@ fn half(name: String, tensor: &Tensor) -> Result<Array, ModelError> {
     Ok(Array { name, shape: tensor.dims().to_vec(), dtype: Dtype::F16, bytes })
 }
 
-pub(crate) fn decode(place: &str, bytes: &[u8]) -> Result<Model, ModelError> {
+fn decode(place: &str, bytes: &[u8]) -> Result<Model, ModelError> {
     let refuse = |problem: String| ModelError::Form { place: place.to_owned(), problem };
     let (_, metadata) = SafeTensors::read_metadata(bytes)
         .map_err(|error| refuse(format!("no safetensors file ({error})")))?;

@@ -22,13 +22,13 @@ mod judge;
 mod model;
 mod network;
 pub mod recipe;
+mod standard;
 mod train;
 
 pub use ear::{Ear, Hearing, Hysteresis, Verdict, Window};
 pub use error::ModelError;
-pub use file::Provenance;
 pub use judge::Confusion;
-pub use model::Model;
+pub use model::{Model, Provenance};
 pub use train::{Training, train, train_from, train_on};
 
 /// What the network tells apart.

@@ -1,10 +1,10 @@
 //! From clips to a model.
 
 use crate::dataset::{self, Example};
-use crate::file::Provenance;
-use crate::model::Standard;
+use crate::model::Provenance;
 use crate::network::Learner;
 use crate::recipe::Circumstances;
+use crate::standard::Standard;
 use crate::{Condition, Model, ModelError};
 use railgrip_acoustics::{FEATURES, Features};
 use rand::{RngExt, SeedableRng};

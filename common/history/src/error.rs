@@ -1,7 +1,6 @@
 //! Why the history failed.
 
 use crate::block::BlockError;
-use crate::schema::SCHEMA_VERSION;
 use rusqlite::ErrorCode;
 use std::path::PathBuf;
 
@@ -31,12 +30,14 @@ pub enum HistoryError {
         source: std::io::Error,
     },
     /// The database was written by a newer program.
-    #[error("history {}: written by a newer version (tables of version {found}, this program knows {SCHEMA_VERSION})", path.display())]
+    #[error("history {}: written by a newer version (tables of version {found}, this program knows {known})", path.display())]
     Newer {
         /// The database file.
         path: PathBuf,
         /// Its version.
         found: i64,
+        /// The newest version that this program knows.
+        known: i64,
     },
     /// A block in the database is damaged.
     #[error("history {}: wagon {wagon}, block at {start_s}: {source}", path.display())]

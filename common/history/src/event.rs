@@ -1,7 +1,5 @@
 //! What happened: alerts, slides, processes that came and went.
 
-use crate::query::Reader;
-use crate::{HistoryError, Store};
 use rusqlite::{Connection, params};
 
 /// Something that happened at an instant.
@@ -66,50 +64,4 @@ pub(crate) fn insert(connection: &Connection, events: &[Event]) -> rusqlite::Res
         ])?;
     }
     Ok(())
-}
-
-impl Store {
-    /// Takes an event in; the next flush writes it.
-    pub fn push_event(&mut self, event: Event) {
-        self.push_waiting_event(event);
-    }
-}
-
-impl Reader {
-    /// The latest events that the filter lets through, newest first.
-    ///
-    /// # Errors
-    /// The database refuses.
-    pub fn events(&self, filter: &EventFilter, limit: usize) -> Result<Vec<NumberedEvent>, HistoryError> {
-        let rows = || -> rusqlite::Result<Vec<NumberedEvent>> {
-            let mut select = self.connection().prepare_cached(
-                "SELECT id, unix_ms, kind, wagon, wheelset, grade, cause, text FROM event
-                 WHERE id < ?1 AND unix_ms >= ?2 AND unix_ms < ?3 AND (?4 IS NULL OR wagon = ?4)
-                     AND (?5 IS NULL OR kind = ?5)
-                 ORDER BY id DESC LIMIT ?6",
-            )?;
-            let values = params![
-                filter.before_id.unwrap_or(i64::MAX),
-                filter.from_ms.unwrap_or(i64::MIN),
-                filter.to_ms.unwrap_or(i64::MAX),
-                filter.wagon,
-                filter.kind,
-                limit as i64
-            ];
-            let rows = select.query_map(values, |row| {
-                let event = Event {
-                    unix_ms: row.get(1)?,
-                    kind: row.get(2)?,
-                    wagon: row.get(3)?,
-                    wheelset: row.get(4)?,
-                    grade: row.get(5)?,
-                    cause: row.get(6)?,
-                    text: row.get(7)?,
-                };
-                Ok(NumberedEvent { id: row.get(0)?, event })
-            })?;
-            rows.collect()
-        };
-        rows().map_err(|source| self.fail(source))
-    }
 }

@@ -21,9 +21,11 @@ mod error;
 mod event;
 mod key;
 mod query;
+mod query_rows;
 mod retention;
 mod schema;
 mod store;
+mod stored;
 mod tier;
 mod track_cell;
 

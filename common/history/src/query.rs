@@ -1,7 +1,7 @@
 //! The reading side of the history.
 
 use crate::block::{Buckets, Cell, decode};
-use crate::store::{load, merge_into, newest_start, take_larger};
+use crate::stored::{load, merge_into, newest_start, take_larger};
 use crate::{Bucket, HistoryError, Tier, key};
 use rusqlite::{Connection, OpenFlags, params};
 use std::path::{Path, PathBuf};

@@ -42,7 +42,7 @@ pub(crate) fn migrate(connection: &Connection, path: &Path) -> Result<(), Histor
     let version: i64 = connection.pragma_query_value(None, "user_version", |row| row.get(0)).map_err(fail)?;
     let from = usize::try_from(version).unwrap_or(usize::MAX);
     let Some(steps) = MIGRATIONS.get(from..) else {
-        return Err(HistoryError::Newer { path: path.to_owned(), found: version });
+        return Err(HistoryError::Newer { path: path.to_owned(), found: version, known: SCHEMA_VERSION });
     };
     for (offset, step) in steps.iter().enumerate() {
         let to = from + offset + 1;

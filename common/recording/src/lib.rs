@@ -22,6 +22,7 @@ mod recording;
 mod rig;
 mod run_name;
 mod table;
+mod table_file;
 mod truth;
 mod writer;
 
@@ -33,6 +34,7 @@ pub use motor::{MotorRecording, MotorRow};
 pub use recording::{Optional, Recording, Row};
 pub use rig::{RIG_VALUES, RigColumn, RigRecording, RigRow};
 pub use run_name::{RailClass, RunFile, runs_in};
-pub use table::{Form, HeaderCheck, Table, expect_columns};
+pub use table::{HeaderCheck, Table, expect_columns};
+pub use table_file::Form;
 pub use truth::{Truth, TruthRow};
 pub use writer::{RigRunWriter, RunWriter};

@@ -1,7 +1,7 @@
 //! Names of runs: `NAME.RAIL.csv`, and the runs of a folder.
 
 use crate::error::{Problem, RecordingError, Result};
-use crate::table::Form;
+use crate::table_file::Form;
 use std::fmt;
 use std::path::{Path, PathBuf};
 

@@ -3,38 +3,8 @@
 //!
 //! A missing cell (empty in CSV, null in Parquet) and a NaN are both NaN here; what they mean is decided by who checks.
 
-use crate::atomic::AtomicFile;
 use crate::error::{Place, Problem, RecordingError, Result};
-use crate::{csv_form, parquet_form};
 use std::path::{Path, PathBuf};
-
-/// The two forms of a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Form {
-    /// Text, comma separated, one header line.
-    Csv,
-    /// Apache Parquet.
-    Parquet,
-}
-
-impl Form {
-    /// The form that a file's ending names.
-    pub fn of(path: &Path) -> Result<Self> {
-        match path.extension().and_then(|ending| ending.to_str()) {
-            Some("csv") => Ok(Self::Csv),
-            Some("parquet") => Ok(Self::Parquet),
-            _ => Err(RecordingError::new(path, Problem::Extension)),
-        }
-    }
-
-    /// The ending without its dot.
-    pub const fn ending(self) -> &'static str {
-        match self {
-            Self::Csv => "csv",
-            Self::Parquet => "parquet",
-        }
-    }
-}
 
 /// Looks at the column names of a file before its cells are read.
 pub type HeaderCheck<'a> = &'a dyn Fn(&[String]) -> std::result::Result<(), (String, Problem)>;
@@ -43,10 +13,10 @@ pub type HeaderCheck<'a> = &'a dyn Fn(&[String]) -> std::result::Result<(), (Str
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     file: PathBuf,
-    names: Vec<String>,
-    columns: Vec<Vec<f64>>,
+    pub(crate) names: Vec<String>,
+    pub(crate) columns: Vec<Vec<f64>>,
     lines: Option<Vec<u64>>,
-    words: Vec<Words>,
+    pub(crate) words: Vec<Words>,
 }
 
 /// A column of words; only a program makes one, files with words are not read.
@@ -85,51 +55,6 @@ impl Table {
             return Err(RecordingError::new(file, Problem::Shape(text)));
         }
         Ok(Self { file: file.to_owned(), names, columns, lines, words: Vec::new() })
-    }
-
-    /// Reads a file of either form with any columns of numbers.
-    pub fn read(path: &Path) -> Result<Self> {
-        Self::read_checked(path, &|_| Ok(()))
-    }
-
-    /// Reads a file of either form; `check` sees the header first and names what is wrong with it.
-    pub fn read_checked(path: &Path, check: HeaderCheck<'_>) -> Result<Self> {
-        let file = |e| RecordingError::new(path, Problem::Io(e));
-        match Form::of(path)? {
-            Form::Csv => csv_form::read(std::fs::File::open(path).map_err(file)?, path, check),
-            Form::Parquet => parquet_form::read(std::fs::read(path).map_err(file)?.into(), path, check),
-        }
-    }
-
-    /// Reads CSV text from memory or a pipe; `label` stands for the file in messages.
-    pub fn read_csv(source: impl std::io::Read, label: &Path, check: HeaderCheck<'_>) -> Result<Self> {
-        csv_form::read(source, label, check)
-    }
-
-    /// Reads a Parquet file from memory; `label` stands for the file in messages.
-    pub fn read_parquet(bytes: Vec<u8>, label: &Path, check: HeaderCheck<'_>) -> Result<Self> {
-        parquet_form::read(bytes.into(), label, check)
-    }
-
-    /// Writes the table in the form that the ending names; the file appears whole or not at all.
-    pub fn write(&self, path: &Path) -> Result<()> {
-        let form = Form::of(path)?;
-        let mut file = AtomicFile::create(path)?;
-        match form {
-            Form::Csv => {
-                let names: Vec<String> =
-                    self.names.iter().chain(self.words.iter().map(|words| &words.name)).cloned().collect();
-                csv_form::write_header(&mut file, &names)
-                    .and_then(|()| csv_form::write_rows(&mut file, &self.columns, &self.words))
-                    .map_err(|e| RecordingError::new(path, Problem::Io(e)))?;
-                file.commit()
-            }
-            Form::Parquet => {
-                let mut writer = parquet_form::Writer::new(file, &self.names, &self.words)?;
-                writer.write_group(&self.columns, &self.words)?;
-                writer.finish()?.commit()
-            }
-        }
     }
 
     /// The file this came from.

@@ -6,7 +6,7 @@ use crate::columns::columns_of_run;
 use crate::error::{Problem, RecordingError, Result};
 use crate::recording::{Optional, Recording, Row};
 use crate::rig::{RigRecording, RigRow, cells};
-use crate::table::Form;
+use crate::table_file::Form;
 use crate::{csv_form, parquet_form};
 use std::path::Path;
 

@@ -4,7 +4,6 @@
 //! (`allow_insecure`) that the network is as trusted as this machine.
 
 use crate::SettingsError;
-use crate::file::HttpTable;
 use crate::place::ConfigText;
 use serde::Deserialize;
 use std::net::{IpAddr, SocketAddr};
@@ -80,6 +79,40 @@ pub struct AuditSettings {
     pub max_bytes: u64,
     /// So many files are kept, the current one included.
     pub keep: usize,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct HttpTable {
+    pub listen: String,
+    pub refresh_ms: f64,
+    pub stale_after_s: f64,
+    pub cors_origins: Vec<String>,
+    pub tls: Option<TlsTable>,
+    pub token_file: Option<String>,
+    pub allow_insecure: bool,
+    pub hosts: Vec<String>,
+    pub session_hours: f64,
+    pub limits: LimitsTable,
+    pub audit: AuditTable,
+}
+
+impl Default for HttpTable {
+    fn default() -> Self {
+        Self {
+            listen: "127.0.0.1:8080".to_owned(),
+            refresh_ms: 150.0,
+            stale_after_s: 2.0,
+            cors_origins: Vec::new(),
+            tls: None,
+            token_file: None,
+            allow_insecure: false,
+            hosts: Vec::new(),
+            session_hours: 12.0,
+            limits: LimitsTable::default(),
+            audit: AuditTable::default(),
+        }
+    }
 }
 
 #[derive(Debug, Clone, Deserialize)]

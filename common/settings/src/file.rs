@@ -1,9 +1,11 @@
 //! The form of a train's config file, key by key, before its values are checked. Units stand in the keys.
 
-use crate::access::{AuditTable, LimitsTable, TlsTable};
+use crate::access::HttpTable;
 use crate::alerts::{AlertTable, CapabilityTable, DeliveryTable};
 use crate::history::HistoryTable;
+use crate::instance::InstanceTable;
 use crate::microphones::{AcousticTable, MicrophoneTable};
+use crate::source::SourceTable;
 use railgrip_filter::EstimatorConfig;
 use railgrip_indicators::IndicatorSettings;
 use serde::Deserialize;
@@ -62,37 +64,6 @@ pub(crate) struct WagonTable {
     pub filter: Option<String>,
 }
 
-#[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct InstanceTable {
-    pub dir: Option<String>,
-    pub prefix: Option<String>,
-    pub snapshot_dir: Option<String>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct SourceTable {
-    pub kind: SourceKind,
-    pub scenario: Option<String>,
-    pub programme: Option<String>,
-    pub seed: Option<u64>,
-    pub sample_rate_hz: Option<f64>,
-    pub runs: Option<Vec<String>>,
-    pub speed: Option<f64>,
-    #[serde(rename = "loop")]
-    pub repeat: Option<bool>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum SourceKind {
-    Simulate,
-    Rig,
-    Replay,
-    Stdin,
-}
-
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct SamplesTable {
@@ -115,40 +86,6 @@ pub(crate) struct ReportingTable {
 impl Default for ReportingTable {
     fn default() -> Self {
         Self { snapshot_period_s: 1.0, health_rate_hz: 5.0 }
-    }
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub(crate) struct HttpTable {
-    pub listen: String,
-    pub refresh_ms: f64,
-    pub stale_after_s: f64,
-    pub cors_origins: Vec<String>,
-    pub tls: Option<TlsTable>,
-    pub token_file: Option<String>,
-    pub allow_insecure: bool,
-    pub hosts: Vec<String>,
-    pub session_hours: f64,
-    pub limits: LimitsTable,
-    pub audit: AuditTable,
-}
-
-impl Default for HttpTable {
-    fn default() -> Self {
-        Self {
-            listen: "127.0.0.1:8080".to_owned(),
-            refresh_ms: 150.0,
-            stale_after_s: 2.0,
-            cors_origins: Vec::new(),
-            tls: None,
-            token_file: None,
-            allow_insecure: false,
-            hosts: Vec::new(),
-            session_hours: 12.0,
-            limits: LimitsTable::default(),
-            audit: AuditTable::default(),
-        }
     }
 }
 

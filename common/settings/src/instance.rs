@@ -1,12 +1,20 @@
 //! Where one running train keeps its channels and files, apart from every other train on the machine.
 
 use crate::SettingsError;
-use crate::file::InstanceTable;
 use crate::place::ConfigText;
+use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
 /// Longest path of channels plus prefix; socket paths end there.
 const MAX_ROOT_AND_PREFIX: usize = 68;
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct InstanceTable {
+    pub dir: Option<String>,
+    pub prefix: Option<String>,
+    pub snapshot_dir: Option<String>,
+}
 
 /// Folders and names of one running train.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -11,9 +11,11 @@ mod file;
 mod history;
 mod instance;
 mod microphones;
+mod overrides;
 mod place;
 pub mod plant;
 mod runs;
+mod source;
 mod train;
 pub mod vehicle;
 mod wagons;
@@ -25,9 +27,9 @@ pub use file::LogFormat;
 pub use history::{HistorySettings, TierLimits};
 pub use instance::Instance;
 pub use microphones::{AcousticSettings, AudioSource, MicrophoneSettings};
+pub use overrides::Overrides;
 pub use plant::{BrakeController, RigProgramme};
 pub use runs::ReplayRun;
-pub use train::{
-    HttpSettings, LoggingSettings, MAX_WAGONS, Overrides, ReportingSettings, Source, TrainSettings,
-    WagonSettings,
-};
+pub use source::Source;
+pub use train::{HttpSettings, LoggingSettings, ReportingSettings, TrainSettings};
+pub use wagons::{MAX_WAGONS, WagonSettings};

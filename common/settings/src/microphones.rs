@@ -2,7 +2,7 @@
 
 use crate::SettingsError;
 use crate::place::ConfigText;
-use crate::train::Source;
+use crate::source::Source;
 use railgrip_acoustics::synthesis::{Rig, rig_names};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};

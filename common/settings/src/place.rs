@@ -3,7 +3,7 @@
 use crate::SettingsError;
 use std::fmt::Display;
 use std::ops::RangeInclusive;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -76,6 +76,20 @@ fn line_of(text: &str, dotted: &str) -> usize {
         (offset, value) = (start, inner);
     }
     position(text, offset).0
+}
+
+/// Letters, digits, `-`, `_` and `.`, at most 32 of them: fit for names of files.
+pub(crate) fn name(at: &ConfigText<'_>, key: &str, name: &str) -> Result<String, SettingsError> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    if (1..=32).contains(&name.len()) && name.chars().all(plain) && !name.starts_with('.') {
+        return Ok(name.to_owned());
+    }
+    Err(at.refuse(key, format!("{name:?}"), "1 to 32 letters, digits, `-`, `_`, `.`"))
+}
+
+/// The folder that paths in a file are relative to.
+pub(crate) fn folder(file: &Path) -> PathBuf {
+    file.parent().map_or_else(PathBuf::new, Path::to_owned)
 }
 
 #[cfg(test)]

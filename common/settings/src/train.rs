@@ -2,34 +2,19 @@
 
 use crate::access::AccessSettings;
 use crate::alerts::{AlertSettings, CapabilitySettings, DeliverySettings};
-use crate::file::{LogFormat, SourceKind, SourceTable, TrainFile};
+use crate::file::{LogFormat, TrainFile};
 use crate::history::HistorySettings;
 use crate::microphones::{self, AcousticSettings, MicrophoneSettings};
-use crate::place::ConfigText;
-use crate::plant::RigProgramme;
-use crate::runs::{self, ReplayRun};
-use crate::wagons::wagons;
+use crate::overrides::Overrides;
+use crate::place::{ConfigText, folder, name};
+use crate::source::{Source, source};
+use crate::wagons::{DEFAULT_CONFIG, WagonSettings, wagons};
 use crate::{SettingsError, instance::Instance};
-use railgrip_filter::{ConfigError, EstimatorConfig, Plant};
+use railgrip_filter::{ConfigError, EstimatorConfig};
 use railgrip_indicators::IndicatorSettings;
-use railgrip_simulation::Scenario;
-use railgrip_vehicle::VehicleParameters;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
-/// Most wagons of one train.
-pub const MAX_WAGONS: u32 = 200;
-
-/// The default config, `config/railgrip.toml`, built in so that the program runs without any file.
-pub(crate) const DEFAULT_CONFIG: &str = include_str!("../../../config/railgrip.toml");
-/// The vehicle file that the default config names.
-pub(crate) const DEFAULT_VEHICLE: &str = include_str!("../../../config/vehicle.toml");
-/// The scenario that the default config names.
-const DEFAULT_SCENARIO: &str = include_str!("../../../config/scenarios/demo.toml");
-/// Its name.
-const DEFAULT_SCENARIO_NAME: &str = "demo";
-/// Where scenarios with a name lie, seen from the config.
-const SCENARIO_FOLDER: &str = "scenarios";
 /// Where the default config lies, seen from the directory in which people call the program.
 const DEFAULT_PATH: &str = "config/railgrip.toml";
 
@@ -76,61 +61,6 @@ pub struct TrainSettings {
     pub logging: LoggingSettings,
 }
 
-/// One wagon.
-#[derive(Debug, Clone)]
-pub struct WagonSettings {
-    /// Number in the train, 1 first.
-    pub number: u32,
-    /// Name for people.
-    pub name: String,
-    /// What it is; of a rig, what it would be as a wagon with one wheelset.
-    pub vehicle: VehicleParameters,
-    /// What it is, rigs too.
-    pub plant: Plant,
-    /// What the simulation makes of it, where that shall differ from what its estimator believes.
-    pub simulated: Option<VehicleParameters>,
-    /// Its own filter, where it is not that of the train.
-    pub filter: Option<String>,
-}
-
-/// Where samples come from.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Source {
-    /// The simulated train.
-    Simulate {
-        /// What the train does.
-        scenario: Box<Scenario>,
-        /// Seed of everything random.
-        seed: u64,
-        /// Samples per second; that of each vehicle's sensors if absent.
-        sample_rate_hz: Option<f64>,
-        /// Simulated seconds in a second.
-        speed: f64,
-    },
-    /// Simulated rigs under a published test, each with a seed of its own.
-    Rig {
-        /// Which test.
-        programme: RigProgramme,
-        /// Seed of everything random; that of wagon `n` is larger by `n − 1`.
-        seed: u64,
-        /// Simulated seconds in a second.
-        speed: f64,
-        /// Begin again at the end.
-        repeat: bool,
-    },
-    /// Recordings, one a wagon.
-    Replay {
-        /// In the order of the wagons.
-        runs: Vec<ReplayRun>,
-        /// Recorded seconds in a second.
-        speed: f64,
-        /// Begin again at the end.
-        repeat: bool,
-    },
-    /// One JSON object a line on the standard input.
-    Stdin,
-}
-
 /// How often estimators report and save.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReportingSettings {
@@ -160,19 +90,6 @@ pub struct LoggingSettings {
     pub level: String,
     /// How lines look.
     pub format: LogFormat,
-}
-
-/// What the command line overrides. Every process of a train must be given the same.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Overrides {
-    /// Replays these recordings: files, folders or globs, relative to the working directory.
-    pub runs: Vec<String>,
-    /// Plays or simulates so many seconds in a second.
-    pub speed: Option<f64>,
-    /// Listens here instead.
-    pub listen: Option<SocketAddr>,
-    /// Keeps the instance here instead.
-    pub instance_dir: Option<PathBuf>,
 }
 
 impl TrainSettings {
@@ -292,103 +209,4 @@ fn cors_origins(at: &ConfigText<'_>, origins: &[String]) -> Result<Vec<String>, 
             "origins such as \"https://depot.example:8443\", without a path",
         )),
     }
-}
-
-/// Letters, digits, `-`, `_` and `.`, at most 32 of them: fit for names of files.
-pub(crate) fn name(at: &ConfigText<'_>, key: &str, name: &str) -> Result<String, SettingsError> {
-    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
-    if (1..=32).contains(&name.len()) && name.chars().all(plain) && !name.starts_with('.') {
-        return Ok(name.to_owned());
-    }
-    Err(at.refuse(key, format!("{name:?}"), "1 to 32 letters, digits, `-`, `_`, `.`"))
-}
-
-fn source(at: &ConfigText<'_>, table: &SourceTable, overrides: &Overrides) -> Result<Source, SettingsError> {
-    let speed = match overrides.speed {
-        Some(speed) if (0.01..=1000.0).contains(&speed) => speed,
-        Some(speed) => {
-            let problem = "allowed is 0.01 to 1000".to_owned();
-            return Err(SettingsError::Option { option: "--speed", value: speed.to_string(), problem });
-        }
-        None => at.within("source.speed", table.speed.unwrap_or(1.0), 0.01..=1000.0)?,
-    };
-    if !overrides.runs.is_empty() {
-        let runs = runs::find(&overrides.runs, Path::new("")).map_err(|problem| SettingsError::Option {
-            option: "--runs",
-            value: overrides.runs.join(" "),
-            problem,
-        })?;
-        return Ok(Source::Replay { runs, speed, repeat: table.repeat.unwrap_or(true) });
-    }
-    check_keys_of_kind(at, table)?;
-    match table.kind {
-        SourceKind::Stdin => Ok(Source::Stdin),
-        SourceKind::Simulate => {
-            if let Some(rate) = table.sample_rate_hz {
-                at.within("source.sample_rate_hz", rate, 10.0..=2000.0)?;
-            }
-            Ok(Source::Simulate {
-                scenario: Box::new(scenario(at, table.scenario.as_deref().unwrap_or(DEFAULT_SCENARIO_NAME))?),
-                seed: table.seed.unwrap_or(1),
-                sample_rate_hz: table.sample_rate_hz,
-                speed,
-            })
-        }
-        SourceKind::Rig => {
-            let given = table.programme.as_deref().unwrap_or_default();
-            let programme = RigProgramme::from_name(given)
-                .ok_or_else(|| at.refuse("source.programme", format!("{given:?}"), RigProgramme::NAMES))?;
-            let (seed, repeat) = (table.seed.unwrap_or(1), table.repeat.unwrap_or(true));
-            Ok(Source::Rig { programme, seed, speed, repeat })
-        }
-        SourceKind::Replay => {
-            let patterns = table.runs.clone().unwrap_or_default();
-            if patterns.is_empty() {
-                return Err(at.refuse("source.runs", "absent", "recordings, folders of them, or globs"));
-            }
-            let runs = runs::find(&patterns, &folder(at.file))
-                .map_err(|problem| at.refuse("source.runs", problem, "what finds recordings"))?;
-            Ok(Source::Replay { runs, speed, repeat: table.repeat.unwrap_or(true) })
-        }
-    }
-}
-
-/// A scenario by its file, or by its name: `scenarios/NAME.toml` beside the config.
-fn scenario(at: &ConfigText<'_>, given: &str) -> Result<Scenario, SettingsError> {
-    let named = folder(at.file).join(SCENARIO_FOLDER).join(format!("{given}.toml"));
-    let file = folder(at.file).join(given);
-    let found = [named.clone(), file].into_iter().find(|path| path.is_file());
-    match found {
-        Some(path) => Ok(Scenario::read(&path)?),
-        None if given == DEFAULT_SCENARIO_NAME => Ok(Scenario::parse(&named, DEFAULT_SCENARIO)?),
-        None => {
-            let allowed = format!("a scenario file, or the name of one in {SCENARIO_FOLDER}/");
-            Err(at.refuse("source.scenario", format!("{given:?}"), allowed))
-        }
-    }
-}
-
-/// A key that another kind of source understands is as wrong as an unknown one.
-fn check_keys_of_kind(at: &ConfigText<'_>, table: &SourceTable) -> Result<(), SettingsError> {
-    let kind = table.kind;
-    let keys = [
-        ("source.scenario", table.scenario.is_some(), kind == SourceKind::Simulate),
-        ("source.programme", table.programme.is_some(), kind == SourceKind::Rig),
-        ("source.seed", table.seed.is_some(), matches!(kind, SourceKind::Simulate | SourceKind::Rig)),
-        ("source.sample_rate_hz", table.sample_rate_hz.is_some(), kind == SourceKind::Simulate),
-        ("source.runs", table.runs.is_some(), kind == SourceKind::Replay),
-        ("source.loop", table.repeat.is_some(), matches!(kind, SourceKind::Replay | SourceKind::Rig)),
-        ("source.speed", table.speed.is_some(), kind != SourceKind::Stdin),
-    ];
-    match keys.into_iter().find(|(_, given, fits)| *given && !fits) {
-        None => Ok(()),
-        Some((key, ..)) => {
-            let kind = format!("{kind:?}").to_lowercase();
-            Err(at.refuse(key, "given", format!("nothing here for kind = \"{kind}\"")))
-        }
-    }
-}
-
-pub(crate) fn folder(file: &Path) -> PathBuf {
-    file.parent().map_or_else(PathBuf::new, Path::to_owned)
 }

@@ -2,13 +2,37 @@
 
 use crate::SettingsError;
 use crate::file::TrainFile;
-use crate::place::ConfigText;
+use crate::place::{ConfigText, folder, name};
 use crate::plant;
 use crate::runs::ReplayRun;
-use crate::train::{DEFAULT_CONFIG, DEFAULT_VEHICLE, MAX_WAGONS, Source, WagonSettings, folder, name};
+use crate::source::Source;
 use railgrip_filter::{EstimatorConfig, Plant};
 use railgrip_vehicle::VehicleParameters;
 use std::path::{Path, PathBuf};
+
+/// Most wagons of one train.
+pub const MAX_WAGONS: u32 = 200;
+
+/// The default config, `config/railgrip.toml`, built in so that the program runs without any file.
+pub(crate) const DEFAULT_CONFIG: &str = include_str!("../../../config/railgrip.toml");
+/// The vehicle file that the default config names.
+pub(crate) const DEFAULT_VEHICLE: &str = include_str!("../../../config/vehicle.toml");
+/// One wagon.
+#[derive(Debug, Clone)]
+pub struct WagonSettings {
+    /// Number in the train, 1 first.
+    pub number: u32,
+    /// Name for people.
+    pub name: String,
+    /// What it is; of a rig, what it would be as a wagon with one wheelset.
+    pub vehicle: VehicleParameters,
+    /// What it is, rigs too.
+    pub plant: Plant,
+    /// What the simulation makes of it, where that shall differ from what its estimator believes.
+    pub simulated: Option<VehicleParameters>,
+    /// Its own filter, where it is not that of the train.
+    pub filter: Option<String>,
+}
 
 /// Settles the wagons of a train: their names, vehicles and filters.
 pub(crate) fn wagons(

@@ -2,13 +2,13 @@
 //! ratio says more than a time.
 
 use std::hint::black_box;
-use std::time::Instant;
 
 use nalgebra::{DMatrix, DVector};
 use railgrip_filter::models::{DrivenSample, PaperFilter, WagonFilter, WagonPhysics};
 use railgrip_filter::{EstimatorConfig, EstimatorInput, WagonEstimator};
 use railgrip_vehicle::{VehicleParameters, WagonInput, WagonModel, WagonState};
 
+use crate::bench_line::{Line, line, time};
 use crate::output::say;
 use crate::{
     CliError, bench_acoustics, bench_gap, bench_history, bench_http, bench_train, bench_transport,
@@ -17,8 +17,6 @@ use crate::{
 
 /// The vehicle that is timed.
 const VEHICLE: &str = include_str!("../../../config/vehicle.toml");
-/// Time spent on each line, s.
-const SECONDS_A_LINE: f64 = 0.4;
 
 /// Measure the speed of the parts on this machine.
 #[derive(Debug, clap::Args)]
@@ -44,16 +42,6 @@ pub(crate) struct Args {
     /// Measure the diagnosis of the sim-to-real gap instead: its kernel, and one whole case with time and memory
     #[arg(long, conflicts_with_all = ["transport", "train", "acoustics", "http", "history"])]
     gap: bool,
-}
-
-/// One line of the table.
-#[derive(Debug, serde::Serialize)]
-pub(crate) struct Line {
-    what: &'static str,
-    nanoseconds: f64,
-    reference: &'static str,
-    reference_nanoseconds: f64,
-    ratio: f64,
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
@@ -130,22 +118,6 @@ fn run_transport(json: bool) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Nanoseconds of one call: the best of several rounds, which is what the machine can do undisturbed.
-pub(crate) fn time(mut call: impl FnMut()) -> f64 {
-    let started = Instant::now();
-    let (mut best, mut batch) = (f64::INFINITY, 64_u32);
-    while started.elapsed().as_secs_f64() < SECONDS_A_LINE {
-        let round = Instant::now();
-        (0..batch).for_each(|_| call());
-        let taken = round.elapsed().as_secs_f64();
-        best = best.min(taken / f64::from(batch));
-        if taken < 1e-3 {
-            batch *= 2;
-        }
-    }
-    best * 1e9
-}
-
 fn filter_lines(vehicle: &VehicleParameters) -> Result<Vec<Line>, CliError> {
     let model = WagonModel::new(vehicle).map_err(CliError::failed)?;
     let dense = time_dense();
@@ -170,15 +142,6 @@ fn filter_lines(vehicle: &VehicleParameters) -> Result<Vec<Line>, CliError> {
         lines.push(line(step.name, step.step_ns, "UKF of 13 states with matrices of dynamic size", dense));
     }
     Ok(lines)
-}
-
-pub(crate) fn line(
-    what: &'static str,
-    nanoseconds: f64,
-    reference: &'static str,
-    reference_nanoseconds: f64,
-) -> Line {
-    Line { what, nanoseconds, reference, reference_nanoseconds, ratio: nanoseconds / reference_nanoseconds }
 }
 
 /// A sample of steady braking from 20 m/s.

@@ -8,7 +8,7 @@ use railgrip_classifier::{Ear, Model, Window};
 use realfft::RealFftPlanner;
 
 use crate::CliError;
-use crate::bench::{Line, line, time};
+use crate::bench_line::{Line, line, time};
 
 pub(crate) fn lines() -> Result<Vec<Line>, CliError> {
     let audio = second()?;

@@ -9,6 +9,7 @@ mod bench_acoustics;
 mod bench_gap;
 mod bench_history;
 mod bench_http;
+mod bench_line;
 mod bench_train;
 mod bench_transport;
 mod bench_unscented;

@@ -9,11 +9,14 @@
 //!   that the age of an estimate tells of every delay from there on.
 //! * **tick**: one round of the loop; all that is due by then leaves as one batch a wagon.
 
+mod counters;
 pub mod feed;
 mod microphones;
 mod outbox;
 mod pace;
 pub mod validate;
+
+pub use counters::Counters;
 
 use crate::feed::{Arrival, Next};
 use crate::microphones::Microphones;
@@ -44,19 +47,6 @@ pub enum IngestError {
     /// The channels cannot be used.
     #[error(transparent)]
     Bus(#[from] BusError),
-}
-
-/// What was counted; it goes into the heartbeats.
-#[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
-pub struct Counters {
-    /// Samples that came from the source.
-    pub received: u64,
-    /// Samples, or single values, that validation refused.
-    pub rejected: u64,
-    /// Samples with a time that is not after that of their predecessor; they travel on, the filter decides.
-    pub late: u64,
-    /// Samples sent.
-    pub published: u64,
 }
 
 /// Runs until asked to stop, or until the source has ended.

@@ -1,6 +1,6 @@
 //! What waits to be sent for one wagon.
 
-use crate::Counters;
+use crate::counters::Counters;
 use crate::validate;
 use railgrip_bus::{BogiePublisher, Bus, BusError, MotorPublisher, Publisher, SamplePublisher};
 use railgrip_filter::PlantKind;

@@ -53,10 +53,10 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     if args.speed.is_some_and(|speed| !speed.is_finite()) {
         return Err(CliError::bad_input("--speed: allowed is a finite number, m/s"));
     }
-    let model = super::model(args.model.as_deref())?;
+    let model = super::files::model(args.model.as_deref())?;
     let mut lines = Vec::new();
     for given in &args.recordings {
-        for file in super::wav_files(given)? {
+        for file in super::files::wav_files(given)? {
             // A new recording has no condition before.
             let mut ear = Ear::new(model.clone(), args.hysteresis).map_err(CliError::failed)?;
             classify(&file, &mut ear, args.speed, &mut lines)?;

@@ -95,7 +95,7 @@ fn recorded(folder: &Path) -> Result<Vec<Example>, CliError> {
                 place.display()
             )));
         }
-        for file in super::wav_files(&place)? {
+        for file in super::files::wav_files(&place)? {
             let recording = wav::read(&file).map_err(CliError::bad_input)?;
             if recording.sample_rate_hz != SAMPLE_RATE_HZ {
                 return Err(CliError::bad_input(format!(

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::{
     answer::Named,
-    score::{Outcome, Rate},
+    outcome::{Outcome, Rate},
 };
 
 /// One bin of stated confidence.

@@ -14,14 +14,14 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 use super::{
-    Args, Floor,
     answer::Answer,
-    cannot_write,
+    args::{Args, Floor},
+    digest,
+    files::{cannot_write, read, write},
     make::{Made, case_folder, twin_folder},
+    outcome::Outcome,
     rankings::Rankings,
-    read,
-    score::Outcome,
-    seal, verify, write,
+    verify,
 };
 use crate::CliError;
 
@@ -76,7 +76,7 @@ impl Surgery {
             Floor::Plant => Some(made.label.gap_without_the_effect.holdout),
             Floor::Diagnosis => {
                 let twin = twin_folder(&self.out, name);
-                let digest = seal::digest_of_folder(&twin)?;
+                let digest = digest::digest_of_folder(&twin)?;
                 let (_, report) = self.visit(&twin, &format!("{name}.twin"), &digest, &self.ids)?;
                 report.and_then(|report| report.pointer("/gap/holdout/calibrated").and_then(Value::as_f64))
             }
@@ -302,7 +302,7 @@ END
         let case = Case::make(&Recipe { name: "case000".into(), seed: 9, departures: Vec::new() }).unwrap();
         let place = case_folder(folder, "case000");
         railgrip_truth_plant::files::write_case(&place, &case.sheet.to_toml(), &case.runs).unwrap();
-        let recordings_sha256 = seal::digest_of_folder(&place).unwrap();
+        let recordings_sha256 = digest::digest_of_folder(&place).unwrap();
         Made { label: case.label, withheld: None, recordings_sha256 }
     }
 

@@ -79,12 +79,12 @@ pub(super) fn make(out: &Path, order: &Order) -> Result<Made, CliError> {
     let folder = case_folder(out, name);
     for stale in [folder.clone(), twin_folder(out, name)] {
         if stale.exists() {
-            fs::remove_dir_all(&stale).map_err(|error| super::cannot_write(&stale, &error))?;
+            fs::remove_dir_all(&stale).map_err(|error| super::files::cannot_write(&stale, &error))?;
         }
     }
     let vehicle = case.sheet.to_toml();
     files::write_case(&folder, &vehicle, &case.runs).map_err(CliError::failed)?;
     files::write_case(&twin_folder(out, name), &vehicle, &case.twin).map_err(CliError::failed)?;
-    let recordings_sha256 = super::seal::digest_of_folder(&folder)?;
+    let recordings_sha256 = super::digest::digest_of_folder(&folder)?;
     Ok(Made { label: case.label, withheld: order.withheld.clone(), recordings_sha256 })
 }

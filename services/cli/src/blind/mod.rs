@@ -9,9 +9,13 @@
 //! the calibrated model's gap there is the *floor*. *Closure*: (calibrated − extended) / (calibrated − floor) on holdout.
 
 mod answer;
+mod args;
 mod belief;
 mod diagnose;
+mod digest;
+mod files;
 mod make;
+mod outcome;
 mod rankings;
 mod score;
 mod seal;
@@ -20,53 +24,19 @@ mod verify;
 
 use std::{
     fs,
-    path::{Path, PathBuf},
     sync::atomic::{AtomicUsize, Ordering},
     thread,
     time::Instant,
 };
 
-use clap::{Args as ClapArgs, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
+pub use args::Args;
+
 use crate::CliError;
+use files::{cannot_write, write};
 use make::Made;
-use score::Outcome;
-
-/// Arguments of `railgrip gap blind`.
-#[derive(Debug, Clone, ClapArgs)]
-pub struct Args {
-    /// Number of cases
-    #[arg(long, default_value_t = 100)]
-    cases: usize,
-    /// Everything random follows from this
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Folder for cases, reports, labels and the score; an interrupted run continues there
-    #[arg(long)]
-    out: PathBuf,
-    /// Cases diagnosed at the same time (default: one a core)
-    #[arg(long)]
-    threads: Option<usize>,
-    /// Who calibrates the model on the twin, for the floor: the diagnosis (a second child a case) or the plant (at once)
-    #[arg(long, value_enum, default_value_t = Floor::Diagnosis)]
-    floor: Floor,
-    /// Longest diagnosis of one case, s; a longer one counts as failed
-    #[arg(long, default_value_t = 600)]
-    time_limit: u64,
-    /// Begin no diagnosis after so many minutes, and score those that were done; the same command goes on from there
-    #[arg(long)]
-    minutes: Option<f64>,
-}
-
-/// Who calibrates the nominal model on the twin.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Floor {
-    /// The diagnosis, with its whole library taken out.
-    Diagnosis,
-    /// The plant, with its own fit of the nuisances.
-    Plant,
-}
+use outcome::Outcome;
 
 /// Makes the cases, seals the labels, has every case diagnosed, opens the labels and prints the score.
 pub fn run(args: &Args) -> Result<(), CliError> {
@@ -150,20 +120,4 @@ fn progress(what: &'static str, count: usize) -> ProgressBar {
     let style = ProgressStyle::with_template("{msg:14} {bar:40} {pos}/{len}  {elapsed} + {eta}")
         .unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::new(count as u64).with_style(style).with_message(what)
-}
-
-fn cannot_write(path: &Path, error: &std::io::Error) -> CliError {
-    CliError::failed(format!("cannot write {}: {error}", path.display()))
-}
-
-fn write(path: &Path, text: &str) -> Result<(), CliError> {
-    if let Some(parent) = path.parent() {
-        fs::create_dir_all(parent).map_err(|error| cannot_write(parent, &error))?;
-    }
-    fs::write(path, text).map_err(|error| cannot_write(path, &error))
-}
-
-fn read(path: &Path) -> Result<String, CliError> {
-    fs::read_to_string(path)
-        .map_err(|error| CliError::failed(format!("cannot read {}: {error}", path.display())))
 }

@@ -4,7 +4,8 @@ use std::{collections::BTreeMap, fmt::Write as _};
 
 use serde_json::json;
 
-use super::score::{Outcome, Rate, Score};
+use super::outcome::{Outcome, Rate};
+use super::score::Score;
 use crate::CliError;
 
 /// The score for people.

@@ -1,0 +1,168 @@
+//! Where the samples of a train come from.
+
+use crate::SettingsError;
+use crate::overrides::Overrides;
+use crate::place::{ConfigText, folder};
+use crate::plant::RigProgramme;
+use crate::runs::{self, ReplayRun};
+use railgrip_simulation::Scenario;
+use serde::Deserialize;
+use std::path::Path;
+
+/// The scenario that the default config names.
+const DEFAULT_SCENARIO: &str = include_str!("../../../config/scenarios/demo.toml");
+/// Its name.
+const DEFAULT_SCENARIO_NAME: &str = "demo";
+/// Where scenarios with a name lie, seen from the config.
+const SCENARIO_FOLDER: &str = "scenarios";
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SourceTable {
+    pub kind: SourceKind,
+    pub scenario: Option<String>,
+    pub programme: Option<String>,
+    pub seed: Option<u64>,
+    pub sample_rate_hz: Option<f64>,
+    pub runs: Option<Vec<String>>,
+    pub speed: Option<f64>,
+    #[serde(rename = "loop")]
+    pub repeat: Option<bool>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum SourceKind {
+    Simulate,
+    Rig,
+    Replay,
+    Stdin,
+}
+
+/// Where samples come from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Source {
+    /// The simulated train.
+    Simulate {
+        /// What the train does.
+        scenario: Box<Scenario>,
+        /// Seed of everything random.
+        seed: u64,
+        /// Samples per second; that of each vehicle's sensors if absent.
+        sample_rate_hz: Option<f64>,
+        /// Simulated seconds in a second.
+        speed: f64,
+    },
+    /// Simulated rigs under a published test, each with a seed of its own.
+    Rig {
+        /// Which test.
+        programme: RigProgramme,
+        /// Seed of everything random; that of wagon `n` is larger by `n − 1`.
+        seed: u64,
+        /// Simulated seconds in a second.
+        speed: f64,
+        /// Begin again at the end.
+        repeat: bool,
+    },
+    /// Recordings, one a wagon.
+    Replay {
+        /// In the order of the wagons.
+        runs: Vec<ReplayRun>,
+        /// Recorded seconds in a second.
+        speed: f64,
+        /// Begin again at the end.
+        repeat: bool,
+    },
+    /// One JSON object a line on the standard input.
+    Stdin,
+}
+
+/// Settles where samples come from.
+pub(crate) fn source(
+    at: &ConfigText<'_>,
+    table: &SourceTable,
+    overrides: &Overrides,
+) -> Result<Source, SettingsError> {
+    let speed = match overrides.speed {
+        Some(speed) if (0.01..=1000.0).contains(&speed) => speed,
+        Some(speed) => {
+            let problem = "allowed is 0.01 to 1000".to_owned();
+            return Err(SettingsError::Option { option: "--speed", value: speed.to_string(), problem });
+        }
+        None => at.within("source.speed", table.speed.unwrap_or(1.0), 0.01..=1000.0)?,
+    };
+    if !overrides.runs.is_empty() {
+        let runs = runs::find(&overrides.runs, Path::new("")).map_err(|problem| SettingsError::Option {
+            option: "--runs",
+            value: overrides.runs.join(" "),
+            problem,
+        })?;
+        return Ok(Source::Replay { runs, speed, repeat: table.repeat.unwrap_or(true) });
+    }
+    check_keys_of_kind(at, table)?;
+    match table.kind {
+        SourceKind::Stdin => Ok(Source::Stdin),
+        SourceKind::Simulate => {
+            if let Some(rate) = table.sample_rate_hz {
+                at.within("source.sample_rate_hz", rate, 10.0..=2000.0)?;
+            }
+            Ok(Source::Simulate {
+                scenario: Box::new(scenario(at, table.scenario.as_deref().unwrap_or(DEFAULT_SCENARIO_NAME))?),
+                seed: table.seed.unwrap_or(1),
+                sample_rate_hz: table.sample_rate_hz,
+                speed,
+            })
+        }
+        SourceKind::Rig => {
+            let given = table.programme.as_deref().unwrap_or_default();
+            let programme = RigProgramme::from_name(given)
+                .ok_or_else(|| at.refuse("source.programme", format!("{given:?}"), RigProgramme::NAMES))?;
+            let (seed, repeat) = (table.seed.unwrap_or(1), table.repeat.unwrap_or(true));
+            Ok(Source::Rig { programme, seed, speed, repeat })
+        }
+        SourceKind::Replay => {
+            let patterns = table.runs.clone().unwrap_or_default();
+            if patterns.is_empty() {
+                return Err(at.refuse("source.runs", "absent", "recordings, folders of them, or globs"));
+            }
+            let runs = runs::find(&patterns, &folder(at.file))
+                .map_err(|problem| at.refuse("source.runs", problem, "what finds recordings"))?;
+            Ok(Source::Replay { runs, speed, repeat: table.repeat.unwrap_or(true) })
+        }
+    }
+}
+
+/// A scenario by its file, or by its name: `scenarios/NAME.toml` beside the config.
+fn scenario(at: &ConfigText<'_>, given: &str) -> Result<Scenario, SettingsError> {
+    let named = folder(at.file).join(SCENARIO_FOLDER).join(format!("{given}.toml"));
+    let file = folder(at.file).join(given);
+    let found = [named.clone(), file].into_iter().find(|path| path.is_file());
+    match found {
+        Some(path) => Ok(Scenario::read(&path)?),
+        None if given == DEFAULT_SCENARIO_NAME => Ok(Scenario::parse(&named, DEFAULT_SCENARIO)?),
+        None => {
+            let allowed = format!("a scenario file, or the name of one in {SCENARIO_FOLDER}/");
+            Err(at.refuse("source.scenario", format!("{given:?}"), allowed))
+        }
+    }
+}
+
+/// A key that another kind of source understands is as wrong as an unknown one.
+fn check_keys_of_kind(at: &ConfigText<'_>, table: &SourceTable) -> Result<(), SettingsError> {
+    let kind = table.kind;
+    let keys = [
+        ("source.scenario", table.scenario.is_some(), kind == SourceKind::Simulate),
+        ("source.programme", table.programme.is_some(), kind == SourceKind::Rig),
+        ("source.seed", table.seed.is_some(), matches!(kind, SourceKind::Simulate | SourceKind::Rig)),
+        ("source.sample_rate_hz", table.sample_rate_hz.is_some(), kind == SourceKind::Simulate),
+        ("source.runs", table.runs.is_some(), kind == SourceKind::Replay),
+        ("source.loop", table.repeat.is_some(), matches!(kind, SourceKind::Replay | SourceKind::Rig)),
+        ("source.speed", table.speed.is_some(), kind != SourceKind::Stdin),
+    ];
+    match keys.into_iter().find(|(_, given, fits)| *given && !fits) {
+        None => Ok(()),
+        Some((key, ..)) => {
+            let kind = format!("{kind:?}").to_lowercase();
+            Err(at.refuse(key, "given", format!("nothing here for kind = \"{kind}\"")))
+        }
+    }
+}
