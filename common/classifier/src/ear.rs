@@ -1,6 +1,6 @@
 //! Window for window: is this audio fit to be heard, how probable is wet, and what condition is assigned.
 
-use crate::{Condition, Model, ModelError};
+use crate::{Condition, Model};
 use railgrip_acoustics::{AudioError, AudioState, FeatureExtractor, SAMPLE_RATE_HZ};
 
 /// Speed below which nothing rolls loud enough to be judged, m/s.
@@ -127,17 +127,14 @@ impl Ear {
     }
 
     /// Listens to a window. What cannot be heard changes no condition.
-    ///
-    /// # Errors
-    /// What the library of tensors refuses.
-    pub fn listen(&mut self, window: &Window<'_>) -> Result<Verdict, ModelError> {
-        let (hearing, wet) = self.hear(window)?;
+    pub fn listen(&mut self, window: &Window<'_>) -> Verdict {
+        let (hearing, wet) = self.hear(window);
         let condition = wet.and_then(|wet| self.hysteresis.assign(wet));
-        Ok(Verdict { hearing, wet, condition })
+        Verdict { hearing, wet, condition }
     }
 
-    fn hear(&self, window: &Window<'_>) -> Result<(Hearing, Option<f64>), ModelError> {
-        let no = |hearing| Ok((hearing, None));
+    fn hear(&self, window: &Window<'_>) -> (Hearing, Option<f64>) {
+        let no = |hearing| (hearing, None);
         if window.sample_rate_hz != SAMPLE_RATE_HZ {
             return no(Hearing::WrongSampleRate);
         }
@@ -158,8 +155,7 @@ impl Ear {
         if !self.model.is_familiar(&features) {
             return no(Hearing::Unfamiliar);
         }
-        let wet = self.model.wet_probabilities(&[features])?.first().copied();
-        Ok((Hearing::Heard, wet))
+        (Hearing::Heard, self.model.wet_probabilities(&[features]).first().copied())
     }
 }
 

@@ -39,7 +39,4 @@ pub enum ModelError {
         /// Needed.
         least: usize,
     },
-    /// The library of tensors refuses.
-    #[error("tensors: {0}")]
-    Tensor(#[from] candle_core::Error),
 }

@@ -2,9 +2,9 @@
 
 use crate::ModelError;
 use crate::model::{Model, Provenance};
-use crate::network::{LAYERS, Layer};
+use crate::network::{LAYERS, Layer, Network};
 use crate::standard::Standard;
-use candle_core::{DType, Device, Tensor};
+use nalgebra::{DMatrix, DVector};
 use railgrip_acoustics::{FEATURE_NAMES, FEATURES, SAMPLE_RATE_HZ};
 use safetensors::tensor::TensorView;
 use safetensors::{Dtype, SafeTensors};
@@ -84,11 +84,15 @@ fn encode(model: &Model) -> Result<Vec<u8>, ModelError> {
         let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
         arrays.push(Array { name: name.to_owned(), shape: vec![values.len()], dtype: Dtype::F32, bytes });
     }
-    for (number, (weight, bias)) in model.network.layers().enumerate() {
-        arrays.push(half(format!("layer{number}.weight"), weight)?);
-        if let Some(bias) = bias {
-            arrays.push(half(format!("layer{number}.bias"), bias)?);
-        }
+    for (number, Layer { weight, bias }) in model.network.layers.iter().enumerate() {
+        // Row by row, as such files have it; nalgebra keeps columns.
+        let (rows, columns) = weight.shape();
+        arrays.push(half(
+            format!("layer{number}.weight"),
+            vec![rows, columns],
+            weight.transpose().as_slice(),
+        ));
+        arrays.push(half(format!("layer{number}.bias"), vec![rows], bias.as_slice()));
     }
     arrays.sort_by(|a, b| a.name.cmp(&b.name));
     let header = Header {
@@ -113,10 +117,9 @@ fn encode(model: &Model) -> Result<Vec<u8>, ModelError> {
 }
 
 /// Half precision: eleven bits are plenty for weights, and the file stays small.
-fn half(name: String, tensor: &Tensor) -> Result<Array, ModelError> {
-    let values = tensor.flatten_all()?.to_dtype(DType::F16)?.to_vec1::<half::f16>()?;
-    let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-    Ok(Array { name, shape: tensor.dims().to_vec(), dtype: Dtype::F16, bytes })
+fn half(name: String, shape: Vec<usize>, values: &[f32]) -> Array {
+    let bytes = values.iter().flat_map(|value| half::f16::from_f32(*value).to_le_bytes()).collect();
+    Array { name, shape, dtype: Dtype::F16, bytes }
 }
 
 fn decode(place: &str, bytes: &[u8]) -> Result<Model, ModelError> {
@@ -155,17 +158,17 @@ fn decode(place: &str, bytes: &[u8]) -> Result<Model, ModelError> {
         precision: vector("standard.precision", FEATURES * FEATURES)?,
         familiar: vector("standard.familiar", 1)?[0],
     };
-    let mut layers: Vec<Layer> = Vec::new();
+    let mut layers = Vec::new();
     for (number, pair) in LAYERS.windows(2).enumerate() {
         let (inputs, outputs) = (pair[0], pair[1]);
         let weight = vector(&format!("layer{number}.weight"), inputs * outputs)?;
         let bias = vector(&format!("layer{number}.bias"), outputs)?;
-        layers.push((
-            Tensor::from_vec(weight, (outputs, inputs), &Device::Cpu)?,
-            Tensor::from_vec(bias, outputs, &Device::Cpu)?,
-        ));
+        layers.push(Layer {
+            weight: DMatrix::from_row_slice(outputs, inputs, &weight),
+            bias: DVector::from_vec(bias),
+        });
     }
-    Ok(Model::of(standard, &layers, header.provenance))
+    Ok(Model::of(standard, Network { layers }, header.provenance))
 }
 
 #[derive(Deserialize)]

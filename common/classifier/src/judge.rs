@@ -1,7 +1,7 @@
 //! How often the network is right.
 
 use crate::dataset::Example;
-use crate::{Condition, Model, ModelError};
+use crate::{Condition, Model};
 
 /// Counts of what was and what was said; and how far probabilities lie from the truth.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -22,13 +22,10 @@ pub struct Confusion {
 
 impl Confusion {
     /// Of a model on examples.
-    ///
-    /// # Errors
-    /// What the library of tensors refuses.
-    pub fn of(model: &Model, examples: &[Example]) -> Result<Self, ModelError> {
+    pub fn of(model: &Model, examples: &[Example]) -> Self {
         let features: Vec<_> = examples.iter().map(|example| example.features).collect();
         let mut confusion = Self::default();
-        for (example, wet) in examples.iter().zip(model.wet_probabilities(&features)?) {
+        for (example, wet) in examples.iter().zip(model.wet_probabilities(&features)) {
             let truth = example.condition == Condition::Wet;
             match (truth, wet > 0.5) {
                 (false, false) => confusion.dry_dry += 1,
@@ -39,7 +36,7 @@ impl Confusion {
             confusion.unfamiliar += usize::from(!model.is_familiar(&example.features));
             confusion.brier += (wet - f64::from(u8::from(truth))).powi(2) / examples.len().max(1) as f64;
         }
-        Ok(confusion)
+        confusion
     }
 
     /// Clips.

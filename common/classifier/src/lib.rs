@@ -2,8 +2,7 @@
 //!
 //! Shrestha et al. (section 3.2) classify windows of one second by a perceptron with two hidden layers of 512 neurons
 //! on 26 standardised features; a probability of exactly 0.5 keeps the condition before. Here the network learns from
-//! synthesised noise ([`recipe`]); candle does the tensors, the gradients and the optimiser. The file of a trained
-//! [`Model`] holds standardisation and weights and is guarded by a checksum; [`Model::built_in`] needs no file.
+//! synthesised noise ([`recipe`]). The file of a trained [`Model`] holds standardisation and weights and is guarded by a checksum; [`Model::built_in`] needs no file.
 //!
 //! * [`recipe`] – random circumstances of a second of noise, and which of them are kept from training.
 //! * [`dataset`] – their features.
@@ -21,6 +20,7 @@ mod file;
 mod judge;
 mod model;
 mod network;
+mod optimiser;
 pub mod recipe;
 mod standard;
 mod train;

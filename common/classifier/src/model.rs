@@ -1,7 +1,6 @@
 //! A trained model: standardisation, network, and what it was trained on. Its file is the business of [`crate::file`].
 
-use crate::ModelError;
-use crate::network::{Layer, Network};
+use crate::network::Network;
 use crate::standard::Standard;
 use railgrip_acoustics::{FEATURES, Features};
 use serde::{Deserialize, Serialize};
@@ -30,8 +29,8 @@ pub struct Model {
 }
 
 impl Model {
-    pub(crate) fn of(standard: Standard, layers: &[Layer], provenance: Provenance) -> Self {
-        Self { standard, network: Network::of(layers), provenance }
+    pub(crate) const fn of(standard: Standard, network: Network, provenance: Provenance) -> Self {
+        Self { standard, network, provenance }
     }
 
     /// What it was trained on.
@@ -40,10 +39,7 @@ impl Model {
     }
 
     /// Probability that the rail is wet, of each window.
-    ///
-    /// # Errors
-    /// What the library of tensors refuses.
-    pub fn wet_probabilities(&self, windows: &[Features]) -> Result<Vec<f64>, ModelError> {
+    pub fn wet_probabilities(&self, windows: &[Features]) -> Vec<f64> {
         let rows: Vec<[f32; FEATURES]> = windows.iter().map(|window| self.standard.apply(window)).collect();
         self.network.wet(&rows)
     }

@@ -49,7 +49,7 @@ const LEAST_CLIPS: usize = 100;
 /// every pass: its number (from 1) and the accuracy on what was set aside.
 ///
 /// # Errors
-/// Fewer than 100 clips; what the library of tensors refuses.
+/// Fewer than 100 clips.
 pub fn train(training: &Training, progress: impl FnMut(usize, f64)) -> Result<Model, ModelError> {
     train_on(training, &Circumstances::training(), progress)
 }
@@ -69,7 +69,7 @@ pub fn train_on(
     let mut random = Pcg64Mcg::seed_from_u64(training.seed);
     let examples = dataset::synthesise(circumstances, training.clips, random.random_range(0..u64::MAX));
     let rigs = circumstances.rigs.iter().map(|rig| (*rig).to_owned()).collect();
-    learn(examples, rigs, training, &mut random, progress)
+    Ok(learn(examples, rigs, training, &mut random, progress))
 }
 
 /// Learns from examples that are there already, recordings for instance; `rigs` says for people where they come from.
@@ -87,7 +87,7 @@ pub fn train_from(
     }
     let clips = examples.len();
     let mut random = Pcg64Mcg::seed_from_u64(training.seed);
-    learn(examples, rigs, &Training { clips, ..*training }, &mut random, progress)
+    Ok(learn(examples, rigs, &Training { clips, ..*training }, &mut random, progress))
 }
 
 fn learn(
@@ -96,7 +96,7 @@ fn learn(
     training: &Training,
     random: &mut Pcg64Mcg,
     mut progress: impl FnMut(usize, f64),
-) -> Result<Model, ModelError> {
+) -> Model {
     shuffle(&mut examples, random);
     let aside = examples.split_off(((1.0 - SET_ASIDE) * examples.len() as f64) as usize);
     let features: Vec<Features> = examples.iter().map(|example| example.features).collect();
@@ -105,9 +105,9 @@ fn learn(
     let aside_rows: Vec<[f32; FEATURES]> =
         aside.iter().map(|example| standard.apply(&example.features)).collect();
 
-    let mut learner = Learner::new(random, WEIGHT_DECAY)?;
+    let mut learner = Learner::new(random, WEIGHT_DECAY);
     let mut order: Vec<usize> = (0..rows.len()).collect();
-    let mut best = (f64::INFINITY, 0.0, learner.layers()?);
+    let mut best = (f64::INFINITY, 0.0, learner.network.clone());
     for epoch in 0..training.epochs {
         shuffle(&mut order, random);
         let share = epoch as f64 / training.epochs as f64;
@@ -115,13 +115,13 @@ fn learn(
         for batch in order.chunks(BATCH) {
             let jittered: Vec<[f32; FEATURES]> =
                 batch.iter().map(|index| jittered(&rows[*index], random)).collect();
-            let classes: Vec<u32> = batch.iter().map(|index| class(&examples[*index])).collect();
-            learner.step(&jittered, &classes, rate)?;
+            let classes: Vec<usize> = batch.iter().map(|index| class(&examples[*index])).collect();
+            learner.step(&jittered, &classes, rate);
         }
-        let (loss, accuracy) = judge(&aside, &learner.network.wet(&aside_rows)?);
+        let (loss, accuracy) = judge(&aside, &learner.network.wet(&aside_rows));
         progress(epoch + 1, accuracy);
         if loss < best.0 {
-            best = (loss, accuracy, learner.layers()?);
+            best = (loss, accuracy, learner.network.clone());
         }
     }
     let provenance = Provenance {
@@ -131,11 +131,11 @@ fn learn(
         rigs,
         validation_accuracy: best.1,
     };
-    Ok(Model::of(standard, &best.2, provenance))
+    Model::of(standard, best.2, provenance)
 }
 
-fn class(example: &Example) -> u32 {
-    u32::from(example.condition == Condition::Wet)
+fn class(example: &Example) -> usize {
+    usize::from(example.condition == Condition::Wet)
 }
 
 /// Mean cross entropy and accuracy.

@@ -74,7 +74,7 @@ impl From<railgrip_listener::ListenerError> for CliError {
         match error {
             ListenerError::Bus(error) => error.into(),
             ListenerError::NoMicrophone { .. } | ListenerError::Model(_) => Self::bad_input(error),
-            ListenerError::Classify(_) | ListenerError::Audio(_) => Self::failed(error),
+            ListenerError::Audio(_) => Self::failed(error),
         }
     }
 }

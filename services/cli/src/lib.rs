@@ -42,9 +42,12 @@ use clap::{Parser, Subcommand};
 
 pub use error::CliError;
 
+/// Version and the commit that the program is built from.
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("RAILGRIP_COMMIT"), ")");
+
 /// Brake friction and adhesion of every wagon of a train, live and from recordings.
 #[derive(Debug, Parser)]
-#[command(name = "railgrip", version, propagate_version = true, max_term_width = 120)]
+#[command(name = "railgrip", version = VERSION, propagate_version = true, max_term_width = 120)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

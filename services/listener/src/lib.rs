@@ -43,9 +43,6 @@ pub enum ListenerError {
         "{0}; `railgrip acoustics train --out FILE` makes a new one, without `acoustics.model` the built-in one is used"
     )]
     Model(ModelError),
-    /// A window cannot be classified.
-    #[error(transparent)]
-    Classify(ModelError),
     /// The ear cannot be built.
     #[error(transparent)]
     Audio(#[from] AudioError),
@@ -190,8 +187,7 @@ impl Service {
             samples: &second.samples,
             speed_m_s: speed_m_s.map(|(speed, _)| speed),
         };
-        let Verdict { hearing, wet, condition } =
-            self.ear.listen(&window).map_err(ListenerError::Classify)?;
+        let Verdict { hearing, wet, condition } = self.ear.listen(&window);
         let heard = Heard {
             acquired: second.acquired,
             known: u32::from(wet.is_some()),

@@ -118,7 +118,7 @@ impl RailListener for &mut EarListener {
             samples: &self.audio[..SAMPLE_RATE_HZ as usize],
             speed_m_s: Some(moment.v_m_s),
         };
-        let verdict = self.ear.listen(&window).ok()?;
+        let verdict = self.ear.listen(&window);
         self.audio.drain(..SAMPLE_RATE_HZ as usize);
         self.second.clear();
         let (hearing, wet) = (verdict.hearing, verdict.wet);

@@ -81,7 +81,7 @@ fn classify(
     let whole = (recording.samples.len() / second).max(1);
     for (number, samples) in recording.samples.chunks(second).take(whole).enumerate() {
         let window = Window { sample_rate_hz, samples, speed_m_s };
-        let Verdict { hearing, wet, condition } = ear.listen(&window).map_err(CliError::failed)?;
+        let Verdict { hearing, wet, condition } = ear.listen(&window);
         lines.push(Line {
             file: file.display().to_string(),
             t_s: number as f64,

@@ -137,7 +137,7 @@ fn judge(model: &Model, args: &Args) -> Result<(), CliError> {
             let circumstances =
                 Circumstances { rigs: rigs.clone(), speeds: Speeds::HeldOut, noise: Noise::Level(noise_db) };
             let examples = synthesise(&circumstances, args.test_clips, TEST_SEED);
-            let c = Confusion::of(model, &examples).map_err(CliError::failed)?;
+            let c = Confusion::of(model, &examples);
             say(&format!(
                 "{name:<20} {noise_db:>8} {:>9} {:>9} {:>9} {:>9} {:>7.1} % {:>6.3} {:>10}",
                 c.dry_dry,
