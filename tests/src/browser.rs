@@ -12,7 +12,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// A browser that has not answered for so long is stuck.
+/// A browser that has not answered for this long is stuck.
 const PATIENCE: Duration = Duration::from_secs(120);
 /// Gives the browser its pipe where it looks for it: file descriptors 3 and 4.
 const TO_THE_PIPE: &str = r#"exec "$@" 3<&0 4>&1 </dev/null >/dev/null 2>&1"#;

@@ -130,14 +130,39 @@ pub fn write_svg(
     draw().map_err(|error| ExperimentError::Draw { path: path.to_owned(), message: error.to_string() })
 }
 
-fn draw_panel(
-    area: &DrawingArea<SVGBackend<'_>, Shift>,
-    panel: &Panel,
-) -> Result<(), Box<dyn std::error::Error>> {
+/// A part of a figure.
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+/// Names the series in a strip above the plot, where no curve runs; returns what is left of the area.
+fn draw_legend<'a>(area: &Area<'a>, panel: &Panel) -> Result<Area<'a>, Box<dyn std::error::Error>> {
+    const LEFT: i32 = 66;
+    const ROW: i32 = 17;
+    let style = ("sans-serif", 12).into_text_style(area);
+    let (mut x, mut row, mut places) = (LEFT, 0, Vec::new());
+    for series in panel.series.iter().filter(|series| !series.label.is_empty()) {
+        let width = 40 + area.estimate_text_size(&series.label, &style)?.0 as i32;
+        if x > LEFT && x + width > area.dim_in_pixel().0 as i32 {
+            (x, row) = (LEFT, row + 1);
+        }
+        places.push((series, x, row * ROW + ROW / 2));
+        x += width;
+    }
+    if places.is_empty() {
+        return Ok(area.clone());
+    }
+    let (strip, rest) = area.split_vertically(ROW * (row + 1));
+    for (series, x, y) in places {
+        strip.draw(&PathElement::new(vec![(x, y), (x + 16, y)], series.colour.stroke_width(2)))?;
+        strip.draw(&Text::new(series.label.as_str(), (x + 22, y - 6), style.clone()))?;
+    }
+    Ok(rest)
+}
+
+fn draw_panel(area: &Area<'_>, panel: &Panel) -> Result<(), Box<dyn std::error::Error>> {
+    let area = draw_legend(&area.titled(&panel.title, ("sans-serif", 15))?, panel)?;
     let (x_low, x_high) = panel.range(panel.x_range, |point| point.0);
     let (y_low, y_high) = panel.range(panel.y_range, |point| point.1);
-    let mut chart = ChartBuilder::on(area)
-        .caption(&panel.title, ("sans-serif", 15))
+    let mut chart = ChartBuilder::on(&area)
         .margin(8)
         .margin_right(16)
         .x_label_area_size(34)
@@ -157,11 +182,9 @@ fn draw_panel(
         .x_desc(panel.x_label)
         .y_desc(panel.y_label)
         .draw()?;
-    let mut labelled = false;
     for series in &panel.series {
         let colour = series.colour;
         let width = if series.mark == Mark::Bold { 2 } else { 1 };
-        let mut label = series.label.as_str();
         if series.mark == Mark::Dots {
             let inside = (series.points.iter().copied())
                 .filter(|(x, y)| (x_low..=x_high).contains(x) && (y_low..=y_high).contains(y));
@@ -176,23 +199,8 @@ fn draw_panel(
             if series.mark == Mark::Dots || piece.is_empty() {
                 continue;
             }
-            let drawn = chart.draw_series(LineSeries::new(clipped, style))?;
-            if !label.is_empty() {
-                labelled = true;
-                drawn.label(std::mem::take(&mut label)).legend(move |(x, y)| {
-                    PathElement::new(vec![(x, y), (x + 16, y)], colour.stroke_width(2))
-                });
-            }
+            chart.draw_series(LineSeries::new(clipped, style))?;
         }
-    }
-    if labelled {
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .background_style(WHITE.mix(0.8))
-            .border_style(RGBColor(200, 200, 200))
-            .label_font(("sans-serif", 12))
-            .draw()?;
     }
     Ok(())
 }

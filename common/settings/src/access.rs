@@ -28,7 +28,7 @@ pub struct AccessSettings {
     pub allow_insecure: bool,
     /// Names under which browsers reach the service, besides addresses and `localhost`.
     pub hosts: Vec<String>,
-    /// A login on the page ends after so long.
+    /// A login on the page ends after this time.
     pub session: Duration,
     /// Limits that keep the service usable while somebody misbehaves.
     pub limits: AccessLimits,
@@ -66,7 +66,7 @@ pub struct AccessLimits {
     pub body: Duration,
     /// Time until an answer begins.
     pub answer: Duration,
-    /// A reader who takes nothing for so long is cut off.
+    /// A reader who takes nothing for this long is cut off.
     pub stall: Duration,
 }
 

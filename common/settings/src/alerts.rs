@@ -90,7 +90,7 @@ pub struct CapabilitySettings {
     pub speeds_km_h: Vec<f64>,
     /// Length of a cell of the adhesion map, m.
     pub cell_m: f64,
-    /// What a cell of the map knows fades to nothing in about so long, s.
+    /// What a cell of the map knows fades to nothing in about this time, s.
     pub map_memory_s: f64,
     /// The map is handed to the history so often, s.
     pub map_save_s: f64,

@@ -24,7 +24,7 @@ pub(crate) struct Args {
     /// Print JSON instead of a table
     #[arg(long)]
     json: bool,
-    /// Measure the way from ingest to estimate through real processes instead
+    /// Measure the latency from ingest to estimate through real processes instead
     #[arg(long)]
     transport: bool,
     /// Measure a train of 64 wagons at 1 kHz, and its HTTP service under load, instead

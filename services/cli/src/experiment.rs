@@ -10,7 +10,7 @@ use crate::output::say;
 /// Run a published experiment: table (CSV and Markdown) and figures (SVG).
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Which; `--list` shows all
+    /// Name of the experiment; `--list` shows all
     #[arg(value_name = "NAME", required_unless_present = "list")]
     name: Option<String>,
     /// Directory for table and figures, created if need be

@@ -45,10 +45,10 @@ struct Export {
     /// csv or parquet [default: by the ending of the file, else csv]
     #[arg(long, value_parser = form)]
     format: Option<Form>,
-    /// Begin: RFC 3339, Unix seconds, now, or so long ago, for example 30d [default: everything]
+    /// Begin: RFC 3339, Unix seconds, `now`, or an age, for example 30d [default: everything]
     #[arg(long, value_name = "TIME", value_parser = instant, allow_hyphen_values = true)]
     from: Option<i64>,
-    /// End: RFC 3339, Unix seconds, or so long ago [default: now]
+    /// End: RFC 3339, Unix seconds, or an age such as 7d [default: now]
     #[arg(long, value_name = "TIME", value_parser = instant, allow_hyphen_values = true)]
     to: Option<i64>,
     /// Width of a step: seconds, or a number with s, m, h or d

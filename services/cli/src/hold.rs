@@ -16,7 +16,7 @@ const RETRY: Duration = Duration::from_millis(50);
 pub(crate) struct Args {
     #[command(flatten)]
     train: TrainArgs,
-    /// Wait so many seconds for an earlier holder of this train that is about to leave
+    /// Seconds to wait for an earlier holder of this train that is ending
     #[arg(long, value_name = "SECONDS", default_value_t = 1.0)]
     patience: f64,
 }

@@ -79,7 +79,7 @@ enum Command {
     Estimate(estimate::Args),
     /// Run a published experiment, with its table and its figures
     Experiment(experiment::Args),
-    /// Train, ask and feed the classifier of rolling noise
+    /// Tell dry from wet rail by rolling noise: train, classify, synthesise
     Acoustics(acoustics::Args),
     /// Measure the speed of the parts on this machine
     Bench(bench::Args),

@@ -3,7 +3,10 @@
 use std::io::IsTerminal;
 
 use railgrip_settings::{LogFormat, LoggingSettings};
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::{ParseError, Targets};
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
+use tracing_subscriber::{Registry, fmt};
 
 use crate::CliError;
 
@@ -13,7 +16,7 @@ const FILTER_VARIABLE: &str = "RAILGRIP_LOG";
 /// Starts logging for this process. A second call changes nothing.
 pub(crate) fn start(settings: &LoggingSettings) -> Result<(), CliError> {
     let wanted = std::env::var(FILTER_VARIABLE).unwrap_or_else(|_| settings.level.clone());
-    let filter = EnvFilter::try_new(&wanted).map_err(|error| {
+    let filter: Targets = wanted.parse().map_err(|error: ParseError| {
         let allowed =
             "allowed is off, error, warn, info, debug or trace, or a list such as `info,railgrip_bus=debug`";
         CliError::bad_input(format!("log level \"{wanted}\": {error}; {allowed}"))
@@ -23,11 +26,12 @@ pub(crate) fn start(settings: &LoggingSettings) -> Result<(), CliError> {
         LogFormat::Text => false,
         LogFormat::Json => true,
     };
-    let builder = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
+    let lines = fmt::layer().with_writer(std::io::stderr);
     let result = if json {
-        builder.json().with_span_list(false).try_init()
+        Registry::default().with(filter).with(lines.json().with_span_list(false)).try_init()
     } else {
-        builder.with_target(false).with_ansi(std::io::stderr().is_terminal()).try_init()
+        let lines = lines.with_target(false).with_ansi(std::io::stderr().is_terminal());
+        Registry::default().with(filter).with(lines).try_init()
     };
     if result.is_err() {
         tracing::debug!("logging runs already");

@@ -21,11 +21,11 @@ pub(crate) struct Args {
 enum Command {
     /// Make a token; it is shown once and kept as a hash only
     Add(Add),
-    /// Show names, roles and ends
+    /// List the tokens: name, role, expiry
     List(List),
     /// End a token at once
     Revoke(Revoke),
-    /// Give a token a new secret; the old one counts a while longer
+    /// Give a token a new secret; the old one stays valid for a while
     Rotate(Rotate),
 }
 
@@ -45,7 +45,7 @@ struct Add {
     /// What its owner may do: read, acknowledge (and shelve alerts), admin
     #[arg(long, value_parser = role, default_value = "read")]
     role: Role,
-    /// It ends after so long, for example 12h, 90d; `never` for no end
+    /// Lifetime, for example 12h, 90d; `never` for no end
     #[arg(long, value_name = "TIME", value_parser = span, default_value = "365d")]
     expires: Span,
     #[command(flatten)]
@@ -73,7 +73,7 @@ struct Revoke {
 struct Rotate {
     /// The token
     name: String,
-    /// The old secret counts so long still, for example 10m, 24h; 0s ends it at once
+    /// Time for which the old secret stays valid, for example 10m, 24h; 0s ends it at once
     #[arg(long, value_name = "TIME", value_parser = span, default_value = "24h")]
     overlap: Span,
     #[command(flatten)]

@@ -17,7 +17,7 @@ pub(crate) struct TrainArgs {
     /// Replay these recordings, one a wagon: files, folders or globs
     #[arg(long, value_name = "PATH", num_args = 1..)]
     runs: Vec<String>,
-    /// Simulate or replay so many seconds in a second
+    /// Speed of simulation or replay: seconds of the run in one second
     #[arg(long, value_name = "FACTOR")]
     speed: Option<f64>,
     /// Serve HTTP here; port 0 takes any free one

@@ -12,16 +12,16 @@ use railgrip_messages::{Condition, Estimate, Innovation, Sample, flags, valid};
 use railgrip_recording::Row;
 use std::collections::VecDeque;
 
-/// Mean normalised innovations are over about so long, s.
+/// Mean normalised innovations are over about this time, s.
 const MEMORY_S: f64 = 20.0;
-/// A mismatch must last so long before it is told, s.
+/// A mismatch must last this long before it is told, s.
 const PERSISTENT_S: f64 = 20.0;
-/// One that was told is over when the mean has stayed below its limit for so long, s: an effect that only shows while the
+/// One that was told is over when the mean has stayed below its limit for this long, s: an effect that only shows while the
 /// train brakes is still there while it coasts.
 const OVER_S: f64 = 90.0;
 /// Slower than this, creepage is no longer a small number and the equations say little: nothing is judged, m/s.
 const MOVES_FROM_M_S: f64 = 2.0;
-/// After a change of pressing force the brake counts as changing for so long, s.
+/// After a change of pressing force the brake counts as changing for this long, s.
 const CHANGING_S: f64 = 1.0;
 /// Pressing force that changes faster than this is changing, share of its level per second.
 const CHANGING_PER_S: f64 = 0.5;

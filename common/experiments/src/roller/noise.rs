@@ -104,7 +104,7 @@ fn example_panel(tuning: Tuning, label: &str) -> Panel {
         .x(3.0, 10.0)
         .y(-0.06, 0.16)
         .with(Series::new("estimated", 2, Mark::Line, curve(&|k| -estimates[k].adhesion)))
-        .with(Series::new("measured", 0, Mark::Bold, curve(&|k| -samples[k].adhesion)))
+        .with(Series::new("simulated rig", 0, Mark::Bold, curve(&|k| -samples[k].adhesion)))
 }
 
 /// The paper's matrices and the product's filters with the sensors of a train.

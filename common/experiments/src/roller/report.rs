@@ -194,7 +194,7 @@ fn time_panels(run: &TestRun, adhesion_top: f64) -> Vec<Panel> {
         panel("Adhesion utilised", "|μ_W|")
             .y(-0.01, adhesion_top)
             .with(series("estimated", 2, &|k| -constant[k].adhesion))
-            .with(series("measured", 0, &|k| -samples[k].adhesion)),
+            .with(series("simulated rig", 0, &|k| -samples[k].adhesion)),
         panel("Pad friction (gaps: pads off, held)", "μ_B")
             .y(0.25, 0.45)
             .with(series("law (9)", 5, &|k| {
@@ -217,11 +217,11 @@ fn slip_panels(run: &TestRun) -> Vec<Panel> {
     };
     let bound = Series::new("0.02", 3, Mark::Line, vec![(-0.01, BOUND), (0.5, BOUND)]);
     vec![
-        Panel::new("Adhesion over slip: estimated (orange), measured (black)", "slip", "|μ_W|")
+        Panel::new("Adhesion over slip", "slip", "|μ_W|")
             .x(-0.01, 0.5)
             .y(-0.01, 0.13)
-            .with(dots("", 2, &|k| -run.constant[k].adhesion))
-            .with(dots("", 0, &|k| -run.samples[k].adhesion)),
+            .with(dots("estimated", 2, &|k| -run.constant[k].adhesion))
+            .with(dots("simulated rig", 0, &|k| -run.samples[k].adhesion)),
         Panel::new("Absolute error over slip", "slip", "|error|")
             .x(-0.01, 0.5)
             .y(0.0, 0.06)

@@ -8,19 +8,19 @@ use railgrip_classifier::{Ear, Verdict, Window};
 use crate::CliError;
 use crate::output::{note, say};
 
-/// Say for every second of WAV recordings whether the rail is dry or wet.
+/// Tell for every second of WAV recordings whether the rail is dry or wet.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// WAV files, or folders of them
     #[arg(required = true, value_name = "WAV")]
     recordings: Vec<PathBuf>,
-    /// Model to ask [default: the built-in one]
+    /// Model to use [default: the built-in one]
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
     /// Speed of the vehicle, m/s; below 0.2 m/s nothing is judged
     #[arg(long, value_name = "M_S")]
     speed: Option<f64>,
-    /// A probability within so much of 0.5 keeps the condition before; 0 as in the paper
+    /// Keep the condition before while the probability is this close to 0.5; 0 as in the paper
     #[arg(long, value_name = "BAND", default_value_t = 0.0)]
     hysteresis: f64,
     /// Write CSV here instead of a table to the standard output

@@ -8,7 +8,7 @@ mod train;
 
 use crate::CliError;
 
-/// Train, ask and feed the classifier of rolling noise.
+/// Tell dry from wet rail by rolling noise: train, classify, synthesise.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     #[command(subcommand)]
@@ -19,7 +19,7 @@ pub(crate) struct Args {
 enum Command {
     /// Train a model, on synthesised noise or on recordings of a rig, and judge it on what it never heard
     Train(train::Args),
-    /// Say for every second of WAV recordings whether the rail is dry or wet
+    /// Tell for every second of WAV recordings whether the rail is dry or wet
     Classify(classify::Args),
     /// Make WAV recordings of rolling noise
     Synthesise(synthesise::Args),

@@ -20,7 +20,7 @@ pub(crate) struct Args {
     /// WAV file to write; with --clips a folder
     #[arg(long, value_name = "PATH")]
     out: PathBuf,
-    /// What rolls: bogie, roller, track or traction
+    /// Rig whose noise is synthesised: bogie, roller, track or traction
     #[arg(long, value_name = "NAME", default_value = "bogie")]
     rig: String,
     /// Condition of the rail: dry or wet; for anything between see --wetness

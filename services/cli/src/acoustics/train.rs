@@ -14,7 +14,7 @@ use crate::output::{note, say};
 /// Train a model and judge it on speeds, noise levels and a rig that it never heard.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Where the model goes
+    /// Model file to write
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Learn from recordings instead: a folder with WAV files in its folders `dry` and `wet`
@@ -23,7 +23,7 @@ pub(crate) struct Args {
     /// Seconds of noise to synthesise
     #[arg(long, value_name = "N", default_value_t = Training::default().clips)]
     clips: usize,
-    /// Passes over them
+    /// Passes over the clips
     #[arg(long, value_name = "N", default_value_t = Training::default().epochs)]
     epochs: usize,
     /// Seed of everything random; the same seed makes the same model

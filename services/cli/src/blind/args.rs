@@ -10,7 +10,7 @@ pub struct Args {
     /// Number of cases
     #[arg(long, default_value_t = 100)]
     pub(super) cases: usize,
-    /// Everything random follows from this
+    /// Seed of everything random
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
     /// Folder for cases, reports, labels and the score; an interrupted run continues there
@@ -19,13 +19,13 @@ pub struct Args {
     /// Cases diagnosed at the same time (default: one a core)
     #[arg(long)]
     pub(super) threads: Option<usize>,
-    /// Who calibrates the model on the twin, for the floor: the diagnosis (a second child a case) or the plant (at once)
+    /// Who calibrates the nominal model for the floor of the gap: the diagnosis (a second process for each case) or the plant (at once)
     #[arg(long, value_enum, default_value_t = Floor::Diagnosis)]
     pub(super) floor: Floor,
     /// Longest diagnosis of one case, s; a longer one counts as failed
     #[arg(long, default_value_t = 600)]
     pub(super) time_limit: u64,
-    /// Begin no diagnosis after so many minutes, and score those that were done; the same command goes on from there
+    /// Begin no diagnosis after this many minutes, and score those that are done; the same command continues later
     #[arg(long)]
     pub(super) minutes: Option<f64>,
 }

@@ -6,7 +6,7 @@ use railgrip_recording::{BogieRecording, MotorRecording, Recording, Strictness};
 use railgrip_settings::ReplayRun;
 use railgrip_vehicle::VehicleParameters;
 
-/// A run that is played again begins so long after its last sample, s.
+/// A run that is played again begins this time after its last sample, s.
 const PAUSE_S: f64 = 1.0;
 
 /// Recordings that are played in step with the clock.

@@ -5,7 +5,7 @@ use railgrip_experiments::bogie::controller::Control;
 use railgrip_experiments::rigs::{RigFeed, RigRow};
 use railgrip_settings::{BrakeController, RigProgramme};
 
-/// A test that is run again begins so long after its last sample, s.
+/// A test that is run again begins this time after its last sample, s.
 const PAUSE_S: f64 = 1.0;
 
 /// Rigs that run in step with the clock.
