@@ -8,7 +8,7 @@
 //! * [`predict`] – whitened one-step errors, open-loop errors, and errors with one place of the equations freed;
 //! * [`fit`] – the solver, what it minimises, whole models fitted by it;
 //! * [`decide`] – which effects are selected, what chance alone would gain, the verdict and how sure it is;
-//! * [`answer`] – the form of a report; [`mod@write`] fills it, [`html`] draws it.
+//! * [`answer`] – the form of a report; [`mod@write`] fills it, [`words`] says it in sentences, [`html`] draws it.
 //!
 //! Everything is deterministic: results are collected in the order of the library whatever the threads, random numbers
 //! come from the seed, and sums run in a fixed order.
@@ -39,4 +39,5 @@ pub mod law_bench;
 pub mod model;
 pub mod predict;
 pub mod wagon;
+pub mod words;
 pub mod write;

@@ -9,10 +9,11 @@ use law_cases::{CreepTruth, Layout, PLAIN, brake, creep};
 use railgrip_diagnosis::answer::schema::*;
 use railgrip_diagnosis::answer::supplement::{
     Alarm, Axis, CandidateDetail, Curve, CurvePoint, Detail, FreedPlace, HeatGroup, HeatMap, ParameterRow,
-    RunRow, Settings, Trace, TraceWindow,
+    RunRow, Settings, Tie, Trace, TraceWindow,
 };
-use railgrip_diagnosis::html::{headline, render, summary};
+use railgrip_diagnosis::html::render;
 use railgrip_diagnosis::law_bench::{Options, Outcome, diagnose};
+use railgrip_diagnosis::words::{headline, summary};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -57,7 +58,15 @@ fn a_bench_with_an_effect() {
     let page = render(&outcome.report, &outcome.detail);
     keep("bench_brake", &page);
     check_self_contained(&page);
-    for id in ["brake_fade", "brake_friction_speed", "How far it shrinks", "Gap by region", "run0", "Seed"] {
+    for id in [
+        "brake_fade",
+        "brake_friction_speed",
+        "How far it shrinks",
+        "Gap by operating range",
+        "run0",
+        "Seed",
+        "Why this verdict",
+    ] {
         assert!(page.contains(id), "{id}");
     }
 }
@@ -91,7 +100,10 @@ fn a_wagon_case_with_traces() {
     let page = render(&report, &detail);
     keep("wagon", &page);
     check_self_contained(&page);
-    assert_eq!(headline(&report), "Brake fade explains the gap: on unseen runs it falls from 8.34 to 3.31.");
+    assert_eq!(
+        headline(&report),
+        "Brake fade explains the gap: on data that were not fitted it falls from 8.34 to 3.31."
+    );
     for needed in
         ["front wheelset speed", "The worst window", "95 % interval 55 % to 66 %", "disc temperature"]
     {
@@ -117,6 +129,7 @@ fn wagon_report() -> Report {
     Report {
         schema: SCHEMA.to_owned(),
         verdict: Verdict::Effects,
+        rule: Some("rest_is_small".to_owned()),
         location: Location {
             term: Some("brake_friction".to_owned()),
             signals: vec![
@@ -191,6 +204,7 @@ fn wagon_detail() -> Detail {
     Detail {
         case: "case00".to_owned(),
         subject: "wagon, 52.3 t, 2 wheelsets, 100 Hz".to_owned(),
+        rule_words: "What the effects leave is small.".to_owned(),
         notes: Vec::new(),
         runs: vec![
             RunRow {
@@ -297,7 +311,10 @@ fn wagon_detail() -> Detail {
             form: String::new(),
             on_bound: Vec::new(),
         }],
-        ties: Vec::new(),
+        ties: vec![Tie {
+            ids: vec!["brake_fade".to_owned(), "brake_friction_speed".to_owned()],
+            because: "They predict these runs alike.".to_owned(),
+        }],
         alarm: Some(Alarm {
             statistic: "drop of the fit cost".to_owned(),
             level: 0.05,
@@ -334,7 +351,7 @@ fn the_report_reads_back_as_it_was_written() {
     let report = wagon_report();
     let json = serde_json::to_string(&report).unwrap();
     assert!(json.starts_with(
-        "{\"schema\":\"railgrip.gap.report/1\",\"verdict\":\"effects\",\"where\":{\"term\":\"brake_friction\""
+        "{\"schema\":\"railgrip.gap.report/1\",\"verdict\":\"effects\",\"rule\":\"rest_is_small\",\"where\":{\"term\":\"brake_friction\""
     ));
     assert_eq!(serde_json::from_str::<Report>(&json).unwrap(), report);
 }

@@ -3,27 +3,25 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-use railgrip_diagnosis::html::{render, summary};
+use railgrip_diagnosis::html::render;
 use railgrip_diagnosis::law_bench::{Options, diagnose};
+use railgrip_diagnosis::words::summary;
 use railgrip_recording::Table;
+use railgrip_requirements::CREEP_POINTS;
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+railgrip_requirements::tests! {
+    polach_beats_the_bilinear_law_on_measured_points: [CREEP_POINTS],
+    what_closes_the_gap_on_the_measured_sweep: [CREEP_POINTS],
+}
 
 /// Wheel load of the creepage sweep as its source suggests, N.
 const LOAD_N: f64 = 9600.0;
 
-fn real() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/real/vt_roller_rig_creep");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("SKIPPED: no measured creep points at {}", folder.display());
-    None
-}
-
 /// Creepage (dimensionless) and force (N) of the sweep.
-fn sweep(folder: &Path) -> Vec<(f64, f64)> {
-    let table = Table::read(&folder.join("creepage_sweep_digitised.csv")).unwrap();
+fn sweep() -> Vec<(f64, f64)> {
+    let table = Table::read(&CREEP_POINTS.path().join("creepage_sweep_digitised.csv")).unwrap();
     let creepage = table.column("creepage_percent").unwrap();
     let force = table.column("Fx_N_mid").unwrap();
     creepage.iter().zip(force).map(|(s, f)| (s / 100.0, *f)).collect()
@@ -55,10 +53,8 @@ fn best(points: &[(f64, f64)], law: impl Fn(f64, f64, f64) -> f64) -> (f64, f64,
     (error, slope, limit)
 }
 
-#[test]
 fn polach_beats_the_bilinear_law_on_measured_points() {
-    let Some(folder) = real() else { return };
-    let points = sweep(&folder);
+    let points = sweep();
     let (bilinear, slope, limit) = best(&points, |s, slope, limit| (slope * s).min(limit));
     let (polach, stiffness, friction) = best(&points, |s, stiffness, limit| {
         let eps = stiffness * s / limit;
@@ -91,10 +87,8 @@ fn write_case(folder: &Path, points: &[(f64, f64)], k_s: f64) {
     }
 }
 
-#[test]
 fn what_closes_the_gap_on_the_measured_sweep() {
-    let Some(real) = real() else { return };
-    let points = sweep(&real);
+    let points = sweep();
     for (name, k_s) in [("polach", 0.4), ("stiff_knee", 1.0)] {
         let case = tempfile::tempdir().unwrap();
         write_case(case.path(), &points, k_s);

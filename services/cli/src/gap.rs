@@ -10,6 +10,7 @@ use railgrip_diagnosis::data::load::{self, CaseError};
 use railgrip_diagnosis::html;
 use railgrip_diagnosis::law_bench::{self, LawCaseError};
 use railgrip_diagnosis::wagon;
+use railgrip_diagnosis::words;
 use railgrip_diagnosis::write::predictions;
 use railgrip_vehicle::VehicleParameters;
 use railgrip_vehicle::effects::{CATALOGUE, EffectSpec};
@@ -115,7 +116,7 @@ fn diagnose(args: &DiagnoseArgs) -> Result<(), CliError> {
     if let Some(path) = &args.apply {
         write(path, &toml::to_string(&answer.vehicle).map_err(CliError::failed)?)?;
     }
-    say(&html::summary(&answer.report, &answer.detail.case));
+    say(&words::summary(&answer.report, &answer.detail.case));
     Ok(())
 }
 

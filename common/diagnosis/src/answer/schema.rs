@@ -23,6 +23,9 @@ pub struct Report {
     pub schema: String,
     /// The answer in one word.
     pub verdict: Verdict,
+    /// Name of the rule that decided; absent in reports of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rule: Option<String>,
     /// Where the gap lies.
     #[serde(rename = "where")]
     pub location: Location,
@@ -198,6 +201,13 @@ pub struct SignalGap {
     pub calibrated: f64,
     /// With fitted nuisances and effects.
     pub extended: f64,
+}
+
+impl SignalGap {
+    /// `1 − extended / calibrated`.
+    pub fn reduction(&self) -> f64 {
+        1.0 - self.extended / self.calibrated
+    }
 }
 
 /// What the best model leaves.

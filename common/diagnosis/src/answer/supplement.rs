@@ -12,6 +12,8 @@ pub struct Detail {
     pub case: String,
     /// What is diagnosed, in a few words: `wagon "coach", 41.2 t, 2 wheelsets` or `creep bench`.
     pub subject: String,
+    /// Why the verdict is what it is: the rule that decided, in a sentence; may be empty.
+    pub rule_words: String,
     /// Remarks a reader must know, such as how sigma was found.
     pub notes: Vec<String>,
     /// Fit and holdout runs.
@@ -134,6 +136,19 @@ pub struct Trace {
     pub calibrated: Vec<f64>,
     /// Predicted by the extended model.
     pub extended: Vec<f64>,
+}
+
+impl Trace {
+    /// Errors of `predicted` in sensor sigmas.
+    pub fn errors(&self, predicted: &[f64]) -> Vec<f64> {
+        let pairs = predicted.iter().zip(&self.measured);
+        pairs.map(|(predicted, measured)| (predicted - measured) / self.sigma).collect()
+    }
+}
+
+/// RMS of errors; zero if there are none.
+pub fn rms(errors: &[f64]) -> f64 {
+    (errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64).sqrt()
 }
 
 /// Points of a bench and the models over one covariate.

@@ -1,7 +1,7 @@
 //! A small plotting kit: one frame with axes, and marks in it, as SVG that takes its colours from the page.
 
-use super::words::{number, plain};
 use crate::answer::supplement::Axis;
+use crate::words::format::{number, plain};
 use maud::{Markup, PreEscaped, html};
 use std::fmt::Write;
 

@@ -1,9 +1,9 @@
 //! The fitted curve of each effect with its band, and the curve of what is missing.
 
 use super::chart::{Frame, legend, range, svg, with_unit};
-use super::words::{number, plain, term};
 use crate::answer::schema::Report;
 use crate::answer::supplement::{Curve, Detail};
+use crate::words::format::{capital, number, plain, term};
 use maud::{Markup, html};
 
 /// Curves of the effects found.
@@ -12,7 +12,7 @@ pub fn effects(report: &Report, detail: &Detail) -> Markup {
         @if !detail.effect_curves.is_empty() {
             section aria-labelledby="effect" {
                 h2 id="effect" { @if report.effects.len() > 1 { "The effects, as fitted" } @else { "The effect, as fitted" } }
-                p.say { "Line: the law of the extended model; band: its 95 % interval. Dashed: the calibrated model, without the effect." }
+                p.say { "Line: the extended model. Band: its 95 % interval. Dashed: the calibrated model, which lacks the effect." }
                 (legend(
                     detail.effect_curves.iter().any(|curve| !curve.data.is_empty()).then_some("bins"),
                     &[("calibrated-line", "calibrated"), ("extended-line", "extended")],
@@ -34,10 +34,11 @@ pub fn missing(report: &Report, detail: &Detail) -> Markup {
             section aria-labelledby="missing" {
                 h2 id="missing" { "What is missing" }
                 p.say {
-                    "In " b { (term(&rest.term)) } " (" code { (rest.term) } "); the gap that is left on the fit runs is "
-                    b { (super::words::gap(rest.gap)) } "."
-                    @if let Some(region) = detail.missing_curve.as_ref().and_then(|curve| curve.region) {
-                        " It matters most from " (number(region[0])) " to " (number(region[1])) " (shaded)."
+                    "Something in " b { (term(&rest.term)) } " (" code { (rest.term) } "). The gap left on the fitted data is "
+                    b { (crate::words::format::gap(rest.gap)) } "."
+                    @if let Some((curve, region)) = detail.missing_curve.as_ref().and_then(|curve| Some((curve, curve.region?))) {
+                        " It matters most from " (number(region[0])) " to " (number(region[1]))
+                        @if !curve.x.unit.is_empty() { " " (curve.x.unit) } " (shaded)."
                     }
                 }
                 @if let Some(curve) = &detail.missing_curve {
@@ -82,7 +83,7 @@ fn figure(curve: &Curve, id: &str, narrow: bool) -> Markup {
         figure {
             div.scroll { (svg("plot", width, height, &title, &ends(curve), &marks)) }
             figcaption {
-                b { (plain(&curve.title)) }
+                b { (capital(&plain(&curve.title))) }
                 @if !curve.equation.is_empty() { ": " (curve.equation) }
                 ". " (ends(curve)) "."
             }

@@ -1,9 +1,9 @@
 //! Header, next run, parameters, runs and settings: the parts that are words and tables.
 
-use super::sentence::{evidence, headline};
-use super::words::{gap, interval, number, number_to, plain};
 use crate::answer::schema::{Report, Verdict};
 use crate::answer::supplement::Detail;
+use crate::words::format::{gap, interval, number, number_to, plain};
+use crate::words::sentences::{evidence, headline};
 use maud::{Markup, html};
 
 /// Case, verdict and evidence.
@@ -27,6 +27,9 @@ pub fn header(report: &Report, detail: &Detail) -> Markup {
                     @if index % 2 == 1 { b { (piece) } } @else { (piece) }
                 }
             }
+            @if let Some(rule) = report.rule.as_ref().filter(|_| !detail.rule_words.is_empty()) {
+                p.why { b { "Why this verdict: " } (detail.rule_words) " (Rule " code { (rule) } ".)" }
+            }
             @if !detail.notes.is_empty() { ul.notes { @for note in &detail.notes { li { (note) } } } }
         }
     }
@@ -48,16 +51,16 @@ pub fn parameters(detail: &Detail) -> Markup {
             section aria-labelledby="parameters" {
                 h2 id="parameters" { "Parameters of the extended model" }
                 div.scroll { table {
-                    caption { "Nuisances and effects, fitted together on the fit runs" }
+                    caption { "Tolerances and effects, fitted together" }
                     thead { tr {
                         th scope="col" { "Parameter" } th scope="col" { "Belongs to" } th.n scope="col" { "Nominal" }
-                        th.n scope="col" { "Fitted" } th.n scope="col" { "95 % interval" } th.n scope="col" { "Allowed" }
+                        th.n scope="col" { "Fitted" } th.n scope="col" { "95 % interval" } th.n scope="col" { "Allowed range" }
                     } }
                     tbody {
                         @for row in &detail.parameters {
                             tr {
                                 th scope="row" { code { (row.name) } }
-                                td { (plain(&row.owner)) }
+                                td { @if row.owner == "nuisance" { "tolerance" } @else { (plain(&row.owner)) } }
                                 td.n { (row.nominal.map_or_else(|| "–".to_owned(), |x| number_to(x, 4))) }
                                 td.n { b { (number_to(row.value, 4)) } }
                                 td.n { (interval(row.ci95)) }
@@ -81,7 +84,7 @@ pub fn runs(detail: &Detail) -> Markup {
                 div.scroll { table {
                     caption { "Gap of every run" }
                     thead { tr {
-                        th scope="col" { "Run" } th scope="col" { "Set" } th.n scope="col" { "Samples" }
+                        th scope="col" { "Run" } th scope="col" { "Used" } th.n scope="col" { "Samples" }
                         @if timed { th.n scope="col" { "Length (s)" } }
                         th.n scope="col" { "Nominal" } th.n scope="col" { "Calibrated" } th.n scope="col" { "Extended" }
                     } }
@@ -89,7 +92,7 @@ pub fn runs(detail: &Detail) -> Markup {
                         @for run in &detail.runs {
                             tr {
                                 th scope="row" { code { (run.name) } }
-                                td { @if run.holdout { "holdout" } @else { "fit" } }
+                                td { @if run.holdout { "only predicted" } @else { "fitted" } }
                                 td.n { (run.samples) }
                                 @if timed { td.n { (run.duration_s.map_or_else(|| "–".to_owned(), number)) } }
                                 td.n { (gap(run.nominal)) }
@@ -114,10 +117,10 @@ pub fn settings(report: &Report, detail: &Detail) -> Markup {
                 @if !settings.command.is_empty() { dt { "Command" } dd { code { (settings.command) } } }
                 @if !settings.version.is_empty() { dt { "Version" } dd { (settings.version) } }
                 dt { "Seed" } dd { (settings.seed) }
-                @if !settings.without.is_empty() { dt { "Left out" } dd { code { (settings.without.join(", ")) } } }
+                @if !settings.without.is_empty() { dt { "Effects left out" } dd { code { (settings.without.join(", ")) } } }
                 @for (name, value) in &settings.more { dt { (name) } dd { (value) } }
-                dt { "Took" } dd { (format!("{:.1}", report.seconds)) " s" }
-                dt { "Form" } dd { code { (report.schema) } }
+                dt { "Time taken" } dd { (format!("{:.1}", report.seconds)) " s" }
+                dt { "Format" } dd { code { (report.schema) } }
             }
         }
     }

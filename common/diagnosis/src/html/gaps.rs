@@ -1,7 +1,7 @@
 //! Gap bars: nominal, calibrated and extended, on fit and on holdout runs.
 
-use super::words::{gap, percent, signal};
 use crate::answer::schema::{Report, ThreeGaps};
+use crate::words::format::{gap, percent, signal};
 use maud::{Markup, html};
 
 /// The section.
@@ -19,18 +19,19 @@ pub fn section(report: &Report) -> Markup {
         section aria-labelledby="how-far" {
             h2 id="how-far" { "How far it shrinks" }
             p.say {
-                "RMS of the prediction error over sensor sigma."
+                "The gap is the RMS error of a prediction, divided by the noise of the sensor (sigma). A gap of 1 is as good as the sensors can tell."
                 @if !report.effects.is_empty() {
-                    " Reduction on unseen runs: " b { (percent(holdout.reduction)) } ", 95 % interval " (low) " to " (high) "."
+                    " On data that were not fitted it shrinks by " b { (percent(holdout.reduction)) } ", 95 % interval " (low) " to " (high) "."
                 }
             }
             div.bars {
-                (panel("Fit runs", &report.gap.fit, top))
-                (panel("Holdout runs, only predicted", &unseen, top))
+                (panel("Fitted data", &report.gap.fit, top))
+                (panel("Holdout data, only predicted", &unseen, top))
             }
             p.note {
-                "Dotted line: gap 1, where the sensors can tell no more."
-                @if report.effects.is_empty() { " No effect was added, so the extended model is the calibrated one." }
+                "Nominal: the model as the case states it. Calibrated: with the vehicle's tolerances fitted. Extended: with tolerances and effects fitted. "
+                "Dotted line: a gap of 1."
+                @if report.effects.is_empty() { " No effect was added here, so the extended model is the calibrated one." }
             }
             @if holdout.by_signal.len() > 1 { (by_signal(report)) }
         }
@@ -78,7 +79,7 @@ fn by_signal(report: &Report) -> Markup {
                         th scope="row" { (signal(name)) " " code { (name) } }
                         td.n { (gap(gaps.calibrated)) }
                         td.n { (gap(gaps.extended)) }
-                        td.n { (percent(1.0 - gaps.extended / gaps.calibrated)) }
+                        td.n { (percent(gaps.reduction())) }
                     }
                 }
             }

@@ -1,8 +1,8 @@
 //! Where the gap lies: term, outputs, region, and the heat map of output × region.
 
-use super::words::{gap, number, number_to, percent, plain, signal, term};
 use crate::answer::schema::Report;
 use crate::answer::supplement::{Detail, HeatGroup, HeatMap};
+use crate::words::format::{gap, number, number_to, percent, plain, signal, term};
 use maud::{Markup, html};
 
 /// Strongest tint of a cell.
@@ -17,13 +17,13 @@ pub fn section(report: &Report, detail: &Detail) -> Markup {
             p.say {
                 @match &place.term {
                     Some(name) => { "In " b { (term(name)) } " (" code { (name) } ")." }
-                    None => { "No place in the equations stands out." }
+                    None => { "No part of the model stands out." }
                 }
                 @if let Some(regime) = &place.regime {
                     @let scale = Scale::of_variable(&detail.heat_map, &regime.variable, regime.range[1]);
-                    " Worst where " b { (plain(&regime.variable)) " is " (number(regime.range[0] * scale.factor)) " to "
-                    (number(regime.range[1] * scale.factor)) @if !scale.unit.is_empty() { " " (scale.unit) } } ": gap " b { (gap(regime.gap_inside)) } " inside, "
-                    (gap(regime.gap_outside)) " outside."
+                    " The gap is largest where " b { (plain(&regime.variable)) " is " (number(regime.range[0] * scale.factor)) " to "
+                    (number(regime.range[1] * scale.factor)) @if !scale.unit.is_empty() { " " (scale.unit) } } ": " b { (gap(regime.gap_inside)) } " there, "
+                    (gap(regime.gap_outside)) " elsewhere."
                 }
             }
             @if place.signals.len() > 1 { (signals(report)) }
@@ -37,7 +37,7 @@ fn signals(report: &Report) -> Markup {
     let mut signals = report.location.signals.clone();
     signals.sort_by(|a, b| b.share.total_cmp(&a.share));
     html! {
-        div.panel role="group" aria-label="Share of the excess gap by output" {
+        div.panel role="group" aria-label="Share of each output in the gap" {
             @for entry in &signals {
                 div class="bar share" {
                     span { (signal(&entry.name)) }
@@ -60,8 +60,12 @@ fn heat(map: &HeatMap) -> Markup {
         .fold(2.0_f64, |top, x| top.max(*x));
     html! {
         @if !map.groups.is_empty() {
-            h3 { "Gap by region" }
-            p.note { "Each cell: gap of the calibrated model, and under it that of the extended model. Deeper tint: larger gap." }
+            h3 { "Gap by operating range" }
+            p.note {
+                "Each cell shows the gap of the calibrated model"
+                @if map.groups.iter().any(|group| !group.extended.is_empty()) { ", and after the arrow that of the extended model" }
+                ". Deeper colour: larger gap."
+            }
             div.pair { @for group in &map.groups { (table(map, group, top)) } }
         }
     }
@@ -127,7 +131,7 @@ fn cell(group: &HeatGroup, row: usize, region: usize, top: f64) -> Markup {
     html! {
         td style={ "--a:" (format!("{depth:.2}")) } title={ (samples) " samples" } {
             b { (gap(before)) }
-            @if before.is_finite() { small { "→ " (gap(after)) } }
+            @if after.is_finite() { small { "→ " (gap(after)) } }
         }
     }
 }

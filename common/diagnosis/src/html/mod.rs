@@ -1,22 +1,17 @@
 //! The report for people: one self-contained HTML file that needs no network, reads in light and dark, prints, and says everything in
 //! text, too. Colours never stand alone: lines differ in dashes, heat cells carry their numbers.
 //!
-//! [`render`] makes it from a [`Report`] and the [`Detail`] that the engine fills beside it; sections without data are left out.
+//! [`render`] draws a [`Report`] and the [`Detail`] beside it; sections without data are left out. Nothing is decided here, and
+//! nothing is computed but where a mark is drawn.
 
 mod chart;
 mod curves;
 mod facts;
 mod gaps;
 mod location;
-mod markdown;
 mod places;
 mod ranking;
-mod sentence;
 mod traces;
-pub mod words;
-
-pub use markdown::summary;
-pub use sentence::{evidence, headline};
 
 use crate::answer::schema::Report;
 use crate::answer::supplement::Detail;
@@ -26,6 +21,11 @@ const STYLE: &str = include_str!("page.css");
 
 /// The whole page.
 pub fn render(report: &Report, detail: &Detail) -> String {
+    let mut detail = detail.clone();
+    if report.effects.is_empty() {
+        leave_out_extended(&mut detail);
+    }
+    let detail = &detail;
     let title = format!("{}: sim-to-real gap", detail.case);
     html! {
         (DOCTYPE)
@@ -51,9 +51,17 @@ pub fn render(report: &Report, detail: &Detail) -> String {
                     (facts::runs(detail))
                     (facts::settings(report, detail))
                 }
-                footer { p { "railgrip · gap = RMS error over sensor sigma; 1 is as good as the sensors can tell." } }
+                footer { p { "railgrip. Gap: RMS error of a prediction, divided by the noise of the sensor; 1 is as good as the sensors can tell." } }
             }
         }
     }
     .into_string()
+}
+
+/// Without an effect the extended model is the calibrated one, and its lines would hide those of the calibrated model.
+fn leave_out_extended(detail: &mut Detail) {
+    detail.scatters.iter_mut().for_each(|scatter| scatter.extended.clear());
+    detail.heat_map.groups.iter_mut().for_each(|group| group.extended.clear());
+    let traces = detail.worst_window.iter_mut().flat_map(|window| &mut window.traces);
+    traces.for_each(|trace| trace.extended.clear());
 }

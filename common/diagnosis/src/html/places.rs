@@ -1,7 +1,7 @@
-//! The table of places: what it gains to free one place of the equations at a time, before and after the effects.
+//! The table of places: what is gained by letting one place of the equations err at a time, before and after the effects.
 
-use super::words::number;
 use crate::answer::supplement::{Detail, FreedPlace};
+use crate::words::format::number;
 use maud::{Markup, html};
 
 /// Places that are shown.
@@ -13,17 +13,17 @@ pub fn table(detail: &Detail) -> Markup {
     let extended = detail.freed.iter().any(|place| place.after.is_some());
     html! {
         @if !detail.freed.is_empty() {
-            h3 { "By place in the equations" }
+            h3 { "By part of the model" }
             p.note {
-                "One place at a time may err by a slowly wandering amount. The more the recordings gain by that (log-likelihood), the more likely the error is there; "
-                "the size is what that place would have to err by, one sigma, and for how long at a time."
-                @if extended { " After: what is left to gain once the effects are added." }
+                "In each row one part of the model was allowed to be wrong by an amount that varies with time. The gain says how much more likely that makes the recordings "
+                "(log-likelihood): where it is largest, the model is most likely wrong. Size: by how much that part would have to be wrong (one sigma). Lasts: for how long at a time."
+                @if extended { " With effects: the gain that is left once the effects are in the model." }
             }
             div.scroll { table {
-                caption { "Places, the likeliest first" }
+                caption { "Parts of the model, the likeliest first" }
                 thead { tr {
-                    th scope="col" { "Place" } th scope="col" { "Gained by freeing it" } @if extended { th.n scope="col" { "After" } }
-                    th.n scope="col" { "Size" } th.n scope="col" { "For about" }
+                    th scope="col" { "Part" } th scope="col" { "Gain" } @if extended { th.n scope="col" { "With effects" } }
+                    th.n scope="col" { "Size" } th.n scope="col" { "Lasts about" }
                 } }
                 tbody { @for place in detail.freed.iter().take(MOST) { (row(place, top, extended)) } }
             } }

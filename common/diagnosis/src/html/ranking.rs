@@ -1,9 +1,9 @@
 //! The ranking of candidates, the test against chance, and groups that the data cannot separate.
 
-use super::sentence::caution;
-use super::words::{gap, number, p_value, percent, plain};
 use crate::answer::schema::{Candidate, Report};
-use crate::answer::supplement::{CandidateDetail, Detail, Tie};
+use crate::answer::supplement::{CandidateDetail, Detail};
+use crate::words::format::{gap, number, p_value, percent, plain};
+use crate::words::sentences::caution;
 use maud::{Markup, html};
 
 /// The section.
@@ -12,26 +12,26 @@ pub fn section(report: &Report, detail: &Detail) -> Markup {
         section aria-labelledby="which" {
             h2 id="which" { "Which effect: all " (report.candidates.len()) " candidates" }
             p.say {
-                "Each was added alone to the calibrated model and refitted together with the nuisances. Gain: share of the squared error on left-out data that it removes. p: probability "
-                "that the best of the whole library does as well where there is no effect."
+                "Each candidate was added alone to the calibrated model and fitted together with the tolerances. Gain: the share of the squared error that it removes on data left out of the fit. "
+                "p: the probability that the best of all candidates gains as much by chance, where there is no effect."
                 @if let Some(alarm) = &detail.alarm {
-                    " Alarm threshold " b { (number(alarm.threshold)) } " for " (percent(alarm.level)) " false alarms from "
-                    (alarm.replicates) " simulated cases; the best candidate reaches " b { (number(alarm.observed)) } " (" (alarm.statistic) ")."
+                    " In " (percent(alarm.level)) " of " (alarm.replicates) " simulated cases without an effect the best candidate scores more than " b { (number(alarm.threshold)) }
+                    "; here it scores " b { (number(alarm.observed)) } ". The score is the " (alarm.statistic) "."
                 }
             }
             @if let Some(words) = caution(report) { p.say { b { (words) } } }
             div.scroll { table {
-                caption { "Candidates, best predictor first" }
+                caption { "Candidates, the best at predicting left-out data first" }
                 thead { tr {
-                    th scope="col" { "Effect" } th.n scope="col" { "Fit gap" } th scope="col" { "Gain on left-out data" }
+                    th scope="col" { "Effect" } th.n scope="col" { "Gap, fitted" } th scope="col" { "Gain on left-out data" }
                     th.n scope="col" { "p" } th scope="col" { "Converged" }
                     @if detail.candidates.iter().any(|c| !c.form.is_empty()) { th scope="col" { "Best form" } }
                 } }
                 tbody { @for candidate in &report.candidates { (row(report, detail, candidate)) } }
             } }
-            @if !ties(report, detail).is_empty() {
-                h3 { "What these data cannot separate" }
-                @for tie in ties(report, detail) {
+            @if !detail.ties.is_empty() {
+                h3 { "What these data cannot tell apart" }
+                @for tie in &detail.ties {
                     div.tie {
                         p style="margin:0" { b { (tie.ids.iter().map(|id| plain(id)).collect::<Vec<_>>().join(" · ")) } }
                         p.note style="margin:.15rem 0 0" { (tie.because) }
@@ -40,20 +40,6 @@ pub fn section(report: &Report, detail: &Detail) -> Markup {
             }
         }
     }
-}
-
-/// The engine's ties, or those that the report's equivalents make.
-fn ties(report: &Report, detail: &Detail) -> Vec<Tie> {
-    if !detail.ties.is_empty() {
-        return detail.ties.clone();
-    }
-    let tied = report.effects.iter().filter(|effect| !effect.equivalent.is_empty());
-    tied.map(|effect| {
-        let mut ids = vec![effect.id.clone()];
-        ids.extend(effect.equivalent.iter().cloned());
-        Tie { ids, because: "They predict these runs alike.".to_owned() }
-    })
-    .collect()
 }
 
 fn row(report: &Report, detail: &Detail, candidate: &Candidate) -> Markup {
@@ -69,7 +55,7 @@ fn row(report: &Report, detail: &Detail, candidate: &Candidate) -> Markup {
             td {
                 @if candidate.converged { "yes" } @else { "no" }
                 @if let Some(bound) = more.filter(|more| !more.on_bound.is_empty()) {
-                    span.form { " · on its bound: " (bound.on_bound.join(", ")) }
+                    span.form { " · at the limit of what is allowed: " (bound.on_bound.join(", ")) }
                 }
             }
             @if forms { td.form { @if let Some(more) = more { (more.form) } } }

@@ -1,8 +1,8 @@
 //! Measured against calibrated against extended: traces of the worst window, or points of a bench.
 
 use super::chart::{Frame, legend, range, svg};
-use super::words::{gap, signal};
-use crate::answer::supplement::{Axis, Detail, Scatter, Trace, TraceWindow};
+use crate::answer::supplement::{Axis, Detail, Scatter, Trace, TraceWindow, rms};
+use crate::words::format::{capital, gap, signal};
 use maud::{Markup, html};
 
 const WIDTH: f64 = 860.0;
@@ -20,18 +20,18 @@ pub fn section(detail: &Detail) -> Markup {
                 h2 id="worst" { "The worst window" }
                 p.say {
                     "Run " code { (window.run) } ", window " (window.window) ", "
-                    @if window.holdout { "a run that was only predicted" } @else { "a run that was fitted on" }
-                    ". Every model starts at the measured state and runs open loop. Below each output its error in sensor sigmas, averaged over neighbours."
+                    @if window.holdout { "a run that was only predicted" } @else { "a run that was fitted" }
+                    ". Every model starts at the measured state and is then driven by the recorded inputs alone. Under each output stands its error in units of the sensor's noise (sigma), averaged over neighbouring samples."
                 }
-                (legend(Some("line"), &MODELS))
+                (legend(Some("line"), models(window.traces.iter().all(|trace| trace.extended.is_empty()))))
                 @for (index, trace) in window.traces.iter().enumerate() { (output(window, trace, index)) }
             }
         }
         @if !detail.scatters.is_empty() {
             section aria-labelledby="points" {
                 h2 id="points" { "Points and models" }
-                p.say { "Lines are the models' predictions at the measured points, averaged over neighbours." }
-                (legend(Some("dots"), &MODELS))
+                p.say { "Lines are the models' predictions at the measured points, averaged over neighbouring points." }
+                (legend(Some("dots"), models(detail.scatters.iter().all(|panel| panel.extended.is_empty()))))
                 div.pair { @for (index, panel) in detail.scatters.iter().enumerate() { (scatter(panel, index)) } }
             }
         }
@@ -39,18 +39,20 @@ pub fn section(detail: &Detail) -> Markup {
 }
 
 /// Line styles of the models.
-pub const MODELS: [(&str, &str); 3] =
+const MODELS: [(&str, &str); 3] =
     [("nominal-line", "nominal"), ("calibrated-line", "calibrated"), ("extended-line", "extended")];
+
+/// The models that are drawn: without an effect there is no extended one.
+fn models(without_extended: bool) -> &'static [(&'static str, &'static str)] {
+    if without_extended { &MODELS[..2] } else { &MODELS }
+}
 
 fn output(window: &TraceWindow, trace: &Trace, index: usize) -> Markup {
     let Some(frame) = outer_frame(window, trace) else { return html! {} };
     let time = &window.t_s;
     let line = |class: &str, values: &[f64]| frame.line(class, pairs(time, values));
     let axis = Axis { label: signal(&trace.name), unit: trace.unit.clone() };
-    let error = |values: &[f64]| -> Vec<f64> {
-        values.iter().zip(&trace.measured).map(|(value, measured)| (value - measured) / trace.sigma).collect()
-    };
-    let (calibrated, extended) = (error(&trace.calibrated), error(&trace.extended));
+    let (calibrated, extended) = (trace.errors(&trace.calibrated), trace.errors(&trace.extended));
     let (rms_before, rms_after) = (rms(&calibrated), rms(&extended));
     let reach =
         calibrated.iter().chain(&extended).filter(|x| x.is_finite()).fold(3.0_f64, |top, x| top.max(x.abs()));
@@ -75,12 +77,16 @@ fn output(window: &TraceWindow, trace: &Trace, index: usize) -> Markup {
         (below.line("extended-line", smoothed(time, &extended).into_iter()))
     };
     let title = format!("{} over time, measured and predicted", signal(&trace.name));
-    let describe =
-        format!("RMS error {} sigmas calibrated, {} sigmas extended", gap(rms_before), gap(rms_after));
+    let describe = match trace.extended.is_empty() {
+        true => format!("RMS error {} sigma, calibrated", gap(rms_before)),
+        false => {
+            format!("RMS error {} sigma, calibrated; {} sigma, extended", gap(rms_before), gap(rms_after))
+        }
+    };
     html! {
         figure {
             div.scroll { (svg("plot", WIDTH, 30.0 + TRACE_HEIGHT + 30.0 + ERROR_HEIGHT + 42.0, &title, &describe, &marks)) }
-            figcaption { (signal(&trace.name)) ": RMS error " (gap(rms_before)) " → " (gap(rms_after)) " sigma." }
+            figcaption { (capital(&signal(&trace.name))) ". " (describe) "." }
         }
     }
 }
@@ -103,10 +109,6 @@ fn smoothed(time: &[f64], values: &[f64]) -> Vec<[f64; 2]> {
     time.chunks(size).zip(values.chunks(size)).map(|(t, x)| [mean(t), mean(x)]).collect()
 }
 
-fn rms(errors: &[f64]) -> f64 {
-    (errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64).sqrt()
-}
-
 fn scatter(panel: &Scatter, index: usize) -> Markup {
     let xs = panel.measured.iter().map(|point| point[0]);
     let ys = panel.measured.iter().chain(&panel.calibrated).chain(&panel.extended).map(|point| point[1]);
@@ -122,6 +124,6 @@ fn scatter(panel: &Scatter, index: usize) -> Markup {
             (frame.line("extended-line", panel.extended.iter().copied()))
         }))
     };
-    let describe = format!("{} measured points and the lines of three models", panel.measured.len());
-    html! { figure { (svg("plot", width, height, &panel.title, &describe, &marks)) figcaption { (panel.title) } } }
+    let describe = format!("{} measured points and the lines of the models", panel.measured.len());
+    html! { figure { (svg("plot", width, height, &panel.title, &describe, &marks)) figcaption { (capital(&panel.title)) } } }
 }

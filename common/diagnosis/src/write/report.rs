@@ -37,6 +37,7 @@ pub(crate) fn report(
     Report {
         schema: SCHEMA.to_owned(),
         verdict: judgement.verdict,
+        rule: None,
         location: Location {
             term,
             signals: signals(&fit_totals[1], &fit_totals[2]),

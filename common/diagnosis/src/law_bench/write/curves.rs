@@ -3,6 +3,7 @@
 use super::estimates::{Z95, delta};
 use crate::answer::schema::Regime;
 use crate::answer::supplement::{Axis, Curve, CurvePoint};
+use crate::law_bench::data::case::Kind;
 use crate::law_bench::data::point::{Covariate, Point};
 use crate::law_bench::fit::fitted::FittedModel;
 use crate::law_bench::fit::noise::Noise;
@@ -167,9 +168,12 @@ pub fn missing(
     regime: Option<&Regime>,
 ) -> Curve {
     let what = match discrepancy.acts_on {
-        ActsOn::Level => "missing factor on the level, minus 1",
-        ActsOn::Stiffness => "missing factor on the stiffness, minus 1",
-        ActsOn::Force => "missing force over load",
+        ActsOn::Level if fitted.model.kind() == Kind::Brake => {
+            "missing change of pad friction, as a share of it"
+        }
+        ActsOn::Level => "missing change of adhesion, as a share of it",
+        ActsOn::Stiffness => "missing change of contact stiffness, as a share of it",
+        ActsOn::Force => "missing force, as a share of the load",
     };
     let points_of_curve = missing_curve(discrepancy, fitted, points, noise)
         .into_iter()

@@ -19,6 +19,7 @@ use crate::law_bench::decide::selection::SelectedEffect;
 use crate::law_bench::model::law::Model;
 use crate::law_bench::outcome::{Options, Outcome};
 use crate::law_bench::predict::gaps::{ModelAt, Predictions, reduction};
+use crate::words::format::percent;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -48,6 +49,7 @@ pub fn write(findings: &Findings, options: &Options, started: Instant) -> Result
     let report = Report {
         schema: SCHEMA.to_owned(),
         verdict: findings.rule.verdict,
+        rule: Some(findings.rule.name.to_owned()),
         location: location(findings, &fit, calibrated, regime),
         effects: effects(findings, &rows),
         candidates: candidates(findings),
@@ -85,6 +87,7 @@ fn detail(
     Detail {
         case: case.name.clone(),
         subject: words::subject(findings),
+        rule_words: findings.rule.words.to_owned(),
         notes: words::notes(findings),
         runs,
         heat_map: figures::heat_map(case.kind, fit),
@@ -104,7 +107,7 @@ fn detail(
 fn alarm(findings: &Findings) -> Alarm {
     let level = findings.criteria.library_level;
     Alarm {
-        statistic: "squared error over sigma² removed by the best candidate, less ln(points) a parameter"
+        statistic: "squared error, in units of sigma², that the best candidate removes, minus ln(number of points) for each of its parameters"
             .to_owned(),
         level,
         threshold: findings.selection.chance.library_threshold(level),
@@ -115,14 +118,15 @@ fn alarm(findings: &Findings) -> Alarm {
 
 fn settings(findings: &Findings, options: &Options) -> Settings {
     let (score, threshold) = (findings.structure_score, findings.structure_threshold);
+    let level = percent(findings.criteria.structure_level);
     Settings {
         version: options.version.clone(),
         command: options.command.clone(),
         seed: options.seed,
         without: options.without.clone(),
         more: vec![(
-            "structure left by the best model".to_owned(),
-            format!("{score:.1}, threshold {threshold:.1} (best of all flexible functions)"),
+            "Structure left by the extended model".to_owned(),
+            format!("{score:.1} for the best free curve; chance reaches {threshold:.1} in {level} of cases"),
         )],
     }
 }

@@ -2,12 +2,12 @@
 
 use super::findings::Findings;
 use crate::answer::supplement::Tie;
-use crate::html::words::number;
 use crate::law_bench::data::case::{Kind, Nominal};
 use crate::law_bench::decide::confidence::tied;
 use crate::law_bench::decide::criteria::Criteria;
 use crate::law_bench::decide::selection::SelectedEffect;
 use crate::law_bench::fit::left_out::Scheme;
+use crate::words::format::number;
 
 /// The named effects that have rivals, with the reason.
 pub fn ties(effects: &[SelectedEffect], criteria: &Criteria) -> Vec<Tie> {
@@ -18,7 +18,7 @@ pub fn ties(effects: &[SelectedEffect], criteria: &Criteria) -> Vec<Tie> {
             let ids = std::iter::once(effect.spec.id).chain(rivals.iter().map(|rival| rival.id));
             let meanings: Vec<&str> = rivals.iter().map(|rival| rival.meaning).collect();
             let because = format!(
-                "On these points \"{}\" and \"{}\" move the prediction alike.",
+                "On these points \"{}\" and \"{}\" change the prediction in the same way.",
                 effect.spec.meaning,
                 meanings.join("\" and \"")
             );
@@ -34,11 +34,11 @@ pub fn next_run(findings: &Findings) -> Option<String> {
         let variable = discrepancy.covariate.name().replace('_', " ");
         return Some(match discrepancy.second {
             Some(second) => format!(
-                "Measure a grid of {variable} and {} with all else held: their joint influence is what is missing.",
+                "Measure a grid of {variable} and {} with all else held constant: what is missing is how they act together.",
                 second.name().replace('_', " ")
             ),
             None => format!(
-                "Vary {variable} alone over its whole range, up and down, with all else held: this shows the missing law and whether it has a memory."
+                "Vary {variable} alone over its whole range, up and down, with all else held constant. That shows the missing law, and whether it depends on what happened before."
             ),
         });
     }
@@ -73,20 +73,20 @@ pub fn notes(findings: &Findings) -> Vec<String> {
     let mut notes = vec![format!("Sigma {sigma}{unit} is {}.", findings.sigma_source)];
     if noise.excess > findings.criteria.noted_scatter {
         notes.push(format!(
-            "Points scatter {:.2} sigma about the smoothest model that follows all variables; evidence is weighed by that scatter.",
+            "The points scatter by {:.2} sigma about a smooth curve through them, so all evidence is judged by that larger scatter.",
             noise.excess
         ));
     }
     if noise.correlation > 0.0 {
         notes.push(format!(
-            "Neighbouring points are correlated ({:.2}); evidence and intervals allow for it.",
+            "Neighbouring points resemble each other (correlation {:.2}); evidence and intervals allow for that.",
             noise.correlation
         ));
     }
     notes.push(match findings.scheme {
-        Scheme::Files => "Left-out data: one file at a time.".to_owned(),
+        Scheme::Files => "To test predictions, one file at a time was left out of the fit.".to_owned(),
         Scheme::Blocks => {
-            "Left-out data: blocks of neighbouring rows, because leaving out whole files would extrapolate."
+            "To test predictions, blocks of neighbouring rows were left out of the fit. Whole files would have tested extrapolation."
                 .to_owned()
         }
     });

@@ -1,7 +1,7 @@
 //! The report as a short Markdown text for the terminal.
 
-use super::sentence::{caution, evidence, headline};
-use super::words::{gap, interval, number, p_value, percent, term};
+use super::format::{gap, interval, number, p_value, percent, term};
+use super::sentences::{caution, evidence, headline};
 use crate::answer::schema::{Report, ThreeGaps};
 use std::fmt::Write;
 
@@ -19,12 +19,21 @@ pub fn summary(report: &Report, case: &str) -> String {
 fn write(text: &mut String, report: &Report, case: &str) -> std::fmt::Result {
     writeln!(text, "# {case}: {}\n", report.verdict.name())?;
     writeln!(text, "**{}**\n\n{}\n", headline(report), evidence(report).concat())?;
+    if let Some(rule) = &report.rule {
+        writeln!(text, "Decided by the rule `{rule}`.\n")?;
+    }
     gaps(text, report)?;
     location(text, report)?;
     effects(text, report)?;
     candidates(text, report)?;
     if let Some(rest) = &report.unexplained {
-        writeln!(text, "Missing: in {} (`{}`), gap left {}.\n", term(&rest.term), rest.term, gap(rest.gap))?;
+        writeln!(
+            text,
+            "Missing: something in {} (`{}`); the gap left on the fitted data is {}.\n",
+            term(&rest.term),
+            rest.term,
+            gap(rest.gap)
+        )?;
     }
     if let Some(next) = &report.next_run {
         writeln!(text, "Next run: {next}\n")?;
@@ -51,7 +60,7 @@ fn location(text: &mut String, report: &Report) -> std::fmt::Result {
         if let Some(regime) = &place.regime {
             write!(
                 text,
-                ", worst at {} {}: gap {} inside, {} outside",
+                ", largest where {} is {}: {} there, {} elsewhere",
                 regime.variable,
                 interval(regime.range),
                 gap(regime.gap_inside),
@@ -67,7 +76,7 @@ fn effects(text: &mut String, report: &Report) -> std::fmt::Result {
     for effect in &report.effects {
         write!(text, "- `{}` (confidence {:.2}", effect.id, effect.confidence)?;
         if !effect.equivalent.is_empty() {
-            write!(text, "; data cannot tell from `{}`", effect.equivalent.join("`, `"))?;
+            write!(text, "; the data cannot tell it from `{}`", effect.equivalent.join("`, `"))?;
         }
         let values = effect.parameters.iter().map(|(name, estimate)| {
             format!("{name} {} ({})", number(estimate.value), interval(estimate.ci95))

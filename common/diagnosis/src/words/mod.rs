@@ -1,0 +1,8 @@
+//! What a report says in words: numbers and names as people read them, the sentences, and the summary on the terminal.
+
+pub mod format;
+pub mod sentences;
+pub mod summary;
+
+pub use sentences::headline;
+pub use summary::summary;
