@@ -65,7 +65,7 @@ fn a_bench_with_an_effect() {
         "Gap by operating range",
         "run0",
         "Seed",
-        "Why this verdict",
+        "Decided by the rule",
     ] {
         assert!(page.contains(id), "{id}");
     }
@@ -129,7 +129,7 @@ fn wagon_report() -> Report {
     Report {
         schema: SCHEMA.to_owned(),
         verdict: Verdict::Effects,
-        rule: Some("rest_is_small".to_owned()),
+        rule: "effects_explain_gap".to_owned(),
         location: Location {
             term: Some("brake_friction".to_owned()),
             signals: vec![
@@ -204,7 +204,7 @@ fn wagon_detail() -> Detail {
     Detail {
         case: "case00".to_owned(),
         subject: "wagon, 52.3 t, 2 wheelsets, 100 Hz".to_owned(),
-        rule_words: "What the effects leave is small.".to_owned(),
+        rule: "Nothing asks for another cause.".to_owned(),
         notes: Vec::new(),
         runs: vec![
             RunRow {
@@ -334,11 +334,12 @@ fn wagon_detail() -> Detail {
 
 #[test]
 fn the_summary_says_the_same_in_markdown() {
-    let text = summary(&wagon_report(), "case00");
+    let text = summary(&wagon_report(), &wagon_detail());
     println!("{text}");
     for needed in [
         "# case00: effects",
         "| holdout | 19.0 | 8.34 | 3.31 |",
+        "Decided by the rule `effects_explain_gap`: Nothing asks for another cause.",
         "`brake_fade` (confidence 0.94",
         "alpha_per_k",
     ] {
@@ -351,7 +352,7 @@ fn the_report_reads_back_as_it_was_written() {
     let report = wagon_report();
     let json = serde_json::to_string(&report).unwrap();
     assert!(json.starts_with(
-        "{\"schema\":\"railgrip.gap.report/1\",\"verdict\":\"effects\",\"rule\":\"rest_is_small\",\"where\":{\"term\":\"brake_friction\""
+        "{\"schema\":\"railgrip.gap.report/1\",\"verdict\":\"effects\",\"rule\":\"effects_explain_gap\",\"where\":{\"term\":\"brake_friction\""
     ));
     assert_eq!(serde_json::from_str::<Report>(&json).unwrap(), report);
 }

@@ -95,7 +95,7 @@ fn what_closes_the_gap_on_the_measured_sweep() {
         let outcome = diagnose(case.path(), &Options { seed: 1, ..Options::default() }).unwrap();
         let report = &outcome.report;
         println!("nominal k_A 1, k_S {k_s}; {}", outcome.detail.notes.join(" "));
-        println!("{}", summary(report, name));
+        println!("{name}: {}", summary(report, &outcome.detail));
         let page = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("real_{name}.html"));
         std::fs::write(page, render(report, &outcome.detail)).unwrap();
         let holdout = &report.gap.holdout;

@@ -116,7 +116,7 @@ fn diagnose(args: &DiagnoseArgs) -> Result<(), CliError> {
     if let Some(path) = &args.apply {
         write(path, &toml::to_string(&answer.vehicle).map_err(CliError::failed)?)?;
     }
-    say(&words::summary(&answer.report, &answer.detail.case));
+    say(&words::summary(&answer.report, &answer.detail));
     Ok(())
 }
 

@@ -23,9 +23,9 @@ pub struct Report {
     pub schema: String,
     /// The answer in one word.
     pub verdict: Verdict,
-    /// Name of the rule that decided; absent in reports of earlier versions.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rule: Option<String>,
+    /// The named rule that decided it; empty in reports that are older than the rules.
+    #[serde(default)]
+    pub rule: String,
     /// Where the gap lies.
     #[serde(rename = "where")]
     pub location: Location,

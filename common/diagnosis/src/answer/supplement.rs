@@ -12,8 +12,8 @@ pub struct Detail {
     pub case: String,
     /// What is diagnosed, in a few words: `wagon "coach", 41.2 t, 2 wheelsets` or `creep bench`.
     pub subject: String,
-    /// Why the verdict is what it is: the rule that decided, in a sentence; may be empty.
-    pub rule_words: String,
+    /// Why the verdict is what it is: the rule that decided, in one sentence.
+    pub rule: String,
     /// Remarks a reader must know, such as how sigma was found.
     pub notes: Vec<String>,
     /// Fit and holdout runs.

@@ -27,8 +27,8 @@ pub fn header(report: &Report, detail: &Detail) -> Markup {
                     @if index % 2 == 1 { b { (piece) } } @else { (piece) }
                 }
             }
-            @if let Some(rule) = report.rule.as_ref().filter(|_| !detail.rule_words.is_empty()) {
-                p.why { b { "Why this verdict: " } (detail.rule_words) " (Rule " code { (rule) } ".)" }
+            @if !detail.rule.is_empty() {
+                p.rule { "Decided by the rule " code { (report.rule) } ": " (detail.rule) }
             }
             @if !detail.notes.is_empty() { ul.notes { @for note in &detail.notes { li { (note) } } } }
         }

@@ -3,24 +3,25 @@
 use super::format::{gap, interval, number, p_value, percent, term};
 use super::sentences::{caution, evidence, headline};
 use crate::answer::schema::{Report, ThreeGaps};
+use crate::answer::supplement::Detail;
 use std::fmt::Write;
 
 /// Candidates that the summary lists.
 const MOST_CANDIDATES: usize = 8;
 
 /// The summary.
-pub fn summary(report: &Report, case: &str) -> String {
+pub fn summary(report: &Report, detail: &Detail) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
-    let _ = write(&mut text, report, case);
+    let _ = write(&mut text, report, detail);
     text
 }
 
-fn write(text: &mut String, report: &Report, case: &str) -> std::fmt::Result {
-    writeln!(text, "# {case}: {}\n", report.verdict.name())?;
+fn write(text: &mut String, report: &Report, detail: &Detail) -> std::fmt::Result {
+    writeln!(text, "# {}: {}\n", detail.case, report.verdict.name())?;
     writeln!(text, "**{}**\n\n{}\n", headline(report), evidence(report).concat())?;
-    if let Some(rule) = &report.rule {
-        writeln!(text, "Decided by the rule `{rule}`.\n")?;
+    if !detail.rule.is_empty() {
+        writeln!(text, "Decided by the rule `{}`: {}\n", report.rule, detail.rule)?;
     }
     gaps(text, report)?;
     location(text, report)?;

@@ -37,7 +37,7 @@ pub(crate) fn report(
     Report {
         schema: SCHEMA.to_owned(),
         verdict: judgement.verdict,
-        rule: None,
+        rule: String::new(),
         location: Location {
             term,
             signals: signals(&fit_totals[1], &fit_totals[2]),

@@ -49,7 +49,7 @@ pub fn write(findings: &Findings, options: &Options, started: Instant) -> Result
     let report = Report {
         schema: SCHEMA.to_owned(),
         verdict: findings.rule.verdict,
-        rule: Some(findings.rule.name.to_owned()),
+        rule: findings.rule.name.to_owned(),
         location: location(findings, &fit, calibrated, regime),
         effects: effects(findings, &rows),
         candidates: candidates(findings),
@@ -85,9 +85,9 @@ fn detail(
     let curve = |form| curves::effect_curve(&selection.extended, calibrated, noise, &case.fit.points, form);
     let curves = selection.effects.iter().filter(|_| named).map(|effect| curve(effect.form));
     Detail {
+        rule: findings.rule.words.to_owned(),
         case: case.name.clone(),
         subject: words::subject(findings),
-        rule_words: findings.rule.words.to_owned(),
         notes: words::notes(findings),
         runs,
         heat_map: figures::heat_map(case.kind, fit),
