@@ -9,7 +9,8 @@ use crate::roller::rig::{
 };
 use crate::traction::run::{Case, DURATION_S, Instant, Run, SAMPLE_PERIOD_S as MOTOR_PERIOD_S, SENSOR_SIGMA};
 use railgrip_filter::{
-    BogieInput, BogieRigFile, EstimatorInput, MotorInput, Plant, Roller, RollerRigFile, TractionRigFile,
+    BogieRigFile, BogieSample, EstimatorInput, Plant, Roller, RollerRigFile, TractionRigFile, TractionSample,
+    WagonSample,
 };
 use railgrip_recording::{BogieRow, MotorRow, Row, TruthRow};
 use railgrip_vehicle::bogie_rig::RailCondition;
@@ -126,7 +127,7 @@ impl RigRow {
     #[must_use]
     pub fn input(&self) -> EstimatorInput {
         match self {
-            Self::Wagon { row, .. } => EstimatorInput {
+            Self::Wagon { row, .. } => EstimatorInput::Wagon(WagonSample {
                 v_m_s: row.v_m_s,
                 wheel_speed_rad_s: row.wheel_speed_rad_s,
                 pressing_force_n: row.pressing_force_n,
@@ -134,22 +135,19 @@ impl RigRow {
                 grade_rad: row.grade_rad,
                 sanding: row.sanding,
                 wsp_active: u32::from(row.wsp_active[0] > 0.5),
-                ..EstimatorInput::missing(row.t_s)
-            },
-            Self::Motor { row, .. } => {
-                EstimatorInput { motor: motor_input(row), ..EstimatorInput::missing(row.t_s) }
-            }
-            Self::Bogie { row, .. } => {
-                EstimatorInput { bogie: bogie_input(row), ..EstimatorInput::missing(row.t_s) }
-            }
+                ..WagonSample::missing(row.t_s)
+            }),
+            Self::Motor { row, .. } => EstimatorInput::Traction(traction_sample(row)),
+            Self::Bogie { row, .. } => EstimatorInput::Bogie(bogie_sample(row)),
         }
     }
 }
 
-/// The sensors of a driven rig as a filter takes them.
+/// The sensors of a traction rig as a filter takes them.
 #[must_use]
-pub const fn motor_input(row: &MotorRow) -> MotorInput {
-    MotorInput {
+pub const fn traction_sample(row: &MotorRow) -> TractionSample {
+    TractionSample {
+        time_s: row.t_s,
         current_a: row.current_a,
         voltage_v: row.voltage_v,
         motor_speed_rad_s: row.motor_speed_rad_s,
@@ -160,8 +158,9 @@ pub const fn motor_input(row: &MotorRow) -> MotorInput {
 
 /// The sensors of a bogie rig as a filter takes them.
 #[must_use]
-pub const fn bogie_input(row: &BogieRow) -> BogieInput {
-    BogieInput {
+pub const fn bogie_sample(row: &BogieRow) -> BogieSample {
+    BogieSample {
+        time_s: row.t_s,
         shaft_torque_nm: row.shaft_torque_nm,
         load_cell_n: row.load_cell_n,
         brake_pressure_pa: row.brake_pressure_pa,

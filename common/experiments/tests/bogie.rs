@@ -274,7 +274,7 @@ fn behind_the_interface_gaps_and_restarts_cost_no_accuracy() {
                 estimator.restore(&snapshot).unwrap();
             }
             let output = estimator.step(input);
-            if output.state == EstimateState::Observable && input.time_s > 4.0 {
+            if output.state == EstimateState::Observable && input.time_s() > 4.0 {
                 squares += (output.mu_w - truth).powi(2);
                 inside += f64::from(u8::from((output.mu_w - truth).abs() < 1.96 * output.mu_w_sigma));
                 count += 1.0;
@@ -299,29 +299,28 @@ fn behind_the_interface_bad_input_has_a_name_too() {
         }
         last
     };
-    let from = |change: fn(&mut EstimatorInput)| {
+    let from = |change: fn(&mut BogieSample)| {
         move |input: &EstimatorInput| {
-            let mut input = *input;
-            if input.time_s > 8.0 {
-                change(&mut input);
+            let EstimatorInput::Bogie(mut sample) = *input else { return None };
+            if sample.time_s > 8.0 {
+                change(&mut sample);
             }
-            Some(input)
+            Some(EstimatorInput::Bogie(sample))
         }
     };
     use EstimateState as State;
-    type Change = fn(&mut EstimatorInput);
+    type Change = fn(&mut BogieSample);
     let cases: [(&str, Change, State); 7] = [
         ("nothing wrong", |_| {}, State::Observable),
-        ("no load", |input| input.bogie.load_n = 0.0, State::ZeroLoad),
-        ("torque frozen", |input| input.bogie.shaft_torque_nm = 71.0, State::TorqueMissing),
-        ("load cell frozen", |input| input.bogie.load_cell_n = 2900.0, State::LoadCellMissing),
-        ("nothing but the time", |input| *input = EstimatorInput::missing(input.time_s), State::ZeroLoad),
-        ("rollers' counter dead", |input| input.bogie.roller_pulses = f64::NAN, State::RollerCounterMissing),
+        ("no load", |sample| sample.load_n = 0.0, State::ZeroLoad),
+        ("torque frozen", |sample| sample.shaft_torque_nm = 71.0, State::TorqueMissing),
+        ("load cell frozen", |sample| sample.load_cell_n = 2900.0, State::LoadCellMissing),
+        ("nothing but the time", |sample| *sample = BogieSample::missing(sample.time_s), State::ZeroLoad),
+        ("rollers' counter dead", |sample| sample.roller_pulses = f64::NAN, State::RollerCounterMissing),
         (
             "exchanged",
-            |input| {
-                let bogie = &mut input.bogie;
-                (bogie.shaft_torque_nm, bogie.load_cell_n) = (bogie.load_cell_n, bogie.shaft_torque_nm);
+            |sample| {
+                (sample.shaft_torque_nm, sample.load_cell_n) = (sample.load_cell_n, sample.shaft_torque_nm);
             },
             State::ForcesSwapped,
         ),
@@ -332,6 +331,6 @@ fn behind_the_interface_bad_input_has_a_name_too() {
         assert_eq!(output.state, expected, "{what}");
     }
     // Every other sample is lost somewhere: another rate than the file says.
-    let half = last(&|input| ((input.time_s * 100.0).round() as i64 % 2 == 0).then_some(*input));
+    let half = last(&|input| ((input.time_s() * 100.0).round() as i64 % 2 == 0).then_some(*input));
     assert_eq!(half.state, State::WrongRate);
 }

@@ -8,9 +8,7 @@ use crate::laws::{Laws, Place};
 use crate::memory::Memory;
 use crate::models::{Build, DrivenSample, WagonFilter};
 use crate::output::{InnovationRecord, flags};
-use crate::{
-    EstimateState, EstimatorConfig, EstimatorInput, EstimatorOutput, EstimatorSnapshot, FilterError,
-};
+use crate::{EstimateState, EstimatorConfig, EstimatorOutput, EstimatorSnapshot, FilterError, WagonSample};
 use railgrip_vehicle::{MAX_WHEELSETS, VehicleParameters, WagonModel};
 
 /// Longest step of a prediction, s; gaps are cut into such steps.
@@ -114,14 +112,14 @@ impl WagonEstimator {
     }
 
     /// Takes one sample and says what is known after it. Never fails; what it did to bad data is in the flags.
-    pub fn step(&mut self, input: &EstimatorInput) -> EstimatorOutput {
+    pub fn step(&mut self, input: &WagonSample) -> EstimatorOutput {
         self.step_watched(input, &mut |_, _| {})
     }
 
     /// A step that shows every prediction to `watch`: the filter after it, and the sample.
     fn step_watched(
         &mut self,
-        input: &EstimatorInput,
+        input: &WagonSample,
         watch: &mut dyn FnMut(&dyn WagonFilter, &DrivenSample),
     ) -> EstimatorOutput {
         let input = without_nonsense(input);
@@ -129,14 +127,7 @@ impl WagonEstimator {
         let step = self.memory.time.judge(input.time_s, self.usual_step_s, &self.config.hygiene);
         if step == TimeStep::Ignored || !self.can_start(&input) {
             self.memory.time = if step == TimeStep::Ignored { self.memory.time } else { previous.time };
-            return EstimatorOutput {
-                flags: (self.last.flags & flags::CONVERGING) | flags::IGNORED | flags::PREDICTED,
-                innovations: InnovationRecord::default(),
-                nis: 0.0,
-                nis_dof: 0,
-                rejected: 0,
-                ..self.last
-            };
+            return self.ignored();
         }
         let dt_s = match step {
             TimeStep::Regular(dt) | TimeStep::Gap(dt) | TimeStep::LongGap(dt) => dt,
@@ -160,6 +151,18 @@ impl WagonEstimator {
         out
     }
 
+    /// What is said of a sample that is no new instant, or not of a wagon: the last estimate once more.
+    fn ignored(&self) -> EstimatorOutput {
+        EstimatorOutput {
+            flags: (self.last.flags & flags::CONVERGING) | flags::IGNORED | flags::PREDICTED,
+            innovations: InnovationRecord::default(),
+            nis: 0.0,
+            nis_dof: 0,
+            rejected: 0,
+            ..self.last
+        }
+    }
+
     /// A filter whose belief contradicts physics, or that had to give way to its sensors again and again, starts anew
     /// from its priors; for a while its estimates are called diverged.
     fn restart_if_diverged(&mut self, sample: &DrivenSample, dt_s: f64, out: &mut EstimatorOutput) {
@@ -175,18 +178,13 @@ impl WagonEstimator {
     }
 
     /// A filter needs one speed to begin with.
-    fn can_start(&self, input: &EstimatorInput) -> bool {
+    fn can_start(&self, input: &WagonSample) -> bool {
         let any_wheel = input.wheel_speed_rad_s[..self.wheelsets].iter().any(|speed| speed.is_finite());
         self.memory.started || input.v_m_s.is_finite() || any_wheel
     }
 
     /// Inputs of the prediction, held where they are missing.
-    fn drive(
-        &mut self,
-        input: &EstimatorInput,
-        dt_s: f64,
-        out: &mut EstimatorOutput,
-    ) -> (DrivenSample, Place) {
+    fn drive(&mut self, input: &WagonSample, dt_s: f64, out: &mut EstimatorOutput) -> (DrivenSample, Place) {
         let hold_s = self.config.hygiene.hold_s;
         let mut sample = DrivenSample {
             v_m_s: input.v_m_s,

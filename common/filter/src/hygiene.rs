@@ -13,7 +13,7 @@
 //! | missing pressing force | held for `hold_s`; then adhesion moves freely and nothing is said about the pads |
 //! | missing drive torque, grade, sand | held for `hold_s`; then 0, with the grade's sigma for unknown grade |
 
-use crate::{EstimatorInput, HygieneSettings};
+use crate::{HygieneSettings, WagonSample};
 use railgrip_vehicle::MAX_WHEELSETS;
 use serde::{Deserialize, Serialize};
 
@@ -178,9 +178,9 @@ const FASTEST_M_S: f64 = 200.0;
 const FASTEST_RAD_S: f64 = 2000.0;
 
 /// The input with every impossible measurement replaced by NaN.
-pub fn without_nonsense(input: &EstimatorInput) -> EstimatorInput {
+pub fn without_nonsense(input: &WagonSample) -> WagonSample {
     let keep = |value: f64, limit: f64| if value.abs() <= limit { value } else { f64::NAN };
-    EstimatorInput {
+    WagonSample {
         v_m_s: keep(input.v_m_s, FASTEST_M_S),
         wheel_speed_rad_s: std::array::from_fn::<_, MAX_WHEELSETS, _>(|i| {
             keep(input.wheel_speed_rad_s[i], FASTEST_RAD_S)

@@ -1,66 +1,41 @@
-//! What the estimator takes in: the sensors of one wagon, or of one rig, at one instant.
+//! What an estimator takes in: one sample of what it watches.
 
+use crate::models::bogie_rig::BogieSample;
+use crate::models::traction_rig::TractionSample;
 use railgrip_vehicle::MAX_WHEELSETS;
 use serde::{Deserialize, Serialize};
 
-/// The sensors of a driven rig at one instant: Zhao et al. (5-4). A value that is missing is NaN.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MotorInput {
-    /// Stator current (α, β), A.
-    pub current_a: [f64; 2],
-    /// Stator voltage (α, β), V.
-    pub voltage_v: [f64; 2],
-    /// Speed of the motor, rad/s.
-    pub motor_speed_rad_s: f64,
-    /// Speed of the roller, rad/s.
-    pub roller_speed_rad_s: f64,
-    /// Current of the generator, A.
-    pub generator_current_a: f64,
+/// One sample, by what is watched. An estimator of another plant ignores it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EstimatorInput {
+    /// Of a wagon, or of a roller rig, which has the same sensors.
+    Wagon(WagonSample),
+    /// Of a rig with a driven wheelset.
+    Traction(TractionSample),
+    /// Of a braked bogie on driven rollers.
+    Bogie(BogieSample),
 }
 
-impl MotorInput {
-    /// Nothing is known.
-    pub const MISSING: Self = Self {
-        current_a: [f64::NAN; 2],
-        voltage_v: [f64::NAN; 2],
-        motor_speed_rad_s: f64::NAN,
-        roller_speed_rad_s: f64::NAN,
-        generator_current_a: f64::NAN,
-    };
+impl EstimatorInput {
+    /// Time base of the sensors, s; the filter steps on its differences.
+    pub const fn time_s(&self) -> f64 {
+        match self {
+            Self::Wagon(sample) => sample.time_s,
+            Self::Traction(sample) => sample.time_s,
+            Self::Bogie(sample) => sample.time_s,
+        }
+    }
 }
 
-/// The sensors of a bogie rig at one instant: Shrestha et al., section 2. A value that is missing is NaN.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct BogieInput {
-    /// T_e between motor and gear, N m.
-    pub shaft_torque_nm: f64,
-    /// Force of the link, N, positive in braking.
-    pub load_cell_n: f64,
-    /// Pressure at the calipers, Pa.
-    pub brake_pressure_pa: f64,
-    /// Normal load of the bogie from its preloaded mass, N.
-    pub load_n: f64,
-    /// Pulses of the rollers' encoder in the window that ends now; NaN within a window.
-    pub roller_pulses: f64,
-    /// Pulses of each wheelset's encoder since the last sample.
-    pub wheel_pulses: [f64; 2],
-}
-
-impl BogieInput {
-    /// Nothing is known.
-    pub const MISSING: Self = Self {
-        shaft_torque_nm: f64::NAN,
-        load_cell_n: f64::NAN,
-        brake_pressure_pa: f64::NAN,
-        load_n: f64::NAN,
-        roller_pulses: f64::NAN,
-        wheel_pulses: [f64::NAN; 2],
-    };
+impl From<WagonSample> for EstimatorInput {
+    fn from(sample: WagonSample) -> Self {
+        Self::Wagon(sample)
+    }
 }
 
 /// The sensors of one wagon at one instant. A value that is missing is NaN.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct EstimatorInput {
+pub struct WagonSample {
     /// Time base of the sensors, s; the filter steps on its differences.
     pub time_s: f64,
     /// Speed over ground, m/s.
@@ -79,13 +54,9 @@ pub struct EstimatorInput {
     pub position_m: f64,
     /// Wheelsets whose slide protection says that it acts, bit mask; handed through.
     pub wsp_active: u32,
-    /// Motor and rollers of a driven rig; all missing on a wagon.
-    pub motor: MotorInput,
-    /// Torque, link force, pulses and pressure of a bogie rig; all missing elsewhere.
-    pub bogie: BogieInput,
 }
 
-impl EstimatorInput {
+impl WagonSample {
     /// An instant of which nothing but the time is known.
     pub const fn missing(time_s: f64) -> Self {
         Self {
@@ -98,8 +69,6 @@ impl EstimatorInput {
             sanding: f64::NAN,
             position_m: f64::NAN,
             wsp_active: 0,
-            motor: MotorInput::MISSING,
-            bogie: BogieInput::MISSING,
         }
     }
 }

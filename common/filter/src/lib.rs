@@ -41,9 +41,11 @@ pub use config::{
 pub use error::FilterError;
 pub use estimator::WagonEstimator;
 pub use hygiene::{HeldInput, SensorWatch, TimeBase, TimeStep, Verdict};
-pub use input::{BogieInput, EstimatorInput, MotorInput};
+pub use input::{EstimatorInput, WagonSample};
 pub use interface::Estimator;
 pub use memory::Memory;
+pub use models::bogie_rig::BogieSample;
+pub use models::traction_rig::TractionSample;
 pub use models::{Build, FILTERS, FilterEntry, FilterState};
 pub use observability::scaled_rank;
 pub use output::{EstimatorOutput, InnovationRecord, MAX_OUTPUTS, flags};

@@ -1,6 +1,6 @@
 //! Effects with delay lines under samples that come a little early or late, twice as often, and after a hole.
 
-use railgrip_filter::{EstimatorConfig, EstimatorInput, WagonEstimator};
+use railgrip_filter::{EstimatorConfig, WagonEstimator, WagonSample};
 use railgrip_vehicle::{EffectEntry, VehicleParameters};
 
 #[test]
@@ -21,12 +21,12 @@ fn delay_lines_take_any_step_of_time() {
             for k in 0..400 {
                 time_s += if k == 200 { 0.4 } else { step_s };
                 let v_m_s = 20.0 - 0.5 * time_s;
-                let input = EstimatorInput {
+                let input = WagonSample {
                     v_m_s,
                     wheel_speed_rad_s: [v_m_s / 0.45, v_m_s / 0.45, f64::NAN, f64::NAN],
                     pressing_force_n: [2e4, 2e4, f64::NAN, f64::NAN],
                     drive_torque_nm: [0.0; 4],
-                    ..EstimatorInput::missing(time_s)
+                    ..WagonSample::missing(time_s)
                 };
                 let estimate = estimator.step(&input);
                 assert!(

@@ -3,12 +3,12 @@
 
 mod support;
 
-use railgrip_filter::{EstimatorConfig, EstimatorInput, EstimatorOutput, FilterError, WagonEstimator, flags};
+use railgrip_filter::{EstimatorConfig, EstimatorOutput, FilterError, WagonEstimator, WagonSample, flags};
 use support::Truth;
 use support::plant::{drive, dry_stop, vehicle};
 
 /// Braking steadily from 5 s to the end.
-fn stop() -> (Vec<EstimatorInput>, Vec<Truth>) {
+fn stop() -> (Vec<WagonSample>, Vec<Truth>) {
     dry_stop(99, 4e4, [0.95, 1.05])
 }
 
@@ -16,7 +16,7 @@ fn estimator() -> WagonEstimator {
     WagonEstimator::new(&EstimatorConfig::default(), &vehicle()).unwrap()
 }
 
-fn estimate(inputs: &[EstimatorInput]) -> Vec<EstimatorOutput> {
+fn estimate(inputs: &[WagonSample]) -> Vec<EstimatorOutput> {
     let mut estimator = estimator();
     inputs.iter().map(|input| estimator.step(input)).collect()
 }
@@ -29,7 +29,7 @@ fn worst(outputs: &[EstimatorOutput], truths: &[Truth], range: std::ops::Range<u
 }
 
 /// Estimates with samples 800..900 changed, and the largest errors from there on.
-fn disturbed(what: &str, change: impl Fn(usize, &mut EstimatorInput)) -> (Vec<EstimatorOutput>, (f64, f64)) {
+fn disturbed(what: &str, change: impl Fn(usize, &mut WagonSample)) -> (Vec<EstimatorOutput>, (f64, f64)) {
     let (mut inputs, truths) = stop();
     (800..900).for_each(|i| change(i, &mut inputs[i]));
     let outputs = estimate(&inputs);
@@ -117,7 +117,7 @@ fn late_and_repeated_samples_change_nothing() {
         if i % 11 == 5 && i > 20 {
             assert_ne!(estimator.step(&inputs[i - 9]).flags & flags::IGNORED, 0);
         }
-        assert_ne!(estimator.step(&EstimatorInput { time_s: f64::NAN, ..*input }).flags & flags::IGNORED, 0);
+        assert_ne!(estimator.step(&WagonSample { time_s: f64::NAN, ..*input }).flags & flags::IGNORED, 0);
     }
 }
 
@@ -147,7 +147,7 @@ fn a_clock_that_is_set_back_only_renews_the_motion() {
     let mut outputs = Vec::new();
     for (i, input) in inputs.iter().enumerate() {
         let back_s = if i >= 900 { 5.0 } else { 0.0 };
-        outputs.push(estimator.step(&EstimatorInput { time_s: input.time_s - back_s, ..*input }));
+        outputs.push(estimator.step(&WagonSample { time_s: input.time_s - back_s, ..*input }));
     }
     assert_ne!(outputs[900].flags & flags::GAP, 0);
     let (mu, _) = worst(&outputs, &truths, 930..1200);
@@ -235,18 +235,18 @@ fn foreign_snapshots_are_refused() {
 
 #[test]
 fn standing_and_starting_again_is_quiet() {
-    let standing = EstimatorInput {
+    let standing = WagonSample {
         v_m_s: 0.01,
         wheel_speed_rad_s: [0.0, 0.0, f64::NAN, f64::NAN],
         pressing_force_n: [8e4, 8e4, f64::NAN, f64::NAN],
         drive_torque_nm: [0.0; 4],
         grade_rad: 0.005,
-        ..EstimatorInput::missing(0.0)
+        ..WagonSample::missing(0.0)
     };
     let mut estimator = estimator();
     let mut last = EstimatorOutput::default();
     for i in 0..2000 {
-        last = estimator.step(&EstimatorInput { time_s: 0.01 * f64::from(i), ..standing });
+        last = estimator.step(&WagonSample { time_s: 0.01 * f64::from(i), ..standing });
         assert!(last.mu_w.is_finite() && last.mu_w_sigma.is_finite());
     }
     assert!(last.v_m_s.abs() < 0.05 && last.mu_w.abs() < 0.01, "{last:?}");
@@ -255,7 +255,7 @@ fn standing_and_starting_again_is_quiet() {
 #[test]
 fn nothing_measured_yet_is_no_start() {
     let mut estimator = estimator();
-    let out = estimator.step(&EstimatorInput::missing(0.0));
+    let out = estimator.step(&WagonSample::missing(0.0));
     assert_ne!(out.flags & flags::PREDICTED, 0);
     let (inputs, _) = drive(support::plant::Order {
         seed: 1,

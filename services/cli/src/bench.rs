@@ -5,7 +5,7 @@ use std::hint::black_box;
 
 use nalgebra::{DMatrix, DVector};
 use railgrip_filter::models::{DrivenSample, PaperFilter, WagonFilter, WagonPhysics};
-use railgrip_filter::{EstimatorConfig, EstimatorInput, WagonEstimator};
+use railgrip_filter::{EstimatorConfig, WagonEstimator, WagonSample};
 use railgrip_vehicle::{VehicleParameters, WagonInput, WagonModel, WagonState};
 
 use crate::bench_line::{Line, line, time};
@@ -203,14 +203,14 @@ fn time_dense() -> f64 {
 
 fn time_estimator(mut estimator: WagonEstimator, vehicle: &VehicleParameters) -> f64 {
     let wheel = 20.0 / vehicle.wheelset.radius_m;
-    let mut input = EstimatorInput {
+    let mut input = WagonSample {
         v_m_s: 20.0,
         wheel_speed_rad_s: [wheel, wheel, f64::NAN, f64::NAN],
         pressing_force_n: [3e4, 3e4, f64::NAN, f64::NAN],
         drive_torque_nm: [0.0; 4],
         grade_rad: 0.0,
         sanding: 0.0,
-        ..EstimatorInput::missing(0.0)
+        ..WagonSample::missing(0.0)
     };
     let mut noise = 1_u32;
     time(move || {

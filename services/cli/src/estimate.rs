@@ -11,11 +11,11 @@ use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
 use railgrip_estimator::convert;
-use railgrip_experiments::rigs::{bogie_input, motor_input};
-use railgrip_filter::models::bogie_rig::BogieSample;
+use railgrip_experiments::rigs::{bogie_sample, traction_sample};
 use railgrip_filter::models::bogie_rig::slip_based::{PaperReader, PaperReading};
 use railgrip_filter::{
-    Estimator, EstimatorConfig, EstimatorInput, EstimatorOutput, FilterError, Plant, smooth_record,
+    Estimator, EstimatorConfig, EstimatorInput, EstimatorOutput, FilterError, Plant, WagonSample,
+    smooth_record,
 };
 use railgrip_messages::{Estimate, Sample};
 use railgrip_recording::{BogieRecording, MotorRecording, Recording, Row, Strictness, Table};
@@ -81,19 +81,19 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
 fn read(args: &Args, plant: &Plant) -> Result<Vec<EstimatorInput>, CliError> {
     if matches!(plant, Plant::Traction(_)) {
         let recording = MotorRecording::read(&args.run, Strictness::Tolerant).map_err(CliError::bad_input)?;
-        let input = |row| EstimatorInput { motor: motor_input(row), ..EstimatorInput::missing(row.t_s) };
+        let input = |row| EstimatorInput::Traction(traction_sample(row));
         return Ok(recording.rows.iter().map(input).collect());
     }
     if matches!(plant, Plant::Bogie(_)) {
         let recording = BogieRecording::read(&args.run, Strictness::Tolerant).map_err(CliError::bad_input)?;
-        let input = |row| EstimatorInput { bogie: bogie_input(row), ..EstimatorInput::missing(row.t_s) };
+        let input = |row| EstimatorInput::Bogie(bogie_sample(row));
         return Ok(recording.rows.iter().map(input).collect());
     }
     let recording = Recording::read(&args.run, Strictness::Tolerant).map_err(CliError::bad_input)?;
     if recording.wheelsets != plant.wheelsets() {
         return Err(wheelsets_differ(&args.run, recording.wheelsets, &args.vehicle, plant.wheelsets()));
     }
-    Ok(recording.rows().map(|row| input(&row)).collect())
+    Ok(recording.rows().map(|row| EstimatorInput::Wagon(wagon_sample(&row))).collect())
 }
 
 fn wheelsets_differ(run: &Path, found: usize, vehicle: &Path, expected: usize) -> CliError {
@@ -120,9 +120,9 @@ fn forward(estimator: &mut dyn Estimator, inputs: &[EstimatorInput]) -> Vec<Esti
     outputs
 }
 
-fn input(row: &Row) -> EstimatorInput {
+fn wagon_sample(row: &Row) -> WagonSample {
     let wsp_active = (0..row.wsp_active.len()).filter(|&i| row.wsp_active[i] > 0.5).map(|i| 1 << i).sum();
-    EstimatorInput {
+    WagonSample {
         time_s: row.t_s,
         v_m_s: row.v_m_s,
         wheel_speed_rad_s: row.wheel_speed_rad_s,
@@ -132,7 +132,6 @@ fn input(row: &Row) -> EstimatorInput {
         sanding: row.sanding,
         position_m: row.position_m,
         wsp_active,
-        ..EstimatorInput::missing(row.t_s)
     }
 }
 
@@ -141,8 +140,11 @@ fn input(row: &Row) -> EstimatorInput {
 fn by_the_paper(inputs: &[EstimatorInput], plant: &Plant) -> Vec<(String, Vec<f64>)> {
     let Plant::Bogie(rig) = plant else { return Vec::new() };
     let mut reader = PaperReader::new(rig.parameters());
-    let readings: Vec<PaperReading> =
-        inputs.iter().map(|input| reader.read(&BogieSample::of(input.time_s, &input.bogie))).collect();
+    let samples = inputs.iter().filter_map(|input| match input {
+        EstimatorInput::Bogie(sample) => Some(sample),
+        EstimatorInput::Wagon(_) | EstimatorInput::Traction(_) => None,
+    });
+    let readings: Vec<PaperReading> = samples.map(|sample| reader.read(sample)).collect();
     let column = |name: &str, pick: fn(&PaperReading) -> f64| {
         (name.to_owned(), readings.iter().map(pick).collect::<Vec<_>>())
     };

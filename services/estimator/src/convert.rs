@@ -1,6 +1,6 @@
 //! Between messages and the filter: a missing value is a clear bit there and NaN here.
 
-use railgrip_filter::{BogieInput, BogieRigFile, EstimatorInput, EstimatorOutput, MotorInput};
+use railgrip_filter::{BogieRigFile, EstimatorOutput, TractionSample, WagonSample};
 use railgrip_messages::{
     BogieSample, Estimate, Innovation, MotorSample, Sample, bogie_valid, motor_valid, valid,
 };
@@ -8,8 +8,8 @@ use railgrip_vehicle::VehicleParameters;
 
 /// A sample as the filter takes it.
 #[must_use]
-pub fn input(sample: &Sample) -> EstimatorInput {
-    let mut input = EstimatorInput::missing(sample.time_s);
+pub fn wagon_sample(sample: &Sample) -> WagonSample {
+    let mut input = WagonSample::missing(sample.time_s);
     let value = |bit: u32, value: f64| if sample.has(bit) { value } else { f64::NAN };
     input.v_m_s = value(valid::SPEED, sample.v_m_s);
     input.grade_rad = value(valid::GRADE, sample.grade_rad);
@@ -29,17 +29,15 @@ pub fn input(sample: &Sample) -> EstimatorInput {
 
 /// A sample of a driven rig as the filter takes it.
 #[must_use]
-pub fn motor_input(sample: &MotorSample) -> EstimatorInput {
+pub fn traction_sample(sample: &MotorSample) -> TractionSample {
     let value = |bit: u32, value: f64| if sample.has(bit) { value } else { f64::NAN };
-    EstimatorInput {
-        motor: MotorInput {
-            current_a: [0, 1].map(|axis| value(motor_valid::current(axis), sample.current_a[axis])),
-            voltage_v: [0, 1].map(|axis| value(motor_valid::voltage(axis), sample.voltage_v[axis])),
-            motor_speed_rad_s: value(motor_valid::MOTOR_SPEED, sample.motor_speed_rad_s),
-            roller_speed_rad_s: value(motor_valid::ROLLER_SPEED, sample.roller_speed_rad_s),
-            generator_current_a: value(motor_valid::GENERATOR_CURRENT, sample.generator_current_a),
-        },
-        ..EstimatorInput::missing(sample.time_s)
+    TractionSample {
+        time_s: sample.time_s,
+        current_a: [0, 1].map(|axis| value(motor_valid::current(axis), sample.current_a[axis])),
+        voltage_v: [0, 1].map(|axis| value(motor_valid::voltage(axis), sample.voltage_v[axis])),
+        motor_speed_rad_s: value(motor_valid::MOTOR_SPEED, sample.motor_speed_rad_s),
+        roller_speed_rad_s: value(motor_valid::ROLLER_SPEED, sample.roller_speed_rad_s),
+        generator_current_a: value(motor_valid::GENERATOR_CURRENT, sample.generator_current_a),
     }
 }
 
@@ -76,18 +74,16 @@ pub fn as_wagon(
 
 /// A sample of a bogie rig as the filter takes it.
 #[must_use]
-pub fn bogie_input(sample: &BogieSample) -> EstimatorInput {
+pub fn bogie_sample(sample: &BogieSample) -> railgrip_filter::BogieSample {
     let value = |bit: u32, value: f64| if sample.has(bit) { value } else { f64::NAN };
-    EstimatorInput {
-        bogie: BogieInput {
-            shaft_torque_nm: value(bogie_valid::SHAFT_TORQUE, sample.shaft_torque_nm),
-            load_cell_n: value(bogie_valid::LOAD_CELL, sample.load_cell_n),
-            brake_pressure_pa: value(bogie_valid::BRAKE_PRESSURE, sample.brake_pressure_pa),
-            load_n: value(bogie_valid::LOAD, sample.load_n),
-            roller_pulses: value(bogie_valid::ROLLER_PULSES, sample.roller_pulses),
-            wheel_pulses: [0, 1].map(|i| value(bogie_valid::wheel_pulses(i), sample.wheel_pulses[i])),
-        },
-        ..EstimatorInput::missing(sample.time_s)
+    railgrip_filter::BogieSample {
+        time_s: sample.time_s,
+        shaft_torque_nm: value(bogie_valid::SHAFT_TORQUE, sample.shaft_torque_nm),
+        load_cell_n: value(bogie_valid::LOAD_CELL, sample.load_cell_n),
+        brake_pressure_pa: value(bogie_valid::BRAKE_PRESSURE, sample.brake_pressure_pa),
+        load_n: value(bogie_valid::LOAD, sample.load_n),
+        roller_pulses: value(bogie_valid::ROLLER_PULSES, sample.roller_pulses),
+        wheel_pulses: [0, 1].map(|i| value(bogie_valid::wheel_pulses(i), sample.wheel_pulses[i])),
     }
 }
 
@@ -185,7 +181,7 @@ mod tests {
         let valid = valid::SPEED | valid::wheel_speed(1);
         let mut sample = Sample { time_s: 2.0, v_m_s: 20.0, valid, wheelsets: 2, ..Sample::default() };
         sample.wheel_speed_rad_s = [45.0, 46.0, 47.0, 48.0];
-        let input = input(&sample);
+        let input = wagon_sample(&sample);
         assert_eq!((input.time_s, input.v_m_s, input.wheel_speed_rad_s[1]), (2.0, 20.0, 46.0));
         assert!(input.wheel_speed_rad_s[0].is_nan() && input.wheel_speed_rad_s[2].is_nan());
         assert!(input.grade_rad.is_nan() && input.pressing_force_n[0].is_nan());
@@ -203,7 +199,7 @@ mod tests {
         let valid = motor_valid::current(1) | motor_valid::MOTOR_SPEED;
         let sample =
             MotorSample { valid, current_a: [1.0, 2.0], motor_speed_rad_s: 20.0, ..MotorSample::default() };
-        let motor = motor_input(&sample).motor;
+        let motor = traction_sample(&sample);
         assert!(motor.current_a[0].is_nan() && motor.current_a[1] == 2.0 && motor.motor_speed_rad_s == 20.0);
         assert!(motor.generator_current_a.is_nan());
     }
@@ -213,7 +209,7 @@ mod tests {
         let valid = bogie_valid::LOAD_CELL | bogie_valid::wheel_pulses(1);
         let sample =
             BogieSample { valid, load_cell_n: 1e3, wheel_pulses: [4.0, 5.0], ..BogieSample::default() };
-        let bogie = bogie_input(&sample).bogie;
+        let bogie = bogie_sample(&sample);
         assert!(
             bogie.roller_pulses.is_nan() && bogie.shaft_torque_nm.is_nan() && bogie.wheel_pulses[0].is_nan()
         );

@@ -135,14 +135,14 @@ impl Worker {
 
     /// Estimates one sample. One that was taken before (a late joiner gets the last few once more) changes nothing.
     pub fn estimate(&mut self, sample: &Sample) {
-        self.estimate_input(sample, &convert::input(sample));
+        self.estimate_input(sample, &EstimatorInput::Wagon(convert::wagon_sample(sample)));
     }
 
     /// Estimates one sample of a driven rig, likewise.
     pub fn estimate_motor(&mut self, sample: &MotorSample) {
         if let Plant::Traction(rig) = &self.plant {
             let wagon = convert::as_wagon(sample, &self.vehicle, rig, self.estimator.last());
-            self.estimate_input(&wagon, &convert::motor_input(sample));
+            self.estimate_input(&wagon, &EstimatorInput::Traction(convert::traction_sample(sample)));
         }
     }
 
@@ -150,7 +150,7 @@ impl Worker {
     pub fn estimate_bogie(&mut self, sample: &BogieSample) {
         if let Plant::Bogie(rig) = &self.plant {
             let wagon = convert::bogie_as_wagon(sample, rig, self.estimator.last());
-            self.estimate_input(&wagon, &convert::bogie_input(sample));
+            self.estimate_input(&wagon, &EstimatorInput::Bogie(convert::bogie_sample(sample)));
         }
     }
 

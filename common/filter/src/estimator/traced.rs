@@ -8,7 +8,10 @@ use nalgebra::{DMatrix, DVector};
 
 impl Estimator for WagonEstimator {
     fn step(&mut self, input: &EstimatorInput) -> EstimatorOutput {
-        Self::step(self, input)
+        match input {
+            EstimatorInput::Wagon(sample) => Self::step(self, sample),
+            EstimatorInput::Traction(_) | EstimatorInput::Bogie(_) => self.ignored(),
+        }
     }
 
     fn last(&self) -> &EstimatorOutput {
@@ -32,6 +35,7 @@ impl Estimator for WagonEstimator {
     }
 
     fn traced_step(&mut self, input: &EstimatorInput) -> Option<StepTrace> {
+        let EstimatorInput::Wagon(input) = input else { return None };
         let (mean_before, covariance_before) = self.filter.0.belief()?;
         let size = mean_before.len();
         let mut transition = DMatrix::identity(size, size);

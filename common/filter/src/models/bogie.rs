@@ -182,10 +182,10 @@ const fn state_of(state: BogieInputState) -> EstimateState {
 
 impl Estimator for BogieEstimator {
     fn step(&mut self, input: &EstimatorInput) -> EstimatorOutput {
-        let sample = BogieSample::of(input.time_s, &input.bogie);
+        let EstimatorInput::Bogie(sample) = *input else { return self.ignored() };
         let started = self.filter.belief.is_some();
-        let gap_s = if started { input.time_s - self.filter.last_time_s() } else { 0.0 };
-        if !input.time_s.is_finite() || (started && (-LATE_S..1e-6).contains(&gap_s)) {
+        let gap_s = if started { sample.time_s - self.filter.last_time_s() } else { 0.0 };
+        if !sample.time_s.is_finite() || (started && (-LATE_S..1e-6).contains(&gap_s)) {
             return self.ignored();
         }
         if gap_s < 0.0 {

@@ -174,7 +174,7 @@ impl<B: TractionBelief + 'static> MotorEstimator<B> {
             let parts = (gap_s / LONGEST_STEP_S).ceil().max(1.0);
             for part in 1..parts as usize {
                 let time_s = from_s + gap_s * part as f64 / parts;
-                self.filter.step(&TractionSample::of(time_s, &crate::MotorInput::MISSING));
+                self.filter.step(&TractionSample::missing(time_s));
             }
         }
         self.filter.step(sample)
@@ -255,11 +255,11 @@ fn voltage(sample: &TractionSample) -> f64 {
 
 impl<B: TractionBelief + 'static> Estimator for MotorEstimator<B> {
     fn step(&mut self, input: &EstimatorInput) -> EstimatorOutput {
-        let sample = TractionSample::of(input.time_s, &input.motor);
-        let gap_s = input.time_s - self.filter.last_time_s();
+        let EstimatorInput::Traction(sample) = *input else { return self.ignored() };
+        let gap_s = sample.time_s - self.filter.last_time_s();
         let started = self.filter.belief.is_some();
         let late = (-LATE_S..1e-6).contains(&gap_s);
-        if !input.time_s.is_finite() || (started && late) {
+        if !sample.time_s.is_finite() || (started && late) {
             return self.ignored();
         }
         if started && gap_s > 0.0 {
@@ -367,8 +367,11 @@ impl<B: TractionBelief + 'static> Estimator for MotorEstimator<B> {
     }
 
     fn traced_step(&mut self, input: &EstimatorInput) -> Option<StepTrace> {
+        if !matches!(input, EstimatorInput::Traction(_)) {
+            return None;
+        }
         let before = self.filter.belief.clone();
-        let dt_s = input.time_s - self.filter.last_time_s();
+        let dt_s = input.time_s() - self.filter.last_time_s();
         let sound = before.is_some() && dt_s > 0.0 && dt_s <= 2.5 / self.rig.sensors.sample_rate_hz;
         let mut ahead = before.clone();
         let cross = match (&mut ahead, &before, sound) {
@@ -386,7 +389,7 @@ impl<B: TractionBelief + 'static> Estimator for MotorEstimator<B> {
         };
         let predicted = ahead.map_or(after, |belief| belief.gaussian());
         let begins = !sound && !ignored
-            || self.filter.is_settling(input.time_s)
+            || self.filter.is_settling(input.time_s())
             || output.flags & flags::RESTARTED != 0;
         let whole = |matrix: &SMatrix<f64, STATES, STATES>| {
             DMatrix::from_column_slice(STATES, STATES, matrix.as_slice())

@@ -3,7 +3,7 @@
 
 pub mod plant;
 
-use railgrip_filter::{EstimatorConfig, EstimatorInput, EstimatorOutput, WagonEstimator};
+use railgrip_filter::{EstimatorConfig, EstimatorOutput, WagonEstimator, WagonSample};
 use railgrip_vehicle::VehicleParameters;
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use std::path::Path;
 pub struct Run {
     pub case: String,
     pub name: String,
-    pub inputs: Vec<EstimatorInput>,
+    pub inputs: Vec<WagonSample>,
     pub truth: Vec<Truth>,
 }
 
@@ -54,7 +54,7 @@ fn run(case: &Path, file: &str) -> Run {
     let two = |row: &[f64], front: &str, rear: &str| [at(row, front), at(row, rear), f64::NAN, f64::NAN];
     let inputs = rows
         .iter()
-        .map(|row| EstimatorInput {
+        .map(|row| WagonSample {
             time_s: at(row, "t_s"),
             v_m_s: at(row, "v_m_s"),
             wheel_speed_rad_s: two(row, "omega_f_rad_s", "omega_r_rad_s"),
@@ -64,8 +64,6 @@ fn run(case: &Path, file: &str) -> Run {
             sanding: at(row, "sanding"),
             position_m: at(row, "position_m"),
             wsp_active: 0,
-            motor: railgrip_filter::MotorInput::MISSING,
-            bogie: railgrip_filter::BogieInput::MISSING,
         })
         .collect();
     let (_, rows) = table(&case.join("truth").join(file));
@@ -89,7 +87,7 @@ fn run(case: &Path, file: &str) -> Run {
 pub fn estimate(
     config: &EstimatorConfig,
     vehicle: &VehicleParameters,
-    inputs: &[EstimatorInput],
+    inputs: &[WagonSample],
 ) -> Vec<EstimatorOutput> {
     let mut estimator = WagonEstimator::new(config, vehicle).unwrap();
     inputs.iter().map(|input| estimator.step(input)).collect()

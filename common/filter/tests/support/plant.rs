@@ -1,7 +1,7 @@
 //! A small seeded wagon to try the estimator on: the vehicle model with sensor noise, no clutter.
 
 use super::Truth;
-use railgrip_filter::EstimatorInput;
+use railgrip_filter::WagonSample;
 use railgrip_vehicle::{VehicleParameters, WagonInput, WagonModel, WagonState};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -32,7 +32,7 @@ pub fn vehicle() -> VehicleParameters {
 }
 
 /// Drives the order; samples at 100 Hz, integrated at 1 ms, until the time is over or the wagon is slower than 2 m/s.
-pub fn drive(order: Order<'_>) -> (Vec<EstimatorInput>, Vec<Truth>) {
+pub fn drive(order: Order<'_>) -> (Vec<WagonSample>, Vec<Truth>) {
     let vehicle = vehicle();
     let model = WagonModel::new(&vehicle).unwrap();
     let radius_m = vehicle.wheelset.radius_m;
@@ -63,7 +63,7 @@ pub fn drive(order: Order<'_>) -> (Vec<EstimatorInput>, Vec<Truth>) {
                     mu_w_wheelset: [forces.adhesion_utilised(0), forces.adhesion_utilised(1)],
                     mu_b: [pad(0), pad(1)],
                 });
-                inputs.push(EstimatorInput {
+                inputs.push(WagonSample {
                     v_m_s: state.v_m_s + 0.03 * normal(),
                     wheel_speed_rad_s: [
                         state.wheel_speed_rad_s[0] + 0.03 * normal(),
@@ -80,7 +80,7 @@ pub fn drive(order: Order<'_>) -> (Vec<EstimatorInput>, Vec<Truth>) {
                     drive_torque_nm: [0.0; 4],
                     grade_rad: 0.0,
                     sanding: 0.0,
-                    ..EstimatorInput::missing(time_s)
+                    ..WagonSample::missing(time_s)
                 });
             }
             state = model.step(&state, &loading, 0.001, &mut acceleration);
@@ -93,7 +93,7 @@ pub fn drive(order: Order<'_>) -> (Vec<EstimatorInput>, Vec<Truth>) {
 }
 
 /// A stop on good rail: 4 s of coasting, then the brake is applied to `force_n` within a second.
-pub fn dry_stop(seed: u64, force_n: f64, pads: [f64; 2]) -> (Vec<EstimatorInput>, Vec<Truth>) {
+pub fn dry_stop(seed: u64, force_n: f64, pads: [f64; 2]) -> (Vec<WagonSample>, Vec<Truth>) {
     drive(Order {
         seed,
         start_m_s: 30.0,

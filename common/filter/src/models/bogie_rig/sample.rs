@@ -1,12 +1,11 @@
 //! What the rig's filter takes in and gives out.
 
-use crate::BogieInput;
 use railgrip_vehicle::bogie_rig::BOGIE_WHEELSETS;
 
 /// Number of measured values: torque, link force, pulses of the rollers and of each wheelset.
 pub const OUTPUTS: usize = 3 + BOGIE_WHEELSETS;
 
-/// The sensors of the rig at one instant. A value that is missing is NaN.
+/// The sensors of a bogie rig at one instant: Shrestha et al., section 2. A value that is missing is NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BogieSample {
     /// Time, s.
@@ -26,16 +25,16 @@ pub struct BogieSample {
 }
 
 impl BogieSample {
-    /// The sensors at a time.
-    pub const fn of(time_s: f64, input: &BogieInput) -> Self {
+    /// An instant of which nothing but the time is known.
+    pub const fn missing(time_s: f64) -> Self {
         Self {
             time_s,
-            shaft_torque_nm: input.shaft_torque_nm,
-            load_cell_n: input.load_cell_n,
-            brake_pressure_pa: input.brake_pressure_pa,
-            load_n: input.load_n,
-            roller_pulses: input.roller_pulses,
-            wheel_pulses: input.wheel_pulses,
+            shaft_torque_nm: f64::NAN,
+            load_cell_n: f64::NAN,
+            brake_pressure_pa: f64::NAN,
+            load_n: f64::NAN,
+            roller_pulses: f64::NAN,
+            wheel_pulses: [f64::NAN; BOGIE_WHEELSETS],
         }
     }
 

@@ -1,11 +1,11 @@
 //! What the rig's filter takes in and gives out.
 
-use crate::{InnovationRecord, MotorInput};
+use crate::InnovationRecord;
 
 /// Number of measured values.
 pub const OUTPUTS: usize = 7;
 
-/// The sensors of the rig at one instant, in the order of (5-4). A value that is missing is NaN.
+/// The sensors of a traction rig at one instant, in the order of Zhao et al. (5-4). A value that is missing is NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TractionSample {
     /// Time, s.
@@ -23,15 +23,15 @@ pub struct TractionSample {
 }
 
 impl TractionSample {
-    /// The sample of a driven rig's sensors.
-    pub fn of(time_s: f64, motor: &MotorInput) -> Self {
+    /// An instant of which nothing but the time is known.
+    pub const fn missing(time_s: f64) -> Self {
         Self {
             time_s,
-            current_a: motor.current_a,
-            motor_speed_rad_s: motor.motor_speed_rad_s,
-            voltage_v: motor.voltage_v,
-            roller_speed_rad_s: motor.roller_speed_rad_s,
-            generator_current_a: motor.generator_current_a,
+            current_a: [f64::NAN; 2],
+            motor_speed_rad_s: f64::NAN,
+            voltage_v: [f64::NAN; 2],
+            roller_speed_rad_s: f64::NAN,
+            generator_current_a: f64::NAN,
         }
     }
 
