@@ -56,16 +56,17 @@ fn surface_rows(report: &mut Report, surface: Surface, own: &[&CaseResult], fit:
         loaded.iter().map(|result| result.paper_summary.adhesion_peak).sum::<f64>() / loaded.len() as f64;
     let table = &mut report.table;
     let remark = format!("cases 1–4, {samples:.0} samples not called unobservable, weighted with 1/σ²");
-    table.push(name, "mean μ0, filter", "", Some(paper), seen, remark);
-    table.push(name, "mean μ0, Polach fit", "", Some(paper), fit, "all (γ, F_γ) points of cases 1–4");
-    table.push(name, "plain mean μ0, filter", "", Some(paper), plain, "cases 1–4, unobservable samples too");
+    table.push(name, "weighted mean μ0, filter", "", Some(paper), seen, remark);
+    let remark = "cases 1–4, every sample counts the same, unobservable ones too: what the paper averages";
+    table.push(name, "plain mean μ0, filter", "", Some(paper), plain, remark);
+    table.push(name, "μ0 of the Polach fit", "", Some(paper), fit, "all (γ, F_γ) points of cases 1–4");
     table.push(name, "plain mean μ0, EKF", "", Some(paper), by_ekf, "same samples");
     let remark = "w_k, v_k as printed, read as standard deviations; voltage as random walk";
     table.push(name, "plain mean μ0, paper's noise", "", Some(paper), by_paper, remark);
     let bound = 0.1 * paper;
-    for (what, value) in [("filter", seen), ("Polach fit", fit)] {
+    for (what, value) in [("filter, weighted", seen), ("Polach fit", fit)] {
         report.criteria.push(Criterion {
-            name: format!("{name}: mean μ0 by {what} within 10 % of {paper}"),
+            name: format!("{name}: μ0 by {what} within 10 % of {paper}"),
             figure: format!("{value:.4}"),
             met: (value - paper).abs() <= bound,
         });
@@ -181,9 +182,10 @@ fn time_panels(surface: Surface, own: &[&CaseResult]) -> Vec<Panel> {
 
 /// Fig. 12: mean μ0 of each case.
 fn average_panel(results: &[CaseResult]) -> Panel {
-    let mut panel = Panel::new("Mean of the estimated μ0 by case (grey: paper)", "load case", "μ0")
-        .x(-0.2, 4.4)
-        .y(0.0, 0.36);
+    let mut panel =
+        Panel::new("Plain mean of the estimated μ0 by case, 1 σ (grey: paper)", "load case", "μ0")
+            .x(-0.2, 4.4)
+            .y(0.0, 0.36);
     for (colour, surface) in Surface::ALL.into_iter().enumerate() {
         let own: Vec<_> = results.iter().filter(|result| result.case.surface == surface).collect();
         let points =
@@ -221,7 +223,7 @@ fn curve_panel(fits: &[(Surface, f64, Vec<CurvePoint>)]) -> Panel {
             (100.0 * creepage, polach_n(&rig, creepage, 1.0, *fit) / load)
         });
         panel.series.push(Series::new("", colour + 1, Mark::Dots, dots));
-        let label = format!("{}: μ0 = {fit:.3}", surface.name());
+        let label = format!("{}: law fitted, μ0 = {fit:.3}; points: filter", surface.name());
         panel.series.push(Series::new(label, colour + 1, Mark::Bold, law.collect()));
     }
     panel
