@@ -7,6 +7,7 @@
 use crate::mean::BlockMean;
 use crate::wagon::Nominal;
 use bytemuck::{Pod, Zeroable};
+use railgrip_messages::GRAVITY_M_S2;
 
 /// Length of a block, s.
 const BLOCK_S: f64 = 4.0;
@@ -18,8 +19,6 @@ const LEAST_SPEED_M_S: f64 = 3.0;
 const RESISTANCE_SIGMA: f64 = 0.2;
 /// The grade is known to this (1 σ), rad, where it is given and where it is not.
 const GRADE_SIGMA_RAD: [f64; 2] = [0.0005, 0.005];
-/// Acceleration due to gravity, m/s².
-const GRAVITY_M_S2: f64 = 9.81;
 
 /// What is known about dragging.
 #[repr(C)]

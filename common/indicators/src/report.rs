@@ -6,11 +6,8 @@ use crate::mean::{BlockMean, Mean};
 use crate::rail_view::RailView;
 use crate::slides::Slides;
 use crate::wagon::WagonIndicators;
-use railgrip_messages::{Grade, Health, Indicator, Text, WheelsetHealth};
+use railgrip_messages::{GRAVITY_M_S2, Grade, Health, Indicator, Text, WheelsetHealth};
 use std::cmp::Ordering::Equal;
-
-/// Acceleration due to gravity, m/s².
-const GRAVITY_M_S2: f64 = 9.81;
 
 impl WagonIndicators {
     /// The indicators as of the last sample; `published_monotonic_ns` is left to whoever publishes.

@@ -5,12 +5,12 @@
 //! `s = v t_r + ∫₀^v m u du / (F_b + R(u))`, t_r the dead time of the brake. The interval comes from a fixed set of draws:
 //! pads err independently from wagon to wagon, the rail is the same for all of them.
 
+use railgrip_messages::GRAVITY_M_S2;
+
 /// Draws behind an interval.
 const DRAWS: usize = 401;
 /// Steps of the integral over speed.
 const STEPS: usize = 40;
-/// Acceleration due to gravity, m/s².
-const GRAVITY_M_S2: f64 = 9.81;
 
 /// A wagon as it is now.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -52,6 +52,10 @@ pub use text::Text;
 /// Places for wheelsets in every payload; a wagon with two wheelsets uses the first two.
 pub const MAX_WHEELSETS: usize = 4;
 
+/// Standard gravity g, m/s²: the one figure of physics here, for what computes with payloads and may not use the crate of
+/// the vehicle, where it stands too.
+pub const GRAVITY_M_S2: f64 = 9.80665;
+
 /// The wagon number that means "no wagon".
 pub const NO_WAGON: u32 = 0;
 

@@ -217,6 +217,11 @@ mod tests {
     }
 
     #[test]
+    fn gravity_is_the_same_on_both_sides() {
+        assert_eq!(railgrip_messages::GRAVITY_M_S2, railgrip_vehicle::GRAVITY_M_S2);
+    }
+
+    #[test]
     fn flags_mean_the_same_on_both_sides() {
         use railgrip_filter::flags as filter;
         use railgrip_messages::flags as message;

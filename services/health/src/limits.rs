@@ -1,10 +1,8 @@
 //! The limits that the pages draw beside the figures: those by which the indicators are judged.
 
 use railgrip_indicators::IndicatorSettings;
+use railgrip_messages::GRAVITY_M_S2;
 use railgrip_settings::{CapabilitySettings, TrainSettings};
-
-/// Acceleration due to gravity, m/s².
-const GRAVITY_M_S2: f64 = 9.81;
 
 /// From where on a figure is worth a look or needs action.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -244,8 +244,7 @@ impl Noise {
         }
         let pressing =
             vehicle.brake.friction_coefficient * vehicle.brake.radius_m * sensors.pressing_force_sigma_n;
-        let limit =
-            vehicle.body.mass_kg * 9.81 / WHEELSETS as f64 * vehicle.rail.wet * vehicle.wheelset.radius_m;
+        let limit = vehicle.axle_load_n() * vehicle.rail.wet * vehicle.wheelset.radius_m;
         let torque = pressing.hypot(disturbances.contact_sigma * limit);
         let tolerance = &disturbances.tolerance;
         for j in 1..OUTPUTS {

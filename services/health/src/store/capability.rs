@@ -4,6 +4,7 @@ use crate::api::capability::model::{CapabilityView, Lack, StopView, WeakWagon};
 use crate::api::figure::rounded;
 use crate::api::grade::Grade;
 use railgrip_indicators::stopping::{BrakedWagon, distance_m};
+use railgrip_messages::GRAVITY_M_S2;
 use railgrip_settings::CapabilitySettings;
 
 /// Worth a look from here on: the lower end of the interval over the nominal distance.
@@ -54,7 +55,7 @@ pub(crate) fn judge(
 /// What a wagon lacks of its nominal brake force, if it is worth a word.
 fn weak(wagon: u32, now: &BrakedWagon, full_m_s2: f64) -> Option<WeakWagon> {
     let pads = now.friction_ratio[0];
-    let rail = now.adhesion[0] * 9.81 / full_m_s2;
+    let rail = now.adhesion[0] * GRAVITY_M_S2 / full_m_s2;
     let share = now.braked_share * pads.min(rail);
     let lack = match now.braked_share {
         braked if braked < pads.min(rail) => Lack::Isolated,

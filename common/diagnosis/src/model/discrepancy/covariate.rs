@@ -197,7 +197,7 @@ pub fn along(case: &Case, run: &Run, covariate: Covariate) -> Vec<f64> {
                     * sample.input.pressing_force_n[i];
                 at.brake_power_w[i] = (torque * omega).max(0.0);
                 let slip = sample.smooth[0] - vehicle.wheelset.radius_m * omega;
-                let limit = adhesion * vehicle.body.mass_kg * 9.81 / WHEELSETS as f64;
+                let limit = adhesion * vehicle.axle_load_n();
                 at.slip_power_w[i] = if slip.abs() > ROLLING_M_S { slip.abs() * limit } else { 0.0 };
             }
             advance(&at, run.dt_s, &mut memory);
