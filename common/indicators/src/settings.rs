@@ -67,7 +67,8 @@ table! {
         disc_rise_k = 50.0 in 0.0..500.0;
         /// Heat capacity of the discs of a wheelset, J/K.
         disc_heat_j_per_k = 60000.0 in 100.0..10000000.0;
-        /// Time constant of their cooling, s.
+        /// Time constant with which whole discs cool between stops, s. (A law of fade has the friction ring's, 120 s: within a
+        /// stop heat leaves it for the rest of the disc.)
         disc_cooling_s = 600.0 in 1.0..100000.0;
         /// Braking that the fit remembers, s.
         memory_s = 1800.0 in 10.0..1000000.0;

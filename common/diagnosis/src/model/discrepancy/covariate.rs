@@ -2,6 +2,7 @@
 
 use crate::data::case::{Case, Run, WHEELSETS};
 use railgrip_vehicle::MAX_WHEELSETS;
+use railgrip_vehicle::constants::{DISC_HEAT_CAPACITY_J_PER_K, DRY_RAIL_ADHESION, FRICTION_RING_COOLING_S};
 use railgrip_vehicle::effects::Operating;
 
 /// A variable over which a place is freed; those of a wheelset are its own.
@@ -43,15 +44,10 @@ pub enum Covariate {
 
 /// Hidden states of a curve: temperatures, times since onset, slip energies, lagged pressing forces, wet brake energies.
 pub(super) const HIDDEN: usize = 5 * MAX_WHEELSETS;
-/// Heat capacity and cooling time of the temperature covariate.
-const HEAT_CAPACITY_J_PER_K: f64 = 6e4;
-const COOLING_TIME_S: f64 = 120.0;
 /// Pressing force above which a brake counts as applied, N.
 const APPLIED_N: f64 = 3e3;
 /// How long ago "a moment ago" is, s.
 const MOMENT_S: f64 = 0.3;
-/// Adhesion available above which a rail counts as dry.
-const DRY_RAIL_ADHESION: f64 = 0.2;
 /// Fewest of the thinned samples at which a covariate must be at work: ten seconds of recordings.
 const FEWEST: usize = 50;
 /// Slip velocity below which a wheelset rolls, m/s.
@@ -222,7 +218,8 @@ pub(super) fn start(at: &Operating, hidden: &mut [f64]) {
 pub(super) fn advance(at: &Operating, dt_s: f64, hidden: &mut [f64]) {
     let [heat, onset, slip, lagged, wet] = rows(hidden);
     for i in 0..WHEELSETS {
-        heat[i] += dt_s * (at.brake_power_w[i] / HEAT_CAPACITY_J_PER_K - heat[i] / COOLING_TIME_S);
+        heat[i] +=
+            dt_s * (at.brake_power_w[i] / DISC_HEAT_CAPACITY_J_PER_K - heat[i] / FRICTION_RING_COOLING_S);
         onset[i] = if at.pressing_force_n[i] > APPLIED_N { onset[i] + dt_s } else { 0.0 };
         slip[i] += dt_s * at.slip_power_w[i];
         lagged[i] += dt_s / MOMENT_S * (at.pressing_force_n[i] - lagged[i]);
