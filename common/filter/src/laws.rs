@@ -22,6 +22,8 @@ pub(crate) struct Laws {
     at: Operating,
     pub(crate) hidden: Vec<f64>,
     started: bool,
+    /// The operating point has the wheelset speeds of an estimate.
+    rolls: bool,
     /// Time that the hidden states are behind, s.
     behind_s: f64,
 }
@@ -37,7 +39,15 @@ pub(crate) struct Place {
 impl Laws {
     pub(crate) fn new(vehicle: &VehicleParameters, model: WagonModel) -> Self {
         let period_s = 1.0 / vehicle.sensors.sample_rate_hz;
-        Self { model, period_s, at: Operating::default(), hidden: Vec::new(), started: false, behind_s: 0.0 }
+        Self {
+            model,
+            period_s,
+            at: Operating::default(),
+            hidden: Vec::new(),
+            started: false,
+            rolls: false,
+            behind_s: 0.0,
+        }
     }
 
     /// Takes up hidden states of a snapshot; false if they do not fit the model.
@@ -71,6 +81,12 @@ impl Laws {
             drive_torque_nm: sample.drive_torque_nm,
             ..self.at
         };
+        if !self.rolls {
+            // Before the first estimate of slip a wheelset is taken to roll.
+            for i in 0..constants.wheelsets {
+                self.at.wheel_speed_rad_s[i] = last.v_m_s / constants.wheel_radius_m[i];
+            }
+        }
         if !self.started {
             self.hidden = self.model.start_hidden(&self.at, self.period_s);
             self.started = true;
@@ -124,6 +140,7 @@ impl Laws {
             self.at.brake_power_w[i] = (torque * speed).max(0.0);
             self.at.slip_power_w[i] = (force * (rim - estimate.v_m_s)).max(0.0);
         }
+        self.rolls = true;
         // Hidden states advance by whole periods: delay lines have one place a period, and samples come a little early or late.
         self.behind_s = (self.behind_s + dt_s).min(LONGEST_CATCH_UP_S);
         while self.behind_s > 0.5 * self.period_s {

@@ -61,3 +61,23 @@ fn each_wheelset_meets_a_patch_at_its_own_place() {
     let peaks = [0, 1].map(|wheelset| patch.adhesion_peak(wheelset, &before, &[], 0.3));
     assert!(peaks[0] < 0.2 && peaks[1] > 0.299);
 }
+
+#[test]
+fn a_pads_friction_follows_its_disc_into_a_slide() {
+    let text = include_str!("../../../config/vehicle.toml");
+    let mut vehicle: railgrip_vehicle::VehicleParameters = toml::from_str(text).expect("vehicle");
+    let parameters = [("rise".to_owned(), 0.5), ("decay_speed_m_s".to_owned(), 6.0)].into();
+    vehicle.effects = vec![EffectEntry { id: "brake_friction_speed".into(), parameters }];
+    let model = railgrip_vehicle::WagonModel::new(&vehicle).expect("model");
+    let rolling = 20.0 / vehicle.wheelset.radius_m;
+    let at = Operating { v_m_s: 20.0, wheel_speed_rad_s: [rolling, 0.0, 0.0, 0.0], ..Operating::default() };
+    let input = railgrip_vehicle::WagonInput {
+        pressing_force_n: [4e4; 4],
+        ..railgrip_vehicle::WagonInput::default()
+    };
+    let friction = model.loading(&at, &input, 0.01, &[]).brake_friction;
+    let nominal = vehicle.brake.friction_coefficient;
+    println!("rolling {:.4}, locked {:.4}, nominal {nominal}", friction[0], friction[1]);
+    assert!((friction[0] / (nominal * (1.0 + 0.5 * (-20.0f64 / 6.0).exp())) - 1.0).abs() < 1e-12);
+    assert!((friction[1] / (nominal * 1.5) - 1.0).abs() < 1e-12, "a disc that stands grips as at standstill");
+}

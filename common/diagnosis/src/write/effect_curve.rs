@@ -191,7 +191,9 @@ fn pad(at: &Situation<'_>, point: &Operating, hidden: &[f64]) -> f64 {
 }
 
 fn over_speed(at: &Situation<'_>, x: f64) -> f64 {
-    pad(at, &Operating { v_m_s: x, ..Operating::default() }, &[0.0; MAX_WHEELSETS])
+    // Of a wheelset that rolls: the disc turns with it.
+    let wheel_speed_rad_s = at.built.model.constants().wheel_radius_m.map(|radius_m| x / radius_m);
+    pad(at, &Operating { v_m_s: x, wheel_speed_rad_s, ..Operating::default() }, &[0.0; MAX_WHEELSETS])
 }
 
 fn over_force(at: &Situation<'_>, x: f64) -> f64 {

@@ -1,14 +1,17 @@
 //! Effects on the coefficient between pad and disc.
 
 use super::{Effect, EffectSpec, Operating, ParameterSpec, Term};
-use crate::MAX_WHEELSETS;
 use crate::constants::{DISC_HEAT_CAPACITY_J_PER_K, DRY_RAIL_ADHESION, FRICTION_RING_COOLING_S};
+use crate::wagon::Constants;
+use crate::{MAX_WHEELSETS, PerWheelset};
+use std::sync::OnceLock;
 
-/// Friction that depends on the speed of the vehicle.
+/// Friction that depends on the speed of the disc, and so on that of its wheelset: in a slide the disc is slower than the
+/// vehicle and may stand.
 pub static SPEED: EffectSpec = EffectSpec {
     id: "brake_friction_speed",
     term: Term::BrakeFriction,
-    equation: "mu = mu0 (1 + d exp(-v / v_s))",
+    equation: "mu = mu0 (1 + d exp(-r |omega| / v_s))",
     source: "organic and cast-iron pads grip harder towards standstill; shape after PLOS ONE 10.1371/journal.pone.0135459, fig. 2; range of d and v_s is general knowledge",
     parameters: &[
         ParameterSpec {
@@ -39,12 +42,14 @@ pub static SPEED: EffectSpec = EffectSpec {
 pub struct Speed {
     rise: f64,
     decay_speed_m_s: f64,
+    /// Rolling radius of each wheelset of the model, m, known once it is built.
+    wheel_radius_m: OnceLock<PerWheelset>,
 }
 
 impl Speed {
     /// From the values of the spec's parameters.
     pub fn boxed(values: &[f64]) -> Box<dyn Effect> {
-        Box::new(Self { rise: values[0], decay_speed_m_s: values[1] })
+        Box::new(Self { rise: values[0], decay_speed_m_s: values[1], wheel_radius_m: OnceLock::new() })
     }
 }
 
@@ -53,8 +58,17 @@ impl Effect for Speed {
         &SPEED
     }
 
-    fn brake_friction(&self, _wheelset: usize, at: &Operating, _hidden: &[f64], friction: f64) -> f64 {
-        friction * (1.0 + self.rise * (-at.v_m_s.abs() / self.decay_speed_m_s).exp()).max(0.05)
+    fn constants(&self, constants: &mut Constants) {
+        self.wheel_radius_m.get_or_init(|| constants.wheel_radius_m);
+    }
+
+    fn brake_friction(&self, wheelset: usize, at: &Operating, _hidden: &[f64], friction: f64) -> f64 {
+        // At the rim, so that a rolling wheelset's is the vehicle's; without a model only that is known.
+        let disc_m_s = match self.wheel_radius_m.get() {
+            Some(radius_m) => radius_m[wheelset] * at.wheel_speed_rad_s[wheelset],
+            None => at.v_m_s,
+        };
+        friction * (1.0 + self.rise * (-disc_m_s.abs() / self.decay_speed_m_s).exp()).max(0.05)
     }
 }
 
