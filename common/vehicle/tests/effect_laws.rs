@@ -81,3 +81,21 @@ fn a_pads_friction_follows_its_disc_into_a_slide() {
     assert!((friction[0] / (nominal * (1.0 + 0.5 * (-20.0f64 / 6.0).exp())) - 1.0).abs() < 1e-12);
     assert!((friction[1] / (nominal * 1.5) - 1.0).abs() < 1e-12, "a disc that stands grips as at standstill");
 }
+
+#[test]
+fn adhesion_over_speed_is_curtius_and_knifflers_by_default_and_keeps_its_asymptote() {
+    use railgrip_vehicle::adhesion::curtius_kniffler;
+    let law = built("adhesion_speed", &[]);
+    let peak = |law: &dyn Effect, v_m_s: f64| {
+        law.adhesion_peak(0, &Operating { v_m_s, ..Operating::default() }, &[], 1.0)
+    };
+    for v in [0.0, 5.0, 15.0, 30.0, 45.0] {
+        let published = curtius_kniffler(v) / curtius_kniffler(15.0);
+        assert!((peak(law.as_ref(), v) / published - 1.0).abs() < 1e-12, "at {v} m/s");
+    }
+    let fast = peak(law.as_ref(), 1e6) * curtius_kniffler(15.0);
+    println!("at any speed at least {fast:.4}");
+    assert!((fast - 0.161).abs() < 1e-4);
+    let neutral = built("adhesion_speed", &[("decay_s_per_m", 0.0)]);
+    assert_eq!(peak(neutral.as_ref(), 40.0), 1.0);
+}

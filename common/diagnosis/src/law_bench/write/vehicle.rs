@@ -6,6 +6,7 @@
 use crate::law_bench::data::case::{Kind, Nominal};
 use crate::law_bench::model::candidates::{Form, Place, REFERENCE_SPEED_M_S, REFERENCE_TEMPERATURE_C};
 use crate::law_bench::model::law::Model;
+use railgrip_vehicle::adhesion::share_of_standstill;
 use railgrip_vehicle::effects::{EffectSpec, find};
 use railgrip_vehicle::{EffectEntry, VehicleParameters};
 
@@ -92,9 +93,10 @@ fn law_of(id: &str) -> Option<Law> {
         }
         "brake_friction_pressure" => |p: &[f64], force_n: f64| (force_n.max(1.0) / 5e4).powf(-p[0]),
         "falling_friction" => |p: &[f64], slip_m_s: f64| (1.0 - p[0]) * (-p[1] * slip_m_s).exp() + p[0],
-        "adhesion_speed" => {
-            |p: &[f64], v: f64| (1.0 + REFERENCE_SPEED_M_S * p[0]) / (1.0 + v * p[0]).max(0.05)
-        }
+        "adhesion_speed" => |p: &[f64], v: f64| {
+            let share = |v: f64| share_of_standstill(v, p[0], p[1]);
+            share(v) / share(REFERENCE_SPEED_M_S)
+        },
         _ => return None,
     };
     Some(law)
@@ -167,7 +169,7 @@ mod tests {
             ("brake_fade", vec![1.2e-3, 60.0]),
             ("brake_friction_pressure", vec![0.15]),
             ("falling_friction", vec![0.5, 0.4]),
-            ("adhesion_speed", vec![0.03]),
+            ("adhesion_speed", vec![0.03, 0.486]),
         ] {
             let (spec, _) = find(id).expect("in the catalogue");
             let law = law_of(id).expect("a law");
