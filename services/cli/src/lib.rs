@@ -137,4 +137,13 @@ mod tests {
     fn the_command_tree_is_consistent() {
         super::Cli::command().debug_assert();
     }
+
+    #[test]
+    fn the_version_names_the_commit() {
+        let (version, commit) = super::VERSION.split_once(" (commit ").expect("a commit");
+        let commit = commit.strip_suffix(')').expect("an end");
+        let is_hash = commit.len() >= 7 && commit.bytes().all(|byte| byte.is_ascii_hexdigit());
+        assert_eq!(version, env!("CARGO_PKG_VERSION"));
+        assert!(is_hash || commit == "unknown", "{commit}");
+    }
 }
