@@ -254,13 +254,13 @@ fn old_data_say_so_loudly_and_an_alert_is_acknowledged_with_the_keyboard() {
     // Shelving asks for a reason and a time; the other page shows it.
     tab.open(&format!("{base}/alerts"));
     live(&tab);
-    tab.click(&format!("#alert-{id} [data-act=shelve]"));
+    tab.click(&format!("#alert-{id} [data-act=silence]"));
     tab.wait(PATIENCE, "document.activeElement.id === 'act-note'");
     tab.write("wagon is in the workshop");
     tab.press("Enter");
     tab.wait(
         PATIENCE,
-        &format!("document.querySelector('#g-shelved #alert-{id}')?.innerText.includes('workshop')"),
+        &format!("document.querySelector('#g-silenced #alert-{id}')?.innerText.includes('workshop')"),
     );
 
     ingest.signal(Signal::CONT);

@@ -1,4 +1,4 @@
-//! What travels between the processes of a train: fixed-size payloads, nothing else.
+//! What travels between the processes of a train: fixed-size payloads, and what each must fulfil ([`Checked`]).
 //!
 //! Every payload is `repr(C)`, free of padding and of pointers, and its type name carries a layout version
 //! (`railgrip/Sample/v1`). iceoryx2 compares names and sizes when a process opens a channel, but two fields that
@@ -27,6 +27,7 @@
 
 mod audio;
 mod bogie;
+mod check;
 mod codes;
 mod estimate;
 mod event;
@@ -39,6 +40,7 @@ mod text;
 
 pub use audio::{AUDIO_TYPE_NAME, AudioHeader, Heard};
 pub use bogie::{BogieSample, bogie_valid};
+pub use check::{Checked, Refusal, Validated};
 pub use codes::{Condition, EstimateState, EventKind, Grade, HearingState, ProcessKind};
 pub use estimate::{Estimate, Innovation, MAX_OUTPUTS, flags};
 pub use event::{Event, NO_WHEELSET};

@@ -1,10 +1,12 @@
 //! The form of a train's config file, key by key, before its values are checked. Units stand in the keys.
 
 use crate::access::HttpTable;
-use crate::alerts::{AlertTable, CapabilityTable, DeliveryTable};
+use crate::alerts::AlertTable;
+use crate::capability::CapabilityTable;
 use crate::history::HistoryTable;
 use crate::instance::InstanceTable;
 use crate::microphones::{AcousticTable, MicrophoneTable};
+use crate::receivers::{DeliveryTable, NotifyTable, ReceiverTable};
 use crate::source::SourceTable;
 use railgrip_filter::EstimatorConfig;
 use railgrip_indicators::IndicatorSettings;
@@ -39,6 +41,10 @@ pub(crate) struct TrainFile {
     pub alerts: AlertTable,
     #[serde(default)]
     pub history: HistoryTable,
+    #[serde(default)]
+    pub receiver: Vec<ReceiverTable>,
+    #[serde(default)]
+    pub notify: NotifyTable,
     #[serde(default)]
     pub delivery: DeliveryTable,
     #[serde(default)]

@@ -6,6 +6,7 @@
 
 mod access;
 mod alerts;
+mod capability;
 mod error;
 mod file;
 mod history;
@@ -14,6 +15,7 @@ mod microphones;
 mod overrides;
 mod place;
 pub mod plant;
+mod receivers;
 mod runs;
 mod source;
 mod train;
@@ -21,7 +23,8 @@ pub mod vehicle;
 mod wagons;
 
 pub use access::{AccessLimits, AccessSettings, AuditSettings, TlsFiles, is_loopback};
-pub use alerts::{AlertSettings, CapabilitySettings, DeliverySettings, MqttSettings, WebhookSettings};
+pub use alerts::AlertSettings;
+pub use capability::CapabilitySettings;
 pub use error::SettingsError;
 pub use file::LogFormat;
 pub use history::{HistorySettings, TierLimits};
@@ -29,6 +32,7 @@ pub use instance::Instance;
 pub use microphones::{AcousticSettings, AudioSource, MicrophoneSettings};
 pub use overrides::Overrides;
 pub use plant::{BrakeController, RigProgramme};
+pub use receivers::{MqttSettings, NotifySettings, ReceiverSettings, ReceiverWay, WebhookSettings};
 pub use runs::ReplayRun;
 pub use source::Source;
 pub use train::{HttpSettings, LoggingSettings, ReportingSettings, TrainSettings};

@@ -26,6 +26,11 @@ impl ConfigText<'_> {
         })
     }
 
+    /// A path that the file gives, relative to the folder of the file.
+    pub fn beside(&self, path: &str) -> PathBuf {
+        self.file.parent().unwrap_or(Path::new("")).join(path)
+    }
+
     /// Refuses the value of a dotted key such as `http.listen` or `wagon.2.name`.
     pub fn refuse(&self, key: &str, value: impl Display, allowed: impl Display) -> SettingsError {
         SettingsError::Value {

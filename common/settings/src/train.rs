@@ -1,12 +1,14 @@
 //! The settings of a train, checked once and then trusted everywhere.
 
 use crate::access::AccessSettings;
-use crate::alerts::{AlertSettings, CapabilitySettings, DeliverySettings};
+use crate::alerts::AlertSettings;
+use crate::capability::CapabilitySettings;
 use crate::file::{LogFormat, TrainFile};
 use crate::history::HistorySettings;
 use crate::microphones::{self, AcousticSettings, MicrophoneSettings};
 use crate::overrides::Overrides;
 use crate::place::{ConfigText, folder, name};
+use crate::receivers::{NotifySettings, ReceiverTables};
 use crate::source::{Source, source};
 use crate::wagons::{DEFAULT_CONFIG, WagonSettings, wagons};
 use crate::{SettingsError, instance::Instance};
@@ -49,10 +51,10 @@ pub struct TrainSettings {
     pub access: AccessSettings,
     /// When an alert is raised, grouped and cleared.
     pub alerts: AlertSettings,
-    /// Where alerts and what waits for delivery are kept.
+    /// Where alerts and the notification log are kept.
     pub alert_journal: PathBuf,
     /// How people are told of alerts.
-    pub delivery: DeliverySettings,
+    pub notify: NotifySettings,
     /// What full braking of this train is, and the adhesion map.
     pub capability: CapabilitySettings,
     /// What is remembered.
@@ -173,7 +175,8 @@ impl TrainSettings {
             },
             alerts: form.alerts.check(&at)?,
             alert_journal: form.alerts.journal(&at, &history.dir),
-            delivery: form.delivery.check(&at, &name)?,
+            notify: ReceiverTables { receiver: form.receiver, notify: form.notify, delivery: form.delivery }
+                .check(&at, &name)?,
             capability: form.capability.check(&at)?,
             history,
             instance,

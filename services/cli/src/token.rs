@@ -42,7 +42,7 @@ struct Place {
 struct Add {
     /// Who or what it is for: letters, digits, `-`, `_`, `.`
     name: String,
-    /// What its owner may do: read, acknowledge (and shelve alerts), admin
+    /// What its owner may do: read, acknowledge (and silence alerts), admin
     #[arg(long, value_parser = role, default_value = "read")]
     role: Role,
     /// Lifetime, for example 12h, 90d; `never` for no end

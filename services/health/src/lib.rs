@@ -8,7 +8,6 @@ pub mod access;
 pub mod alerts;
 pub mod api;
 mod collect;
-pub mod delivery;
 pub mod history;
 pub mod limits;
 mod neighbours;

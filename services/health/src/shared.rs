@@ -37,7 +37,7 @@ struct Inner {
     openapi: std::sync::OnceLock<Bytes>,
     history: std::sync::OnceLock<Arc<History>>,
     limits: std::sync::OnceLock<Limits>,
-    mailbox: crate::delivery::Mailbox,
+    receiver_states: crate::alerts::notify::ReceiverStates,
 }
 
 impl Shared {
@@ -53,7 +53,7 @@ impl Shared {
             openapi: std::sync::OnceLock::new(),
             history: std::sync::OnceLock::new(),
             limits: std::sync::OnceLock::new(),
-            mailbox: crate::delivery::Mailbox::default(),
+            receiver_states: crate::alerts::notify::ReceiverStates::default(),
         };
         Self { inner: Arc::new(inner) }
     }
@@ -139,10 +139,10 @@ impl Shared {
         self.inner.limits.get_or_init(Limits::default)
     }
 
-    /// How delivery of alerts is.
+    /// How the receivers of notifications are.
     #[must_use]
-    pub fn mailbox(&self) -> &crate::delivery::Mailbox {
-        &self.inner.mailbox
+    pub fn receiver_states(&self) -> &crate::alerts::notify::ReceiverStates {
+        &self.inner.receiver_states
     }
 
     pub(crate) fn openapi(&self) -> &std::sync::OnceLock<Bytes> {

@@ -9,6 +9,8 @@ use axum::body::Body;
 use axum::http::{HeaderMap, Method, Request};
 use flate2::read::GzDecoder;
 use http_body_util::BodyExt;
+use railgrip_health::alerts::Symptom;
+use railgrip_health::api::grade::Grade;
 use railgrip_health::api::router;
 use railgrip_health::history::{History, columns};
 use railgrip_health::shared::Shared;
@@ -24,6 +26,7 @@ use tempfile::TempDir;
 use tower::ServiceExt;
 
 const NOW_S: i64 = 1_772_366_400;
+const SECOND_NS: i64 = 1_000_000_000;
 const NOW: Stamp = Stamp { unix_ns: NOW_S * 1_000_000_000, monotonic_ns: 100_000_000_000 };
 
 struct Train {
@@ -148,6 +151,57 @@ async fn long_answers_are_compressed_for_those_who_take_that() {
     );
     let short = train.get("/health/ready", &[("accept-encoding", "gzip")]).await;
     assert!(short.body.len() > 1024 || short.header("content-encoding").is_empty());
+}
+
+/// Has the leading pads of wagon 2 act for some seconds, until there is an alert.
+fn raise_an_alert(train: &mut Train) {
+    for second in 0..5 {
+        let later_ns = second * SECOND_NS;
+        let now = Stamp {
+            unix_ns: NOW.unix_ns + later_ns,
+            monotonic_ns: NOW.monotonic_ns + later_ns.unsigned_abs(),
+        };
+        let symptom = Symptom { wagon: 2, wheelset: Some(1), rule: "brake_friction" };
+        let book = train.store.book();
+        book.lock().judge(symptom, Grade::Act, "far too low", now);
+        book.lock().settle(now);
+    }
+    train.shared.replace(Arc::new(train.store.snapshot(NOW)));
+}
+
+#[tokio::test]
+async fn an_alert_is_silenced_and_the_old_paths_still_work() {
+    let mut train = train();
+    raise_an_alert(&mut train);
+    let json = [("content-type", "application/json")];
+    let silence = "{\"by\":\"Ada\",\"why\":\"pads ordered\",\"duration_s\":3600}";
+    for (set, end) in [("silence", "unsilence"), ("shelve", "unshelve"), ("silence", "unshelve")] {
+        let path = |act: &str| format!("/api/v1/alerts/1/{act}");
+        let alert = train.ask(Method::POST, &path(set), &json, silence).await;
+        assert_eq!(alert.status, 200, "{}", String::from_utf8_lossy(&alert.body));
+        let alert = alert.json();
+        assert_eq!(
+            (&alert["state"], &alert["silenced"]["why"]),
+            (&"silenced".into(), &"pads ordered".into())
+        );
+        for state in ["silenced", "shelved"] {
+            let found = train.get(&format!("/api/v1/alerts?state={state}"), &[]).await.json();
+            assert_eq!(found["alerts"][0]["id"], 1, "{state}");
+        }
+        let alert = train.ask(Method::POST, &path(end), &json, "{\"by\":\"Ada\"}").await.json();
+        assert_eq!((&alert["state"], &alert["silenced"]), (&"active".into(), &Value::Null));
+        let twice = train.ask(Method::POST, &path(end), &json, "{\"by\":\"Ada\"}").await;
+        assert!(twice.is_problem(409), "{}", twice.status);
+    }
+    assert_eq!(train.get("/api/v1/receivers", &[]).await.body, train.get("/api/v1/delivery", &[]).await.body);
+    let api = train.get("/openapi.json", &[]).await.json();
+    let old: Vec<&str> = routes(&api)
+        .into_iter()
+        .filter(|(.., route)| route["deprecated"] == true)
+        .map(|(path, ..)| path)
+        .collect();
+    println!("deprecated: {old:?}");
+    assert_eq!(old.len(), 3);
 }
 
 #[tokio::test]

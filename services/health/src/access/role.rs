@@ -18,7 +18,7 @@ use std::sync::Arc;
 pub enum Role {
     /// Look.
     Read,
-    /// Look, acknowledge and shelve alerts.
+    /// Look, acknowledge and silence alerts.
     Acknowledge,
     /// Everything.
     Admin,
@@ -102,7 +102,7 @@ mod tests {
             (Method::GET, "/metrics", Some(Role::Read)),
             (Method::GET, "/api/v1/alerts/3", Some(Role::Read)),
             (Method::POST, "/api/v1/alerts/3/acknowledge", Some(Role::Acknowledge)),
-            (Method::DELETE, "/api/v1/alerts/3/shelve", Some(Role::Acknowledge)),
+            (Method::DELETE, "/api/v1/alerts/3/silence", Some(Role::Acknowledge)),
             (Method::POST, "/api/v1/alerts", Some(Role::Admin)),
             (Method::PUT, "/", Some(Role::Admin)),
             (Method::GET, "/api/v1/audit", Some(Role::Admin)),

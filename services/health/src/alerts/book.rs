@@ -1,12 +1,11 @@
-//! All alerts, with the state of what may become one.
+//! All alerts: raised, renewed and ended as their groups come and go.
 
-mod people;
-
-pub use people::Refusal;
-
-use super::journal::{Journal, Letter};
+use super::evaluate::{Evaluation, Patience, Symptom};
+use super::group::{Group, group};
+use super::journal::Journal;
 use super::model::{Alert, AlertPlace, AlertState, Change, Scope};
-use super::rules;
+use super::nflog::Notification;
+use super::rule;
 use crate::api::grade::Grade;
 use crate::api::train::model::AlertCounts;
 use railgrip_messages::Stamp;
@@ -15,7 +14,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::PathBuf;
 
 /// Alerts that are over and still listed.
-const REMEMBERED: usize = 200;
+pub(super) const REMEMBERED: usize = 200;
 /// A cause that comes back again and again must stay away at most so many times longer.
 const MOST_PATIENCE: u32 = 5;
 /// While the journal refuses, it is tried again after so long, ns.
@@ -23,45 +22,21 @@ const JOURNAL_PAUSE_NS: u64 = 5_000_000_000;
 /// Recordings of mismatches, which are written while an alert is raised, are looked for so often, ns.
 const RECORDING_PAUSE_NS: u64 = 2_000_000_000;
 
-/// A symptom: an indicator at one place. Wagon 0 is the train itself, or this service.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Cause {
-    /// The wagon.
-    pub wagon: u32,
-    /// The wheelset, 1 leading.
-    pub wheelset: Option<u32>,
-    /// The indicator, or `silent`, `no_pressure`, `late`, `storage`.
-    pub name: &'static str,
-}
-
-/// Whether a symptom counts.
-#[derive(Debug, Default)]
-struct Watched {
-    bad_since_ns: Option<u64>,
-    good_since_ns: Option<u64>,
-    /// Since when it is worse than what counts, or less bad.
-    other_since_ns: Option<u64>,
-    counts: Option<(Grade, String)>,
-}
-
-/// A cause, of the train or of one wagon.
-type Key = (String, Option<u32>);
-
-/// See the module.
+/// All alerts of a train.
 #[derive(Debug)]
 pub struct AlertBook {
     settings: AlertSettings,
     wagons: u32,
     gaps: PathBuf,
-    watched: BTreeMap<Cause, Watched>,
-    open: BTreeMap<Key, Alert>,
-    over: VecDeque<Alert>,
+    evaluation: Evaluation,
+    pub(super) open: BTreeMap<Group, Alert>,
+    pub(super) over: VecDeque<Alert>,
     last_id: u64,
     news: Vec<Alert>,
     version: u64,
     journal: Option<Journal>,
     unsaved: BTreeSet<u64>,
-    letters: Vec<Letter>,
+    notifications: Vec<Notification>,
     refused_ns: Option<u64>,
     /// When recordings were last looked for, monotonic, ns.
     looked_ns: u64,
@@ -76,7 +51,7 @@ impl AlertBook {
             settings,
             wagons,
             gaps,
-            watched: BTreeMap::new(),
+            evaluation: Evaluation::default(),
             open: BTreeMap::new(),
             over: VecDeque::new(),
             last_id: 0,
@@ -84,7 +59,7 @@ impl AlertBook {
             version: 0,
             journal: None,
             unsaved: BTreeSet::new(),
-            letters: Vec::new(),
+            notifications: Vec::new(),
             refused_ns: None,
             looked_ns: 0,
             trouble: None,
@@ -100,12 +75,11 @@ impl AlertBook {
                 continue;
             }
             for place in alert.places.iter().filter(|place| place.wagon <= self.wagons) {
-                let Some(name) = rules::SYMPTOMS.iter().find(|name| **name == place.indicator) else {
+                let Some(rule) = rule::RULES.iter().find(|rule| **rule == place.indicator) else {
                     continue;
                 };
-                let cause = Cause { wagon: place.wagon, wheelset: place.wheelset, name };
-                let counts = Some((place.grade, place.reason.clone()));
-                self.watched.insert(cause, Watched { counts, ..Watched::default() });
+                let symptom = Symptom { wagon: place.wagon, wheelset: place.wheelset, rule };
+                self.evaluation.restore(symptom, place.grade, place.reason.clone());
             }
             let wagon = (alert.scope == Scope::Wagon).then_some(alert.wagon);
             self.open.insert((alert.cause.clone(), wagon), alert);
@@ -116,67 +90,31 @@ impl AlertBook {
     }
 
     /// Takes in how a symptom is judged now. `Unknown` neither raises nor clears.
-    pub fn judge(&mut self, cause: Cause, grade: Grade, reason: &str, now: Stamp) {
-        let now_ns = now.monotonic_ns;
-        let seconds = |since_ns: u64| now_ns.saturating_sub(since_ns) as f64 * 1e-9;
-        let raise_s = self.settings.raise_after_s * rules::patience(cause.name, grade);
-        let clear_s = self.clear_after_s(&cause);
-        match grade {
-            Grade::Unknown => {}
-            Grade::Ok => {
-                let Some(watched) = self.watched.get_mut(&cause) else { return };
-                watched.bad_since_ns = None;
-                let since_ns = *watched.good_since_ns.get_or_insert(now_ns);
-                if watched.counts.is_none() || seconds(since_ns) >= clear_s {
-                    self.watched.remove(&cause);
-                }
-            }
-            Grade::Watch | Grade::Act => {
-                let watched = self.watched.entry(cause).or_default();
-                watched.good_since_ns = None;
-                let since_ns = *watched.bad_since_ns.get_or_insert(now_ns);
-                match &mut watched.counts {
-                    None if seconds(since_ns) >= raise_s => {
-                        watched.counts = Some((grade, reason.to_owned()));
-                    }
-                    None => {}
-                    Some((counts, words)) if *counts == grade => {
-                        watched.other_since_ns = None;
-                        if words != reason {
-                            reason.clone_into(words);
-                        }
-                    }
-                    Some(counts) => {
-                        let since_ns = *watched.other_since_ns.get_or_insert(now_ns);
-                        let needed_s = if grade > counts.0 { raise_s } else { clear_s };
-                        if seconds(since_ns) >= needed_s {
-                            *counts = (grade, reason.to_owned());
-                            watched.other_since_ns = None;
-                        }
-                    }
-                }
-            }
-        }
+    pub fn judge(&mut self, symptom: Symptom, grade: Grade, reason: &str, now: Stamp) {
+        let clear_s = self.clear_after_s(&symptom);
+        let patience = Patience { raise_s: self.settings.raise_after_s, clear_s };
+        self.evaluation.judge(symptom, grade, reason, patience, now.monotonic_ns);
     }
 
     /// What comes back again and again must stay away longer: twice as long each time.
-    fn clear_after_s(&self, cause: &Cause) -> f64 {
-        let name = rules::cause_of(cause.name);
-        let alert =
-            [Some(cause.wagon), None].into_iter().find_map(|wagon| self.open.get(&(name.to_owned(), wagon)));
+    fn clear_after_s(&self, symptom: &Symptom) -> f64 {
+        let name = rule::cause_of(symptom.rule);
+        let alert = [Some(symptom.wagon), None]
+            .into_iter()
+            .find_map(|wagon| self.open.get(&(name.to_owned(), wagon)));
         let times = alert.map_or(1, |alert| alert.times);
         self.settings.clear_after_s * f64::from(1u32 << (times - 1).min(MOST_PATIENCE))
     }
 
-    /// Turns the symptoms that count into alerts; to be called after all were judged.
+    /// Turns the symptoms that fire into alerts; to be called after all were judged.
     pub fn settle(&mut self, now: Stamp) {
-        let mut shown = self.grouped();
-        let gone: Vec<Key> = self.open.keys().filter(|key| !shown.contains_key(*key)).cloned().collect();
+        let mut shown = group(self.evaluation.firing(), |cause, wagons| self.is_common(cause, wagons));
+        let gone: Vec<Group> = self.open.keys().filter(|key| !shown.contains_key(*key)).cloned().collect();
         for key in gone {
             let into = shown.contains_key(&(key.0.clone(), None)) && key.1.is_some();
             self.end(&key, into, now);
         }
-        let keys: Vec<Key> = shown.keys().cloned().collect();
+        let keys: Vec<Group> = shown.keys().cloned().collect();
         for key in keys {
             let places = shown.remove(&key).unwrap_or_default();
             if self.open.contains_key(&key) {
@@ -186,7 +124,7 @@ impl AlertBook {
             }
         }
         self.find_recordings(now);
-        self.unshelve_in_time(now);
+        self.end_silences(now);
         self.save(now);
     }
 
@@ -205,49 +143,6 @@ impl AlertBook {
         }
     }
 
-    /// The symptoms that count by cause, and by wagon unless the cause is the train's.
-    fn grouped(&self) -> BTreeMap<Key, Vec<AlertPlace>> {
-        let mut by_cause: BTreeMap<&str, BTreeMap<u32, Vec<AlertPlace>>> = BTreeMap::new();
-        for (cause, watched) in &self.watched {
-            let Some((grade, reason)) = &watched.counts else { continue };
-            by_cause.entry(rules::cause_of(cause.name)).or_default().entry(cause.wagon).or_default().push(
-                AlertPlace {
-                    wagon: cause.wagon,
-                    wheelset: cause.wheelset,
-                    indicator: cause.name.to_owned(),
-                    grade: *grade,
-                    reason: reason.clone(),
-                },
-            );
-        }
-        let acts = |name: &str, wagon: u32| {
-            by_cause
-                .get(name)
-                .and_then(|wagons| wagons.get(&wagon))
-                .is_some_and(|places| rules::grade(places) == Grade::Act)
-        };
-        let explained = |name: &str, wagon: u32| {
-            ["isolated", "sensors"]
-                .iter()
-                .any(|other| rules::is_explained_by(name, other) && acts(other, wagon))
-        };
-        let mut shown = BTreeMap::new();
-        for (name, wagons) in &by_cause {
-            let left: BTreeMap<u32, Vec<AlertPlace>> = wagons
-                .iter()
-                .filter(|(wagon, _)| !explained(name, **wagon))
-                .map(|(wagon, places)| (*wagon, places.clone()))
-                .collect();
-            let whole = (*name).to_owned();
-            if !left.is_empty() && (rules::is_of_the_train(name) || self.is_common(name, left.len())) {
-                shown.insert((whole, None), left.into_values().flatten().collect());
-            } else {
-                shown.extend(left.into_iter().map(|(wagon, places)| ((whole.clone(), Some(wagon)), places)));
-            }
-        }
-        shown
-    }
-
     /// True if so many wagons with one cause mean that it is the train's; once it is, it stays so until it is gone.
     fn is_common(&self, cause: &str, wagons: usize) -> bool {
         let share = self.settings.group_share * f64::from(self.wagons);
@@ -255,7 +150,7 @@ impl AlertBook {
         many || self.open.contains_key(&(cause.to_owned(), None))
     }
 
-    fn raise(&mut self, key: Key, places: Vec<AlertPlace>, now: Stamp) {
+    fn raise(&mut self, key: Group, places: Vec<AlertPlace>, now: Stamp) {
         let window_ns = (self.settings.reopen_within_s * 1e9) as i64;
         let scope = if key.1.is_some() { Scope::Wagon } else { Scope::Train };
         let same = |alert: &Alert| {
@@ -268,8 +163,8 @@ impl AlertBook {
         let known = self.over.iter().position(same).and_then(|index| self.over.remove(index));
         let (mut alert, change) = match known {
             Some(mut alert) => {
-                if alert.shelved.as_ref().is_some_and(|shelf| shelf.until_unix_ns <= now.unix_ns) {
-                    alert.shelved = None;
+                if alert.silenced.as_ref().is_some_and(|silence| silence.until_unix_ns <= now.unix_ns) {
+                    alert.silenced = None;
                 }
                 alert.come_back(places, now);
                 (alert, Change::Returned)
@@ -287,7 +182,7 @@ impl AlertBook {
         self.open.insert(key, alert);
     }
 
-    fn renew(&mut self, key: &Key, places: Vec<AlertPlace>, now: Stamp) {
+    fn renew(&mut self, key: &Group, places: Vec<AlertPlace>, now: Stamp) {
         let Some(alert) = self.open.get_mut(key) else { return };
         if alert.places == places {
             return;
@@ -314,7 +209,7 @@ impl AlertBook {
         }
     }
 
-    fn end(&mut self, key: &Key, merged: bool, now: Stamp) {
+    fn end(&mut self, key: &Group, merged: bool, now: Stamp) {
         let Some(mut alert) = self.open.remove(key) else { return };
         let change = if merged { Change::Merged } else { Change::Cleared };
         let note = merged.then(|| "part of an alert of the whole train now".to_owned());
@@ -327,36 +222,36 @@ impl AlertBook {
         self.over.truncate(REMEMBERED);
     }
 
-    fn unshelve_in_time(&mut self, now: Stamp) {
+    fn end_silences(&mut self, now: Stamp) {
         let due = |alert: &&mut Alert| {
-            alert.shelved.as_ref().is_some_and(|shelf| shelf.until_unix_ns <= now.unix_ns)
+            alert.silenced.as_ref().is_some_and(|silence| silence.until_unix_ns <= now.unix_ns)
         };
         let mut back = Vec::new();
         for alert in self.open.values_mut().filter(due) {
-            alert.shelved = None;
-            alert.note(Change::Unshelved, None, Some("its time is over".to_owned()), now);
+            alert.silenced = None;
+            alert.note(Change::Unsilenced, None, Some("its time is over".to_owned()), now);
             back.push(alert.clone());
         }
-        back.iter().for_each(|alert| self.tell(alert, Change::Unshelved, now));
+        back.iter().for_each(|alert| self.tell(alert, Change::Unsilenced, now));
     }
 
-    fn tell(&mut self, alert: &Alert, change: Change, now: Stamp) {
+    pub(super) fn tell(&mut self, alert: &Alert, change: Change, now: Stamp) {
         self.version += 1;
         self.news.push(alert.clone());
         self.unsaved.insert(alert.id);
-        if change.is_delivered() && alert.shelved.is_none() {
-            self.letters.push(Letter { alert: alert.clone(), change, at_unix_ns: now.unix_ns });
+        if change.is_notified() && alert.silenced.is_none() {
+            self.notifications.push(Notification { alert: alert.clone(), change, at_unix_ns: now.unix_ns });
         }
     }
 
     /// Writes what changed. While the disk refuses, everything live goes on and it is tried again.
-    fn save(&mut self, now: Stamp) {
+    pub(super) fn save(&mut self, now: Stamp) {
         let Some(journal) = &mut self.journal else {
             self.unsaved.clear();
-            self.letters.clear();
+            self.notifications.clear();
             return;
         };
-        if self.unsaved.is_empty() && self.letters.is_empty() {
+        if self.unsaved.is_empty() && self.notifications.is_empty() {
             return;
         }
         let waits = |refused_ns| now.monotonic_ns.saturating_sub(refused_ns) < JOURNAL_PAUSE_NS;
@@ -368,10 +263,10 @@ impl AlertBook {
             known().collect(),
             self.unsaved.iter().copied().filter(|id| !known().any(|alert| alert.id == *id)).collect(),
         );
-        match journal.save(&kept, &gone, &self.letters) {
+        match journal.save(&kept, &gone, &self.notifications) {
             Ok(()) => {
                 self.unsaved.clear();
-                self.letters.clear();
+                self.notifications.clear();
                 (self.refused_ns, self.trouble) = (None, None);
             }
             Err(error) => {
@@ -412,7 +307,7 @@ impl AlertBook {
         let rest = |alert: &Alert| match alert.state {
             AlertState::Active => 0,
             AlertState::Acknowledged => 1,
-            AlertState::Shelved | AlertState::Cleared => 2,
+            AlertState::Silenced | AlertState::Cleared => 2,
         };
         active.sort_by_key(|alert| {
             (rest(alert), std::cmp::Reverse(alert.grade_now), std::cmp::Reverse(alert.id))
@@ -427,14 +322,11 @@ impl AlertBook {
         self.open.values().chain(&self.over).find(|alert| alert.id == id).cloned()
     }
 
-    /// How many are active and not shelved.
+    /// How many are active and not silenced.
     #[must_use]
     pub fn counts(&self) -> AlertCounts {
-        let told = self.open.values().filter(|alert| alert.shelved.is_none());
+        let told = self.open.values().filter(|alert| alert.silenced.is_none());
         let of = |grade| told.clone().filter(|alert| alert.grade_now == grade).count() as u32;
         AlertCounts { watch: of(Grade::Watch), act: of(Grade::Act) }
     }
 }
-
-#[cfg(test)]
-mod tests;

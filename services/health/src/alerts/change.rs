@@ -1,7 +1,7 @@
 //! What happens to one alert, and its line in the history.
 
 use super::model::{Alert, AlertEvent, AlertPlace, AlertState, Change, Evidence, Scope};
-use super::rules;
+use super::{place, rule};
 use crate::api::grade::Grade;
 use crate::time::rfc3339;
 use railgrip_messages::Stamp;
@@ -18,7 +18,7 @@ const RECORDED_BEFORE_NS: i64 = 600_000_000_000;
 impl Alert {
     /// A new alert.
     pub(super) fn new(id: u64, cause: &str, scope: Scope, places: Vec<AlertPlace>, now: Stamp) -> Self {
-        let grade = rules::grade(&places);
+        let grade = place::grade(&places);
         let mut alert = Self {
             id,
             cause: cause.to_owned(),
@@ -30,12 +30,12 @@ impl Alert {
             grade,
             grade_now: grade,
             reason: String::new(),
-            advice: rules::advice(cause, scope).to_owned(),
+            advice: rule::advice(cause, scope).to_owned(),
             evidence: Evidence { history: String::new(), recording: None },
             active: true,
             state: AlertState::Active,
             acknowledged: None,
-            shelved: None,
+            silenced: None,
             times: 1,
             raised_at: rfc3339(now.unix_ns),
             cleared_at: None,
@@ -49,12 +49,12 @@ impl Alert {
 
     /// Takes over where the cause shows now.
     pub(super) fn show(&mut self, places: Vec<AlertPlace>) {
-        let worst = rules::worst(&places);
-        self.wagons = rules::wagons(&places);
+        let worst = place::worst(&places);
+        self.wagons = place::wagons(&places);
         self.wagon = self.wagons.first().copied().unwrap_or(0);
         self.wheelset = worst.filter(|_| self.scope == Scope::Wagon).and_then(|place| place.wheelset);
-        self.grade_now = rules::grade(&places);
-        self.reason = rules::reason(self.scope, &places);
+        self.grade_now = place::grade(&places);
+        self.reason = place::reason(self.scope, &places);
         let wagon = worst.map_or(1, |place| place.wagon.max(1));
         self.places = places;
         let around_s = self.unix_ns.div_euclid(1_000_000_000);
@@ -101,9 +101,9 @@ impl Alert {
             by: by.map(str::to_owned),
             note,
         });
-        self.state = match (self.active, &self.shelved, &self.acknowledged) {
+        self.state = match (self.active, &self.silenced, &self.acknowledged) {
             (false, _, _) => AlertState::Cleared,
-            (true, Some(_), _) => AlertState::Shelved,
+            (true, Some(_), _) => AlertState::Silenced,
             (true, None, Some(_)) => AlertState::Acknowledged,
             (true, None, None) => AlertState::Active,
         };
@@ -134,7 +134,7 @@ impl Alert {
     pub(super) fn become_worse(&mut self, now: Stamp) {
         self.grade = self.grade_now;
         self.acknowledged = None;
-        self.shelved = None;
+        self.silenced = None;
         self.note(Change::Worse, None, Some(self.reason.clone()), now);
     }
 }

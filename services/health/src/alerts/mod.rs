@@ -1,38 +1,36 @@
-//! Alerts that people do not learn to ignore.
+//! Alerts that people do not learn to ignore. The words are Alertmanager's.
 //!
-//! * A *symptom* is one indicator at one place. It counts when it has lasted, and is gone when it has stayed away: each
-//!   time an alert comes back it must stay away twice as long.
-//! * Symptoms of one *cause* make one alert: pad friction and asymmetry of a wagon, all wheelsets of it. What a worse
-//!   symptom explains (a dead sensor explains a filter that disagrees) raises nothing of its own.
-//! * A cause of the whole train (a low rail, pads that are wet everywhere) makes one alert that lists the wagons.
-//! * Each has a reason and advice in words, a link to its evidence, and a history of what happened to it.
-//! * People acknowledge it, or shelve it for a time. What becomes worse comes back by itself.
-//! * All of it survives a restart ([`journal`]), and so does what is yet to be delivered.
+//! An alert's way: rule → group → inhibit → silence → notify.
+//!
+//! | step | file | what happens |
+//! | --- | --- | --- |
+//! | rule | `rule`, `evaluate` | a *symptom* is a rule broken at one place; it fires when it has lasted, and stops when it has stayed away: twice as long each time it comes back |
+//! | group | `group` | symptoms of one *cause* make one alert: pad friction and asymmetry of a wagon, all its wheelsets; a cause that most wagons share (a low rail) makes one alert of the train that lists them |
+//! | inhibit | `inhibit` | what a worse symptom explains raises nothing of its own: a dead sensor explains a filter that disagrees |
+//! | silence | `operator` | people acknowledge an alert, or silence it for a time; what becomes worse comes back by itself |
+//! | notify | [`notify`] | receivers are told of what was raised, became worse, came back or is over |
+//!
+//! Each alert has a reason and advice in words, a link to its evidence, and a history of what happened to it. All of it
+//! survives a restart ([`journal`]), and so does what is yet to be sent ([`nflog`], the notification log).
 
 mod book;
 mod change;
+mod evaluate;
+mod group;
+mod inhibit;
 pub mod journal;
 pub mod model;
+pub mod nflog;
+pub mod notify;
+mod operator;
+mod place;
 pub mod routes;
-mod rules;
+mod rule;
+mod shared;
+#[cfg(test)]
+mod tests;
 
-pub use book::{AlertBook, Cause, Refusal};
-
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-
-/// The book, shared by the thread that judges and the requests of people.
-#[derive(Debug, Clone)]
-pub struct SharedBook(Arc<Mutex<AlertBook>>);
-
-impl SharedBook {
-    /// Shares a book.
-    #[must_use]
-    pub fn new(book: AlertBook) -> Self {
-        Self(Arc::new(Mutex::new(book)))
-    }
-
-    /// The book, for a moment.
-    pub fn lock(&self) -> MutexGuard<'_, AlertBook> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
+pub use book::AlertBook;
+pub use evaluate::Symptom;
+pub use operator::Refusal;
+pub use shared::SharedBook;

@@ -1,4 +1,6 @@
-//! An alert as the API gives it, as the journal keeps it and as it is delivered.
+//! An alert as the API gives it, as the journal keeps it and as receivers get it.
+//!
+//! Journals of earlier versions call a silence a shelf; they stay readable.
 
 use crate::api::grade::Grade;
 use serde::{Deserialize, Serialize};
@@ -20,10 +22,11 @@ pub enum Scope {
 pub enum AlertState {
     /// Somebody should look at it.
     Active,
-    /// Somebody has taken notice; the cause is still there.
+    /// Somebody has acknowledged it; the cause is still there.
     Acknowledged,
-    /// Put aside for a time.
-    Shelved,
+    /// Silenced for a time.
+    #[serde(alias = "shelved")]
+    Silenced,
     /// The cause is gone.
     Cleared,
 }
@@ -35,7 +38,7 @@ impl AlertState {
         match self {
             Self::Active => "active",
             Self::Acknowledged => "acknowledged",
-            Self::Shelved => "shelved",
+            Self::Silenced => "silenced",
             Self::Cleared => "cleared",
         }
     }
@@ -76,9 +79,9 @@ pub struct Acknowledgement {
     pub note: Option<String>,
 }
 
-/// Put aside until a time, by whom and why.
+/// Silenced until a time, by whom and why.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-pub struct Shelf {
+pub struct Silence {
     /// Who.
     pub by: String,
     /// When, RFC 3339.
@@ -107,10 +110,12 @@ pub enum Change {
     Returned,
     /// Somebody took notice.
     Acknowledged,
-    /// Put aside.
-    Shelved,
-    /// No longer put aside.
-    Unshelved,
+    /// Silenced for a time.
+    #[serde(alias = "shelved")]
+    Silenced,
+    /// No longer silenced.
+    #[serde(alias = "unshelved")]
+    Unsilenced,
     /// The cause is gone.
     Cleared,
     /// Became part of an alert of the whole train.
@@ -128,16 +133,16 @@ impl Change {
             Self::Spread => "spread",
             Self::Returned => "returned",
             Self::Acknowledged => "acknowledged",
-            Self::Shelved => "shelved",
-            Self::Unshelved => "unshelved",
+            Self::Silenced => "silenced",
+            Self::Unsilenced => "unsilenced",
             Self::Cleared => "cleared",
             Self::Merged => "merged",
         }
     }
 
-    /// Whether people who are not looking are told.
+    /// Whether receivers are notified.
     #[must_use]
-    pub const fn is_delivered(self) -> bool {
+    pub const fn is_notified(self) -> bool {
         matches!(self, Self::Raised | Self::Worse | Self::Returned | Self::Cleared)
     }
 }
@@ -190,8 +195,9 @@ pub struct Alert {
     pub state: AlertState,
     /// Who took notice.
     pub acknowledged: Option<Acknowledgement>,
-    /// Put aside until a time.
-    pub shelved: Option<Shelf>,
+    /// Silenced until a time.
+    #[serde(alias = "shelved")]
+    pub silenced: Option<Silence>,
     /// How often the cause came, this time included.
     pub times: u32,
     /// When it was raised, RFC 3339.
@@ -217,7 +223,7 @@ pub struct AlertList {
     pub next: Option<String>,
 }
 
-/// Somebody takes notice of an alert.
+/// Somebody acknowledges an alert, or ends its silence.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AcknowledgeRequest {
@@ -230,10 +236,10 @@ pub struct AcknowledgeRequest {
     pub note: Option<String>,
 }
 
-/// Somebody puts an alert aside.
+/// Somebody silences an alert.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct ShelveRequest {
+pub struct SilenceRequest {
     /// Who, for example a name or a role.
     #[schema(min_length = 1, max_length = 100, pattern = "words")]
     pub by: String,

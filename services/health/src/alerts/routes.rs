@@ -1,7 +1,7 @@
-//! Requests about single alerts: look, acknowledge, shelve, take back.
+//! Requests about alerts: look, acknowledge, silence, end a silence.
 
-use super::Refusal;
-use super::model::{AcknowledgeRequest, Alert, AlertList, AlertState, ShelveRequest};
+use super::model::{AcknowledgeRequest, Alert, AlertList, AlertState, SilenceRequest};
+use super::operator::Refusal;
 use crate::api::grade::Grade;
 use crate::api::problem::Problem;
 use crate::history::routes::wagon;
@@ -21,7 +21,7 @@ impl From<Refusal> for Problem {
     fn from(refusal: Refusal) -> Self {
         let status = match refusal {
             Refusal::Unknown(_) => StatusCode::NOT_FOUND,
-            Refusal::Over(_) | Refusal::NotShelved(_) => StatusCode::CONFLICT,
+            Refusal::Over(_) | Refusal::NotSilenced(_) => StatusCode::CONFLICT,
             Refusal::Invalid(_) => StatusCode::UNPROCESSABLE_ENTITY,
         };
         Self::new(status, refusal.to_string())
@@ -52,7 +52,8 @@ pub(crate) async fn alerts(
         Some(text) if !words.contains(&text) => Err(refuse(name, text, &words.join(", "))),
         text => Ok(text.map(str::to_owned)),
     };
-    let state = one_of("state", &["active", "acknowledged", "shelved", "cleared"])?;
+    let state = one_of("state", &["active", "acknowledged", "silenced", "cleared", "shelved"])?
+        .map(|state| if state == "shelved" { "silenced".to_owned() } else { state });
     let grade = one_of("grade", &["unknown", "ok", "watch", "act"])?;
     let wagon = value(&pairs, "wagon").map(|text| wagon(&shared, text)).transpose()?;
     let wanted = |alert: &&Alert| {
@@ -102,7 +103,7 @@ enum Changed {
     /// There is no such alert
     #[response(status = 404)]
     Unknown,
-    /// It is over, or not shelved
+    /// It is over, or not silenced
     #[response(status = 409)]
     Over,
     /// The body is too large
@@ -131,34 +132,60 @@ pub(crate) async fn acknowledge(
     change(&shared, move |snapshot| snapshot.book.lock().acknowledge(id, request, now)).await
 }
 
-/// Puts an alert aside for a time; it comes back when the time is over or when it becomes worse.
-#[utoipa::path(post, path = "/api/v1/alerts/{id}/shelve", tag = "alerts",
+/// Silences an alert for a time; it comes back when the time is over or when it becomes worse.
+#[utoipa::path(post, path = "/api/v1/alerts/{id}/silence", tag = "alerts",
     params(("id" = u64, Path, minimum = 1, description = "Number of the alert")),
-    request_body = ShelveRequest,
+    request_body = SilenceRequest,
     responses(Changed))]
-pub(crate) async fn shelve(
+pub(crate) async fn silence(
     State(shared): State<Shared>,
     Path(id): Path<String>,
     body: Bytes,
 ) -> Result<Json<Alert>, Problem> {
-    let (id, request) = (number(&id)?, parse::<ShelveRequest>(&body)?);
+    let (id, request) = (number(&id)?, parse::<SilenceRequest>(&body)?);
     let now = shared.now();
-    change(&shared, move |snapshot| snapshot.book.lock().shelve(id, request, now)).await
+    change(&shared, move |snapshot| snapshot.book.lock().silence(id, request, now)).await
 }
 
-/// Takes an alert back that was put aside.
-#[utoipa::path(post, path = "/api/v1/alerts/{id}/unshelve", tag = "alerts",
+/// Ends the silence of an alert before its time is over.
+#[utoipa::path(post, path = "/api/v1/alerts/{id}/unsilence", tag = "alerts",
     params(("id" = u64, Path, minimum = 1, description = "Number of the alert")),
     request_body = AcknowledgeRequest,
     responses(Changed))]
-pub(crate) async fn unshelve(
+pub(crate) async fn unsilence(
     State(shared): State<Shared>,
     Path(id): Path<String>,
     body: Bytes,
 ) -> Result<Json<Alert>, Problem> {
     let (id, request) = (number(&id)?, parse::<AcknowledgeRequest>(&body)?);
     let now = shared.now();
-    change(&shared, move |snapshot| snapshot.book.lock().unshelve(id, request, now)).await
+    change(&shared, move |snapshot| snapshot.book.lock().unsilence(id, request, now)).await
+}
+
+/// The old path of `/api/v1/alerts/{id}/silence`.
+#[utoipa::path(post, path = "/api/v1/alerts/{id}/shelve", tag = "alerts",
+    params(("id" = u64, Path, minimum = 1, description = "Number of the alert")),
+    request_body = SilenceRequest,
+    responses(Changed))]
+pub(crate) async fn shelve(
+    shared: State<Shared>,
+    id: Path<String>,
+    body: Bytes,
+) -> Result<Json<Alert>, Problem> {
+    silence(shared, id, body).await
+}
+
+/// The old path of `/api/v1/alerts/{id}/unsilence`.
+#[utoipa::path(post, path = "/api/v1/alerts/{id}/unshelve", tag = "alerts",
+    params(("id" = u64, Path, minimum = 1, description = "Number of the alert")),
+    request_body = AcknowledgeRequest,
+    responses(Changed))]
+pub(crate) async fn unshelve(
+    shared: State<Shared>,
+    id: Path<String>,
+    body: Bytes,
+) -> Result<Json<Alert>, Problem> {
+    unsilence(shared, id, body).await
 }
 
 /// Makes a change where waiting for the disk is allowed, then shows it to whoever asks next.

@@ -11,13 +11,19 @@ use utoipa::openapi::OpenApi;
 
 /// Words of somebody: no control characters but line feeds, and not only blanks.
 const WORDS: &str = "^[^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*[^\\s\\x00-\\x1f\\x7f-\\x9f][^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*$";
+/// Old paths that still work, with those that replace them.
+const DEPRECATED: [(&str, &str); 3] = [
+    ("/api/v1/alerts/{id}/shelve", "/api/v1/alerts/{id}/silence"),
+    ("/api/v1/alerts/{id}/unshelve", "/api/v1/alerts/{id}/unsilence"),
+    ("/api/v1/delivery", "/api/v1/receivers"),
+];
 /// From the answer of one route to the next ones: path, method, and where in the answer their `id` is.
 const LINKS: [(&str, &str, &str, &[&str]); 5] = [
     ("/api/v1/wagons", "get", "#/wagons/0/id", &["wagon", "history", "trends"]),
-    ("/api/v1/alerts", "get", "#/alerts/0/id", &["alert", "acknowledge", "shelve", "unshelve"]),
-    ("/api/v1/alerts/{id}/acknowledge", "post", "#/id", &["alert", "shelve"]),
-    ("/api/v1/alerts/{id}/shelve", "post", "#/id", &["alert", "unshelve", "acknowledge"]),
-    ("/api/v1/alerts/{id}/unshelve", "post", "#/id", &["alert", "shelve"]),
+    ("/api/v1/alerts", "get", "#/alerts/0/id", &["alert", "acknowledge", "silence", "unsilence"]),
+    ("/api/v1/alerts/{id}/acknowledge", "post", "#/id", &["alert", "silence"]),
+    ("/api/v1/alerts/{id}/silence", "post", "#/id", &["alert", "unsilence", "acknowledge"]),
+    ("/api/v1/alerts/{id}/unsilence", "post", "#/id", &["alert", "silence"]),
 ];
 /// What a refusal by access control looks like; the same for every route.
 const REFUSALS: [(&str, &str); 6] = [
@@ -46,6 +52,9 @@ pub(crate) fn describe(api: &OpenApi, fields: &[String]) -> Vec<u8> {
         for method in methods.as_object_mut().into_iter().flat_map(|methods| methods.values_mut()) {
             if path.starts_with("/health/") {
                 method["security"] = json!([]);
+            }
+            if DEPRECATED.iter().any(|(old, _)| old == path) {
+                method["deprecated"] = true.into();
             }
             let Some(responses) = method["responses"].as_object_mut() else { continue };
             for (status, description) in REFUSALS {
@@ -139,7 +148,7 @@ fn route_of(path: &str, method: &str, route: &Value) -> Markup {
     let example = format!("curl http://127.0.0.1:8080{}", path.replace("{id}", "1"));
     html! {
         section {
-            h3 { code { (method.to_uppercase()) " " (path) } }
+            h3 { code { (method.to_uppercase()) " " (path) } @if route["deprecated"] == true { " deprecated" } }
             p { (text(&route["summary"])) " " (text(&route["description"])) }
             @if !parameters.is_empty() {
                 table {

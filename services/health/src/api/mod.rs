@@ -2,7 +2,7 @@
 //! asks for it (`routes`). [`router`] puts all routes together and can be tested without a socket.
 //!
 //! Resources with a life of their own bring their routes along: [`crate::alerts`], [`crate::history`],
-//! [`crate::delivery`], [`crate::access`].
+//! [`crate::access`].
 
 pub mod acoustic;
 pub mod adhesion_map;

@@ -4,7 +4,7 @@ use crate::api::answer::as_json;
 use crate::api::problem::Problem;
 use crate::api::{adhesion_map, capability, checks, docs, metrics, stream, train, trends, wagons};
 use crate::shared::Shared;
-use crate::{history, page, web};
+use crate::{alerts, history, page, web};
 use axum::extract::State;
 use axum::http::{Method, StatusCode, Uri};
 use axum::response::Response;
@@ -39,12 +39,15 @@ pub fn router(shared: Shared) -> axum::Router {
         .routes(routes!(history::routes::overview))
         .routes(routes!(history::export::route::export))
         .routes(routes!(history::events::events))
-        .routes(routes!(crate::alerts::routes::alerts))
-        .routes(routes!(crate::alerts::routes::alert))
-        .routes(routes!(crate::alerts::routes::acknowledge))
-        .routes(routes!(crate::alerts::routes::shelve))
-        .routes(routes!(crate::alerts::routes::unshelve))
-        .routes(routes!(crate::delivery::routes::deliveries))
+        .routes(routes!(alerts::routes::alerts))
+        .routes(routes!(alerts::routes::alert))
+        .routes(routes!(alerts::routes::acknowledge))
+        .routes(routes!(alerts::routes::silence))
+        .routes(routes!(alerts::routes::unsilence))
+        .routes(routes!(alerts::routes::shelve))
+        .routes(routes!(alerts::routes::unshelve))
+        .routes(routes!(alerts::notify::routes::receivers))
+        .routes(routes!(alerts::notify::routes::delivery))
         .routes(routes!(stream::stream))
         .routes(routes!(metrics::metrics))
         .routes(routes!(openapi))

@@ -1,10 +1,10 @@
-//! Alerts: what happens where since when, what to do about it, and the buttons to acknowledge and to shelve.
+//! Alerts: what happens where since when, what to do about it, and the buttons to acknowledge or silence it.
 
 use super::Part;
 use super::words::{capital, chip, instant, plain};
 use crate::alerts::model::Alert;
 use crate::alerts::model::{AlertEvent, AlertState, Scope};
-use crate::delivery::TargetView;
+use crate::alerts::notify::ReceiverView;
 use crate::shared::Shared;
 use crate::store::Snapshot;
 use maud::{Markup, html};
@@ -15,7 +15,7 @@ const OVER_SHOWN: usize = 50;
 pub(super) fn parts(shared: &Shared, snapshot: &Snapshot) -> Vec<Part> {
     vec![
         Part::new("alert-lists", lists(snapshot)),
-        Part::new("delivery", delivery(&shared.mailbox().view().receivers)),
+        Part::new("receivers", receivers(&shared.receiver_states().view().receivers)),
     ]
 }
 
@@ -23,22 +23,22 @@ pub(super) fn body(shared: &Shared, snapshot: &Snapshot) -> Markup {
     html! {
         h1 .page { "Alerts" }
         (lists(snapshot))
-        section .card aria-labelledby="h-delivery" {
-            h2 #h-delivery { "Who is told" }
-            (delivery(&shared.mailbox().view().receivers))
+        section .card aria-labelledby="h-receivers" {
+            h2 #h-receivers { "Receivers" }
+            (receivers(&shared.receiver_states().view().receivers))
         }
     }
 }
 
 /// Receivers of alerts, and whether they can be reached.
-fn delivery(receivers: &[TargetView]) -> Markup {
+fn receivers(receivers: &[ReceiverView]) -> Markup {
     html! {
-        dl #delivery .pairs {
-            @if receivers.is_empty() { dt { "Nobody: no receiver is in the config ([delivery])." } dd {} }
+        dl #receivers .pairs {
+            @if receivers.is_empty() { dt { "Nobody is notified: the config names no [[receiver]]." } dd {} }
             @for receiver in receivers {
                 dt { (receiver.name) }
                 dd .loud[receiver.trouble.is_some()] {
-                    (receiver.delivered) " delivered"
+                    (receiver.delivered) " sent"
                     @if receiver.waiting > 0 { ", " (receiver.waiting) " wait" }
                     @if receiver.refused + receiver.dropped > 0 { ", " (receiver.refused + receiver.dropped) " lost" }
                     @if let Some(trouble) = &receiver.trouble { ": " (trouble) }
@@ -56,7 +56,7 @@ fn of(snapshot: &Snapshot, state: AlertState) -> Vec<&Alert> {
 pub(super) fn todo(snapshot: &Snapshot) -> Markup {
     let open = of(snapshot, AlertState::Active);
     let seen = of(snapshot, AlertState::Acknowledged);
-    let shelved = of(snapshot, AlertState::Shelved).len();
+    let silenced = of(snapshot, AlertState::Silenced).len();
     html! {
         div #todo {
             @if open.is_empty() {
@@ -67,8 +67,8 @@ pub(super) fn todo(snapshot: &Snapshot) -> Markup {
                 h3 .sub { "Acknowledged, still there " span .count { (seen.len()) } }
                 (list(&seen))
             }
-            @if shelved > 0 {
-                p .calm { a href="/alerts#g-shelved" { (shelved) " shelved" } " for a time." }
+            @if silenced > 0 {
+                p .calm { a href="/alerts#g-silenced" { (silenced) " silenced" } " for a time." }
             }
         }
     }
@@ -92,7 +92,7 @@ fn lists(snapshot: &Snapshot) -> Markup {
         div #alert-lists .stack {
             (group("open", "Needs attention", "Nothing. No alert is active.", &of(snapshot, AlertState::Active)))
             (group("seen", "Acknowledged, still there", "None.", &of(snapshot, AlertState::Acknowledged)))
-            (group("shelved", "Shelved for a time", "None.", &of(snapshot, AlertState::Shelved)))
+            (group("silenced", "Silenced for a time", "None.", &of(snapshot, AlertState::Silenced)))
             (group("over", "Over", "No alert has come to its end yet.", &over[..over.len().min(OVER_SHOWN)]))
         }
     }
@@ -178,17 +178,17 @@ fn taken(alert: &Alert) -> Markup {
                 @if let Some(note) = &acknowledged.note { ": “" (note) "”" }
             }
         }
-        @if let Some(shelf) = &alert.shelved {
-            p .taken { "Shelved by " b { (shelf.by) } " until " (instant(&shelf.until)) ": “" (shelf.why) "”" }
+        @if let Some(silence) = &alert.silenced {
+            p .taken { "Silenced by " b { (silence.by) } " until " (instant(&silence.until)) ": “" (silence.why) "”" }
         }
     }
 }
 
 fn buttons(alert: &Alert) -> Markup {
     let acts: &[(&str, &str)] = match alert.state {
-        AlertState::Active => &[("acknowledge", "Acknowledge"), ("shelve", "Shelve")],
-        AlertState::Acknowledged => &[("shelve", "Shelve")],
-        AlertState::Shelved => &[("unshelve", "Take back")],
+        AlertState::Active => &[("acknowledge", "Acknowledge"), ("silence", "Silence")],
+        AlertState::Acknowledged => &[("silence", "Silence")],
+        AlertState::Silenced => &[("unsilence", "End silence")],
         AlertState::Cleared => &[],
     };
     let about = format!("alert {}: {}, {}", alert.id, place(alert), plain(&alert.cause));

@@ -152,7 +152,7 @@ fn footer(shared: &Shared, snapshot: &Snapshot) -> Markup {
     }
 }
 
-/// One dialog for acknowledging, shelving and taking back; the script fills it.
+/// One dialog for acknowledging, silencing and taking back; the script fills it.
 fn dialog() -> Markup {
     html! {
         dialog #act-dialog aria-labelledby="act-title" {
@@ -160,7 +160,7 @@ fn dialog() -> Markup {
                 h2 #act-title { "Acknowledge" }
                 p #act-what {}
                 label { "Your name or initials" input #act-by name="by" autocomplete="name" maxlength="100" required; }
-                label #act-shelf hidden { "Out of the way for"
+                label #act-silence hidden { "Silence it for"
                     select #act-for name="for" {
                         option value="3600" { "1 hour" }
                         option value="28800" selected { "8 hours" }

@@ -1,6 +1,6 @@
 //! Hands what is judged to the alerts: silent wagons, indicators, what only the neighbours show, and this service itself.
 
-use crate::alerts::{AlertBook, Cause};
+use crate::alerts::{AlertBook, Symptom};
 use crate::api::grade::Grade;
 use crate::api::wagons::view;
 use crate::store::inference::Inference;
@@ -19,7 +19,7 @@ pub(super) fn judge(
     let (neighbours, settings) = inference.neighbours();
     for known in &received.wagons {
         let wagon = known.number;
-        let of_wagon = |name| Cause { wagon, wheelset: None, name };
+        let of_wagon = |rule| Symptom { wagon, wheelset: None, rule };
         let last = known.health.as_deref().map_or(started, |health| health.acquired);
         let stale = last.age_s(now.monotonic_ns) > received.stale_after_s;
         let (grade, reason) = if stale {
@@ -29,9 +29,9 @@ pub(super) fn judge(
         };
         book.judge(of_wagon("silent"), grade, &reason, now);
         let Some(health) = known.health.as_deref().filter(|_| !stale) else { continue };
-        for (name, wheelset, indicator) in view::judged(health) {
-            let cause = Cause { wagon, wheelset, name };
-            book.judge(cause, indicator.grade().into(), indicator.reason.as_str(), now);
+        for (rule, wheelset, indicator) in view::judged(health) {
+            let symptom = Symptom { wagon, wheelset, rule };
+            book.judge(symptom, indicator.grade().into(), indicator.reason.as_str(), now);
         }
         if let Some(without) = neighbours.without(wagon, settings) {
             book.judge(of_wagon("no_pressure"), without.grade, &without.reason, now);
@@ -43,7 +43,7 @@ pub(super) fn judge(
 
 /// Judges what is wrong with this service itself: its journal of alerts, its history.
 pub(super) fn judge_service(book: &mut AlertBook, history: Option<&str>, now: Stamp) {
-    let of_service = |name| Cause { wagon: 0, wheelset: None, name };
+    let of_service = |rule| Symptom { wagon: 0, wheelset: None, rule };
     let (grade, reason) = match book.trouble() {
         Some(trouble) => (Grade::Act, format!("alerts are not kept: {trouble}")),
         None => (Grade::Ok, String::new()),

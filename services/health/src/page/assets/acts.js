@@ -1,12 +1,12 @@
 "use strict";
-// Acknowledging, shelving and taking back: a button opens the dialog, the dialog sends, the stream shows the result.
+// Operator actions: a button opens the dialog, the dialog sends, the stream shows the result.
 {
   const get = (id) => document.getElementById(id);
   const dialog = get("act-dialog");
   const WORDS = {
     acknowledge: { title: "Acknowledge this alert", send: "Acknowledge", note: "Note (optional)" },
-    shelve: { title: "Shelve this alert", send: "Shelve", note: "Why" },
-    unshelve: { title: "Take this alert back", send: "Take back", note: "Note (optional)" },
+    silence: { title: "Silence this alert", send: "Silence", note: "Why" },
+    unsilence: { title: "End the silence of this alert", send: "End silence", note: "Note (optional)" },
   };
   let asked = null;
 
@@ -36,9 +36,9 @@
     get("act-what").textContent = `${entry.querySelector(".where").textContent}: ${entry.querySelector(".reason").textContent}`;
     get("act-send").textContent = words.send;
     get("act-note-name").textContent = words.note;
-    get("act-note").required = asked.act === "shelve";
+    get("act-note").required = asked.act === "silence";
     get("act-note").value = "";
-    get("act-shelf").hidden = asked.act !== "shelve";
+    get("act-silence").hidden = asked.act !== "silence";
     get("act-error").textContent = "";
     get("act-by").value = remembered();
     dialog.showModal();
@@ -50,7 +50,7 @@
   function body() {
     const by = get("act-by").value.trim();
     const note = get("act-note").value.trim();
-    if (asked.act === "shelve") return { by, why: note, duration_s: Number(get("act-for").value) };
+    if (asked.act === "silence") return { by, why: note, duration_s: Number(get("act-for").value) };
     return note ? { by, note } : { by };
   }
 
@@ -72,7 +72,7 @@
       if (answer.ok) {
         remember(get("act-by").value.trim());
         dialog.close();
-        announce({ acknowledge: "Acknowledged.", shelve: "Shelved.", unshelve: "Taken back." }[asked.act]);
+        announce({ acknowledge: "Acknowledged.", silence: "Silenced.", unsilence: "No longer silenced." }[asked.act]);
       } else {
         get("act-error").textContent = await refusal(answer);
       }

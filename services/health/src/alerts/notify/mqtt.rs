@@ -1,14 +1,14 @@
-//! Letters to an MQTT broker, with quality of service 1: each is confirmed before the next.
+//! Notifications to an MQTT broker, with quality of service 1: each is confirmed before the next.
 
-use super::{ANSWER, Courier, Outcome};
-use crate::alerts::journal::Waiting;
+use super::notifier::{ANSWER, Notifier, Outcome};
+use crate::alerts::nflog::Queued;
 use railgrip_settings::MqttSettings;
 use rumqttc::{Client, Connection, Event, MqttOptions, Packet, QoS, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 /// Time between two signs of life of an idle connection.
 const KEEP_ALIVE: Duration = Duration::from_secs(30);
-/// Largest letter, bytes.
+/// Largest notification, bytes.
 const LARGEST: usize = 1 << 20;
 
 /// The way to a broker.
@@ -43,9 +43,12 @@ impl Mqtt {
     }
 
     /// Publishes and waits for the broker's confirmation.
-    fn publish(&mut self, letter: &Waiting) -> Result<(), String> {
-        let topic =
-            self.settings.topic.replace("{train}", &self.train).replace("{id}", &letter.alert.to_string());
+    fn publish(&mut self, notification: &Queued) -> Result<(), String> {
+        let topic = self
+            .settings
+            .topic
+            .replace("{train}", &self.train)
+            .replace("{id}", &notification.alert.to_string());
         // The broker has cut an idle connection that nobody looked after.
         let fresh = self.connection.take().filter(|_| self.used.elapsed() < KEEP_ALIVE / 2);
         let (client, mut connection) = match fresh {
@@ -53,7 +56,7 @@ impl Mqtt {
             None => self.connect()?,
         };
         client
-            .publish(topic, QoS::AtLeastOnce, self.settings.retain, letter.body.as_bytes())
+            .publish(topic, QoS::AtLeastOnce, self.settings.retain, notification.body.as_bytes())
             .map_err(|error| error.to_string())?;
         let until = Instant::now() + ANSWER;
         loop {
@@ -73,9 +76,9 @@ impl Mqtt {
     }
 }
 
-impl Courier for Mqtt {
-    fn carry(&mut self, letter: &Waiting) -> Outcome {
-        match self.publish(letter) {
+impl Notifier for Mqtt {
+    fn notify(&mut self, notification: &Queued) -> Outcome {
+        match self.publish(notification) {
             Ok(()) => Outcome::Confirmed,
             Err(said) => {
                 Outcome::Later(format!("mqtt {}:{}: {said}", self.settings.host, self.settings.port))

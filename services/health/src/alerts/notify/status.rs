@@ -1,4 +1,4 @@
-//! How delivery is, receiver by receiver.
+//! How the receivers are: what they have confirmed, what waits for them.
 
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -7,16 +7,16 @@ use utoipa::ToSchema;
 
 /// A receiver of alerts.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, ToSchema)]
-pub struct TargetView {
+pub struct ReceiverView {
     /// Its name; `mqtt` is the broker.
     pub name: String,
-    /// Letters that wait for it.
+    /// Notifications that wait for it.
     pub waiting: u64,
-    /// Letters it has confirmed, ever.
+    /// Notifications it has confirmed, ever.
     pub delivered: u64,
-    /// Letters it would not take, ever.
+    /// Notifications it would not take, ever.
     pub refused: u64,
-    /// Letters lost because too many waited, ever.
+    /// Notifications lost because too many waited, ever.
     pub dropped: u64,
     /// Why it cannot be reached at the moment; `null` if it can.
     pub trouble: Option<String>,
@@ -24,16 +24,16 @@ pub struct TargetView {
 
 /// All receivers.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
-pub struct DeliveryView {
+pub struct ReceiverList {
     /// The receivers.
-    pub receivers: Vec<TargetView>,
+    pub receivers: Vec<ReceiverView>,
 }
 
-/// What the postmen say, shared with the requests.
+/// What the threads of the receivers say, shared with the requests.
 #[derive(Debug, Clone, Default)]
-pub struct Mailbox(Arc<Mutex<BTreeMap<String, TargetView>>>);
+pub struct ReceiverStates(Arc<Mutex<BTreeMap<String, ReceiverView>>>);
 
-impl Mailbox {
+impl ReceiverStates {
     /// Renews what is known of a receiver; true if it is newly in trouble.
     pub fn set(
         &self,
@@ -43,15 +43,15 @@ impl Mailbox {
     ) -> bool {
         let mut receivers = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let newly = trouble.is_some() && receivers.get(name).is_none_or(|before| before.trouble.is_none());
-        let view = TargetView { name: name.to_owned(), waiting, delivered, refused, dropped, trouble };
+        let view = ReceiverView { name: name.to_owned(), waiting, delivered, refused, dropped, trouble };
         receivers.insert(name.to_owned(), view);
         newly
     }
 
     /// All receivers.
     #[must_use]
-    pub fn view(&self) -> DeliveryView {
+    pub fn view(&self) -> ReceiverList {
         let receivers = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        DeliveryView { receivers: receivers.values().cloned().collect() }
+        ReceiverList { receivers: receivers.values().cloned().collect() }
     }
 }

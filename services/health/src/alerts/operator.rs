@@ -1,7 +1,7 @@
-//! What people do to alerts: take notice, put aside, take back.
+//! Operator actions: people acknowledge an alert, silence it for a time, or end that silence.
 
-use super::AlertBook;
-use crate::alerts::model::{AcknowledgeRequest, Acknowledgement, Alert, Change, Shelf, ShelveRequest};
+use super::book::AlertBook;
+use crate::alerts::model::{AcknowledgeRequest, Acknowledgement, Alert, Change, Silence, SilenceRequest};
 use crate::time::rfc3339;
 use railgrip_messages::Stamp;
 
@@ -14,9 +14,9 @@ pub enum Refusal {
     /// It is over.
     #[error("alert {0} is over: its cause is gone")]
     Over(u64),
-    /// It is not shelved.
-    #[error("alert {0} is not shelved")]
-    NotShelved(u64),
+    /// It is not silenced.
+    #[error("alert {0} is not silenced")]
+    NotSilenced(u64),
     /// The request makes no sense.
     #[error("{0}")]
     Invalid(String),
@@ -43,40 +43,40 @@ impl AlertBook {
         })
     }
 
-    /// Somebody puts it aside for a time.
+    /// Somebody silences it for a time.
     ///
     /// # Errors
     /// As [`Self::acknowledge`], and a duration out of range.
-    pub fn shelve(&mut self, id: u64, request: ShelveRequest, now: Stamp) -> Result<Alert, Refusal> {
+    pub fn silence(&mut self, id: u64, request: SilenceRequest, now: Stamp) -> Result<Alert, Refusal> {
         let (by, why) = (sane("by", &request.by, 100)?, sane("why", &request.why, 500)?);
         if !(60.0..=2_592_000.0).contains(&request.duration_s) {
             let said = format!("`duration_s` is {}; allowed is 60 to 2592000 (30 days)", request.duration_s);
             return Err(Refusal::Invalid(said));
         }
         let until_unix_ns = now.unix_ns + (request.duration_s * 1e9) as i64;
-        self.change(id, Change::Shelved, now, |alert| {
-            alert.shelved = Some(Shelf {
+        self.change(id, Change::Silenced, now, |alert| {
+            alert.silenced = Some(Silence {
                 by: by.clone(),
                 at: rfc3339(now.unix_ns),
                 why: why.clone(),
                 until: rfc3339(until_unix_ns),
                 until_unix_ns,
             });
-            alert.note(Change::Shelved, Some(&by), Some(why), now);
+            alert.note(Change::Silenced, Some(&by), Some(why), now);
             Ok(())
         })
     }
 
-    /// Somebody takes it back before its time is over.
+    /// Somebody ends a silence before its time is over.
     ///
     /// # Errors
-    /// As [`Self::acknowledge`], and an alert that is not shelved.
-    pub fn unshelve(&mut self, id: u64, request: AcknowledgeRequest, now: Stamp) -> Result<Alert, Refusal> {
+    /// As [`Self::acknowledge`], and an alert that is not silenced.
+    pub fn unsilence(&mut self, id: u64, request: AcknowledgeRequest, now: Stamp) -> Result<Alert, Refusal> {
         let by = sane("by", &request.by, 100)?;
         let note = request.note.map(|note| sane("note", &note, 500)).transpose()?;
-        self.change(id, Change::Unshelved, now, |alert| {
-            alert.shelved.take().ok_or(Refusal::NotShelved(id))?;
-            alert.note(Change::Unshelved, Some(&by), note, now);
+        self.change(id, Change::Unsilenced, now, |alert| {
+            alert.silenced.take().ok_or(Refusal::NotSilenced(id))?;
+            alert.note(Change::Unsilenced, Some(&by), note, now);
             Ok(())
         })
     }

@@ -1,14 +1,16 @@
-//! Delivery to a real HTTP receiver that fails at first, and to a real MQTT broker that comes late.
+//! Notification of a real HTTP receiver that fails at first, and to a real MQTT broker that comes late.
 #![allow(clippy::unwrap_used, reason = "a test may end at what it does not expect")]
 #![allow(clippy::print_stdout, reason = "tests print what they measure")]
 
 use railgrip_health::alerts::journal::Journal;
-use railgrip_health::alerts::{AlertBook, Cause};
+use railgrip_health::alerts::notify::{self, ReceiverStates};
+use railgrip_health::alerts::{AlertBook, Symptom};
 use railgrip_health::api::grade::Grade;
-use railgrip_health::delivery::{self, Mailbox};
 use railgrip_messages::Stamp;
 use railgrip_requirements::MOSQUITTO;
-use railgrip_settings::{AlertSettings, DeliverySettings, MqttSettings, WebhookSettings};
+use railgrip_settings::{
+    AlertSettings, MqttSettings, NotifySettings, ReceiverSettings, ReceiverWay, WebhookSettings,
+};
 use serde_json::Value;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -19,24 +21,35 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 railgrip_requirements::tests! {
-    a_receiver_that_fails_at_first_gets_every_letter_in_order_after_a_restart_too: [],
-    a_broker_that_comes_late_gets_every_letter: [MOSQUITTO],
+    a_receiver_that_fails_at_first_gets_every_notification_in_order_after_a_restart_too: [],
+    a_broker_that_comes_late_gets_every_notification: [MOSQUITTO],
 }
 
-/// Puts letters about one alert, raised and cleared, into the outbox.
-fn write_letters(journal: &Path, settings: &DeliverySettings) {
+/// Puts notifications about one alert, raised and cleared, into the outbox.
+fn write_notifications(journal: &Path, settings: &NotifySettings) {
     let alerts = AlertSettings { raise_after_s: 0.0, clear_after_s: 0.0, ..AlertSettings::default() };
     let mut book = AlertBook::new(alerts, 8, PathBuf::new());
-    let opened = Journal::open(journal, "demo", delivery::targets(settings), 100).unwrap();
+    let opened = Journal::open(journal, "demo", notify::receivers(settings), 100).unwrap();
     book.keep_in(opened, Vec::new());
     for (second, grade) in [(1, Grade::Act), (2, Grade::Ok)] {
         let now =
             Stamp { unix_ns: second * 1_000_000_000, monotonic_ns: second.unsigned_abs() * 1_000_000_000 };
-        let cause = Cause { wagon: 3, wheelset: None, name: "brake_friction" };
+        let symptom = Symptom { wagon: 3, wheelset: None, rule: "brake_friction" };
         for _ in 0..2 {
-            book.judge(cause.clone(), grade, "far too low", now);
+            book.judge(symptom.clone(), grade, "far too low", now);
         }
         book.settle(now);
+    }
+}
+
+/// One receiver.
+fn notify_by(name: &str, way: ReceiverWay) -> NotifySettings {
+    let receiver = ReceiverSettings { name: name.to_owned(), act_only: false, way };
+    NotifySettings {
+        receivers: vec![receiver],
+        longest_pause_s: 1.0,
+        most_waiting: 100,
+        deprecated: Vec::new(),
     }
 }
 
@@ -49,10 +62,10 @@ fn wait_until(what: &str, done: impl Fn() -> bool) {
 }
 
 /// Idempotency keys and bodies of requests.
-type Letters = Arc<Mutex<Vec<(String, Value)>>>;
+type Notifications = Arc<Mutex<Vec<(String, Value)>>>;
 
 /// Idempotency key and body of every request; the first `failures` get status 503.
-fn receiver(failures: usize) -> (String, Letters) {
+fn receiver(failures: usize) -> (String, Notifications) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let url = format!("http://{}/alerts", listener.local_addr().unwrap());
     let seen = Arc::new(Mutex::new(Vec::new()));
@@ -84,18 +97,17 @@ fn receiver(failures: usize) -> (String, Letters) {
     (url, seen)
 }
 
-fn a_receiver_that_fails_at_first_gets_every_letter_in_order_after_a_restart_too() {
+fn a_receiver_that_fails_at_first_gets_every_notification_in_order_after_a_restart_too() {
     let folder = tempfile::tempdir().unwrap();
     let journal = folder.path().join("alerts.db");
     let (url, seen) = receiver(2);
-    let hook = WebhookSettings { name: "depot".to_owned(), url, token_file: None, act_only: false };
-    let settings =
-        DeliverySettings { webhooks: vec![hook], mqtt: None, longest_pause_s: 1.0, most_waiting: 100 };
+    let way = ReceiverWay::Webhook(WebhookSettings { url, token_file: None });
+    let settings = notify_by("depot", way);
     // The writer is gone, as after a kill, before anything is delivered.
-    write_letters(&journal, &settings);
-    let (mailbox, stop) = (Mailbox::default(), Arc::new(AtomicBool::new(false)));
-    let threads = delivery::start(&settings, "demo", &journal, &mailbox, &stop);
-    wait_until("delivery", || mailbox.view().receivers.iter().any(|one| one.delivered == 2));
+    write_notifications(&journal, &settings);
+    let (receiver_states, stop) = (ReceiverStates::default(), Arc::new(AtomicBool::new(false)));
+    let threads = notify::start(&settings, "demo", &journal, &receiver_states, &stop);
+    wait_until("delivery", || receiver_states.view().receivers.iter().any(|one| one.delivered == 2));
     stop.store(true, Ordering::Relaxed);
     threads.into_iter().for_each(|thread| thread.join().unwrap());
     let seen = seen.lock().unwrap();
@@ -104,7 +116,10 @@ fn a_receiver_that_fails_at_first_gets_every_letter_in_order_after_a_restart_too
     println!("{told:?}");
     let changes: Vec<&str> = told.iter().map(|(_, change)| *change).collect();
     assert_eq!(changes, ["raised", "raised", "raised", "cleared"]);
-    assert!(told[0].0 == told[2].0 && told[2].0 != told[3].0, "one key a letter, however often it is sent");
+    assert!(
+        told[0].0 == told[2].0 && told[2].0 != told[3].0,
+        "one key a notification, however often it is sent"
+    );
     assert_eq!((&seen[3].1["train"], &seen[3].1["alert"]["wagon"]), (&"demo".into(), &3.into()));
 }
 
@@ -126,7 +141,7 @@ impl Drop for Broker {
     }
 }
 
-fn a_broker_that_comes_late_gets_every_letter() {
+fn a_broker_that_comes_late_gets_every_notification() {
     let folder = tempfile::tempdir().unwrap();
     let journal = folder.path().join("alerts.db");
     let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
@@ -138,28 +153,26 @@ fn a_broker_that_comes_late_gets_every_letter() {
         user: None,
         password_file: None,
         retain: true,
-        act_only: false,
     };
-    let settings =
-        DeliverySettings { webhooks: Vec::new(), mqtt: Some(mqtt), longest_pause_s: 1.0, most_waiting: 100 };
-    write_letters(&journal, &settings);
-    let (mailbox, stop) = (Mailbox::default(), Arc::new(AtomicBool::new(false)));
-    let threads = delivery::start(&settings, "demo", &journal, &mailbox, &stop);
-    wait_until("trouble", || mailbox.view().receivers.iter().any(|one| one.trouble.is_some()));
-    println!("{:?}", mailbox.view().receivers[0]);
+    let settings = notify_by("mqtt", ReceiverWay::Mqtt(mqtt));
+    write_notifications(&journal, &settings);
+    let (receiver_states, stop) = (ReceiverStates::default(), Arc::new(AtomicBool::new(false)));
+    let threads = notify::start(&settings, "demo", &journal, &receiver_states, &stop);
+    wait_until("trouble", || receiver_states.view().receivers.iter().any(|one| one.trouble.is_some()));
+    println!("{:?}", receiver_states.view().receivers[0]);
     let broker = Broker::start(port);
-    wait_until("delivery", || mailbox.view().receivers.iter().any(|one| one.delivered == 2));
+    wait_until("delivery", || receiver_states.view().receivers.iter().any(|one| one.delivered == 2));
     stop.store(true, Ordering::Relaxed);
     threads.into_iter().for_each(|thread| thread.join().unwrap());
-    // The broker keeps the last letter for those who come later: read it back.
+    // The broker keeps the last notification for those who come later: read it back.
     let mut options = rumqttc::MqttOptions::new("reader", "127.0.0.1", port);
     options.set_max_packet_size(1 << 20, 1 << 20);
     let (client, mut connection) = rumqttc::Client::new(options, 10);
     client.subscribe("railgrip/demo/alerts/#", rumqttc::QoS::AtLeastOnce).unwrap();
     let kept = loop {
         let event = connection.recv_timeout(Duration::from_secs(10)).unwrap().unwrap();
-        if let rumqttc::Event::Incoming(rumqttc::Packet::Publish(letter)) = event {
-            break letter;
+        if let rumqttc::Event::Incoming(rumqttc::Packet::Publish(notification)) = event {
+            break notification;
         }
     };
     let body: Value = serde_json::from_slice(&kept.payload).unwrap();

@@ -1,7 +1,15 @@
+use super::book::REMEMBERED;
+use super::model::{AlertState, Change, Scope};
 use super::*;
-use crate::alerts::journal::Target;
+use crate::alerts::journal::Journal;
 use crate::alerts::model::Alert;
-use crate::alerts::model::{AcknowledgeRequest, ShelveRequest};
+use crate::alerts::model::{AcknowledgeRequest, SilenceRequest};
+use crate::alerts::nflog::Receiver;
+use crate::api::grade::Grade;
+use crate::api::train::model::AlertCounts;
+use railgrip_messages::Stamp;
+use railgrip_settings::AlertSettings;
+use std::path::PathBuf;
 
 const SETTINGS: AlertSettings = AlertSettings {
     raise_after_s: 2.0,
@@ -20,8 +28,8 @@ fn at(seconds: f64) -> Stamp {
     Stamp { unix_ns: ns as i64, monotonic_ns: ns }
 }
 
-fn cause(wagon: u32, wheelset: Option<u32>, name: &'static str) -> Cause {
-    Cause { wagon, wheelset, name }
+fn symptom(wagon: u32, wheelset: Option<u32>, rule: &'static str) -> Symptom {
+    Symptom { wagon, wheelset, rule }
 }
 
 /// Judges some symptoms every half second; gives when which alert changed how.
@@ -29,13 +37,13 @@ fn play(
     book: &mut AlertBook,
     from_s: f64,
     until_s: f64,
-    symptoms: &[(Cause, Grade)],
+    symptoms: &[(Symptom, Grade)],
 ) -> Vec<(f64, u64, Change)> {
     let mut told = Vec::new();
     for step in 0..((until_s - from_s) / 0.5) as usize {
         let now_s = from_s + 0.5 * step as f64;
-        for (cause, grade) in symptoms {
-            book.judge(cause.clone(), *grade, "as it is", at(now_s));
+        for (symptom, grade) in symptoms {
+            book.judge(symptom.clone(), *grade, "as it is", at(now_s));
         }
         book.settle(at(now_s));
         let change = |alert: &Alert| alert.history.last().unwrap().change;
@@ -44,8 +52,8 @@ fn play(
     told
 }
 
-fn one(grade: Grade) -> [(Cause, Grade); 1] {
-    [(cause(3, Some(2), "brake_friction"), grade)]
+fn one(grade: Grade) -> [(Symptom, Grade); 1] {
+    [(symptom(3, Some(2), "brake_friction"), grade)]
 }
 
 #[test]
@@ -97,11 +105,11 @@ fn what_flaps_is_one_alert_that_is_told_less_and_less() {
 #[test]
 fn a_low_rail_is_one_alert_that_lists_the_wagons() {
     let mut book = book();
-    let rail = |wagons: std::ops::RangeInclusive<u32>| -> Vec<(Cause, Grade)> {
+    let rail = |wagons: std::ops::RangeInclusive<u32>| -> Vec<(Symptom, Grade)> {
         (1..=8)
             .map(|wagon| {
                 let grade = if wagons.contains(&wagon) { Grade::Watch } else { Grade::Ok };
-                (cause(wagon, None, "rail"), grade)
+                (symptom(wagon, None, "rail"), grade)
             })
             .collect()
     };
@@ -115,7 +123,7 @@ fn a_low_rail_is_one_alert_that_lists_the_wagons() {
     assert_eq!(list[0].scope, Scope::Train);
     assert!(list[0].reason.starts_with("8 wagons (1-8), worst wagon 1"), "{}", list[0].reason);
     told.extend(play(&mut book, 12.0, 40.0, &rail(9..=9)));
-    let delivered = told.iter().filter(|(_, _, change)| change.is_delivered()).count();
+    let delivered = told.iter().filter(|(_, _, change)| change.is_notified()).count();
     assert_eq!(delivered, 2, "raised once, cleared once, for eight wagons: {told:?}");
 }
 
@@ -123,14 +131,14 @@ fn a_low_rail_is_one_alert_that_lists_the_wagons() {
 fn symptoms_of_one_cause_make_one_alert_and_what_is_explained_makes_none() {
     let mut book = book();
     let symptoms = [
-        (cause(2, None, "brake_friction"), Grade::Watch),
-        (cause(2, Some(1), "brake_friction"), Grade::Act),
-        (cause(2, None, "asymmetry"), Grade::Act),
-        (cause(5, None, "sensors"), Grade::Act),
-        (cause(5, None, "filter"), Grade::Act),
-        (cause(5, None, "model"), Grade::Watch),
-        (cause(6, None, "model"), Grade::Watch),
-        (cause(6, None, "filter"), Grade::Watch),
+        (symptom(2, None, "brake_friction"), Grade::Watch),
+        (symptom(2, Some(1), "brake_friction"), Grade::Act),
+        (symptom(2, None, "asymmetry"), Grade::Act),
+        (symptom(5, None, "sensors"), Grade::Act),
+        (symptom(5, None, "filter"), Grade::Act),
+        (symptom(5, None, "model"), Grade::Watch),
+        (symptom(6, None, "model"), Grade::Watch),
+        (symptom(6, None, "filter"), Grade::Watch),
     ];
     play(&mut book, 0.0, 5.0, &symptoms);
     let list = book.list();
@@ -147,10 +155,10 @@ fn symptoms_of_one_cause_make_one_alert_and_what_is_explained_makes_none() {
 #[test]
 fn what_comes_with_every_slide_must_last_longer() {
     let mut book = book();
-    let slide = [(cause(1, None, "filter"), Grade::Watch), (cause(2, None, "sensors"), Grade::Watch)];
+    let slide = [(symptom(1, None, "filter"), Grade::Watch), (symptom(2, None, "sensors"), Grade::Watch)];
     play(&mut book, 0.0, 25.0, &slide);
     assert_eq!(book.list(), Vec::new(), "a slide of 25 s raises nothing");
-    play(&mut book, 25.0, 28.0, &[(cause(3, None, "sensors"), Grade::Act)]);
+    play(&mut book, 25.0, 28.0, &[(symptom(3, None, "sensors"), Grade::Act)]);
     assert_eq!(book.list().len(), 1, "a dead sensor is told at once");
     play(&mut book, 28.0, 200.0, &slide);
     let causes: Vec<String> = book.list().into_iter().map(|alert| alert.cause).collect();
@@ -160,8 +168,8 @@ fn what_comes_with_every_slide_must_last_longer() {
 #[test]
 fn many_wagons_with_one_fault_become_one_alert_and_few_stay_apart() {
     let mut book = book();
-    let weak = |count: u32| -> Vec<(Cause, Grade)> {
-        (1..=count).map(|wagon| (cause(wagon, None, "brake_friction"), Grade::Watch)).collect()
+    let weak = |count: u32| -> Vec<(Symptom, Grade)> {
+        (1..=count).map(|wagon| (symptom(wagon, None, "brake_friction"), Grade::Watch)).collect()
     };
     play(&mut book, 0.0, 4.0, &weak(3));
     assert_eq!(book.list().iter().filter(|alert| alert.active).count(), 3);
@@ -173,28 +181,28 @@ fn many_wagons_with_one_fault_become_one_alert_and_few_stay_apart() {
 }
 
 #[test]
-fn people_acknowledge_and_shelve_and_worse_comes_back() {
+fn people_acknowledge_and_silence_and_worse_comes_back() {
     let mut book = book();
     play(&mut book, 0.0, 4.0, &one(Grade::Watch));
     let who = |by: &str| AcknowledgeRequest { by: by.to_owned(), note: None };
     assert_eq!(book.acknowledge(7, who("Ada"), at(4.0)), Err(Refusal::Unknown(7)));
     assert!(matches!(book.acknowledge(1, who(" "), at(4.0)), Err(Refusal::Invalid(_))));
     assert_eq!(book.acknowledge(1, who("Ada"), at(4.0)).unwrap().state, AlertState::Acknowledged);
-    let shelf =
-        |duration_s| ShelveRequest { by: "Ada".to_owned(), why: "pads ordered".to_owned(), duration_s };
-    assert!(matches!(book.shelve(1, shelf(1.0), at(5.0)), Err(Refusal::Invalid(_))));
-    let shelved = book.shelve(1, shelf(60.0), at(5.0)).unwrap();
-    assert_eq!((shelved.state, book.counts().watch), (AlertState::Shelved, 0));
+    let silence =
+        |duration_s| SilenceRequest { by: "Ada".to_owned(), why: "pads ordered".to_owned(), duration_s };
+    assert!(matches!(book.silence(1, silence(1.0), at(5.0)), Err(Refusal::Invalid(_))));
+    let silenced = book.silence(1, silence(60.0), at(5.0)).unwrap();
+    assert_eq!((silenced.state, book.counts().watch), (AlertState::Silenced, 0));
     book.take_news();
-    assert_eq!(play(&mut book, 5.0, 70.0, &one(Grade::Watch)), [(65.0, 1, Change::Unshelved)]);
-    book.shelve(1, shelf(3600.0), at(70.0)).unwrap();
+    assert_eq!(play(&mut book, 5.0, 70.0, &one(Grade::Watch)), [(65.0, 1, Change::Unsilenced)]);
+    book.silence(1, silence(3600.0), at(70.0)).unwrap();
     let told = play(&mut book, 70.0, 80.0, &one(Grade::Act));
     assert_eq!(told.last().unwrap().2, Change::Worse);
     let alert = book.get(1).unwrap();
     assert_eq!((alert.state, alert.acknowledged.clone()), (AlertState::Active, None));
     let lines: Vec<Change> = alert.history.iter().map(|line| line.change).collect();
     println!("{lines:?}");
-    assert_eq!(book.unshelve(1, who("Ada"), at(80.0)), Err(Refusal::NotShelved(1)));
+    assert_eq!(book.unsilence(1, who("Ada"), at(80.0)), Err(Refusal::NotSilenced(1)));
     play(&mut book, 80.0, 120.0, &one(Grade::Ok));
     assert_eq!(book.acknowledge(1, who("Ada"), at(120.0)), Err(Refusal::Over(1)));
 }
@@ -203,26 +211,26 @@ fn people_acknowledge_and_shelve_and_worse_comes_back() {
 fn everything_survives_a_restart() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("state/alerts.db");
-    let targets = || vec![Target { name: "depot".to_owned(), act_only: false }];
-    let open = || Journal::open(&path, "demo", targets(), 1000).unwrap();
+    let receivers = || vec![Receiver { name: "depot".to_owned(), act_only: false }];
+    let open = || Journal::open(&path, "demo", receivers(), 1000).unwrap();
     let mut first = book();
     let journal = open();
     first.keep_in(journal, Vec::new());
     play(&mut first, 0.0, 4.0, &one(Grade::Watch));
-    let shelf = ShelveRequest { by: "Ada".to_owned(), why: "pads ordered".to_owned(), duration_s: 600.0 };
-    first.shelve(1, shelf, at(4.0)).unwrap();
+    let silence = SilenceRequest { by: "Ada".to_owned(), why: "pads ordered".to_owned(), duration_s: 600.0 };
+    first.silence(1, silence, at(4.0)).unwrap();
     let before = first.list();
     // Nothing in order: as after kill -9.
     std::mem::forget(first);
 
     let mut second = book();
     let journal = open();
-    assert_eq!(journal.counts("depot").unwrap()[0], 1, "the letter about it still waits");
+    assert_eq!(journal.counts("depot").unwrap()[0], 1, "the notification about it still waits");
     let kept = journal.alerts().unwrap();
     second.keep_in(journal, kept);
     assert_eq!(second.list(), before);
     assert_eq!(play(&mut second, 5.0, 30.0, &one(Grade::Watch)), [], "it is not raised again");
-    let other = [(cause(4, None, "sensors"), Grade::Act), one(Grade::Watch)[0].clone()];
+    let other = [(symptom(4, None, "sensors"), Grade::Act), one(Grade::Watch)[0].clone()];
     assert_eq!(play(&mut second, 30.0, 40.0, &other)[0].1, 2, "numbers go on");
     let told = play(&mut second, 40.0, 60.0, &one(Grade::Ok));
     assert_eq!((told[0].1, told[0].2), (1, Change::Cleared));
@@ -233,8 +241,8 @@ fn a_disk_that_refuses_stops_nothing_and_nothing_is_lost_when_it_works_again() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("alerts.db");
     let mut book = book();
-    let targets = vec![Target { name: "depot".to_owned(), act_only: false }];
-    book.keep_in(Journal::open(&path, "demo", targets.clone(), 1000).unwrap(), Vec::new());
+    let receivers = vec![Receiver { name: "depot".to_owned(), act_only: false }];
+    book.keep_in(Journal::open(&path, "demo", receivers.clone(), 1000).unwrap(), Vec::new());
     // Somebody else holds the database for longer than a writer waits.
     let blocker = rusqlite::Connection::open(&path).unwrap();
     blocker.execute_batch("ALTER TABLE alert RENAME TO elsewhere").unwrap();
@@ -245,7 +253,7 @@ fn a_disk_that_refuses_stops_nothing_and_nothing_is_lost_when_it_works_again() {
     blocker.execute_batch("ALTER TABLE elsewhere RENAME TO alert").unwrap();
     play(&mut book, 4.0, 12.0, &one(Grade::Act));
     assert_eq!(book.trouble(), None);
-    let journal = Journal::open(&path, "demo", targets, 1000).unwrap();
+    let journal = Journal::open(&path, "demo", receivers, 1000).unwrap();
     assert_eq!((journal.alerts().unwrap().len(), journal.counts("depot").unwrap()[0]), (1, 1));
 }
 
@@ -255,8 +263,8 @@ fn the_list_of_the_past_and_the_outbox_are_bounded() {
     let path = folder.path().join("alerts.db");
     let settings = AlertSettings { raise_after_s: 0.0, clear_after_s: 0.0, reopen_within_s: 0.0, ..SETTINGS };
     let mut book = AlertBook::new(settings, 8, PathBuf::new());
-    let targets = vec![Target { name: "depot".to_owned(), act_only: false }];
-    book.keep_in(Journal::open(&path, "demo", targets.clone(), 100).unwrap(), Vec::new());
+    let receivers = vec![Receiver { name: "depot".to_owned(), act_only: false }];
+    book.keep_in(Journal::open(&path, "demo", receivers.clone(), 100).unwrap(), Vec::new());
     for second in 0..300 {
         for grade in [Grade::Act, Grade::Ok] {
             let now_s = f64::from(second) + if grade == Grade::Ok { 0.5 } else { 0.0 };
@@ -264,8 +272,48 @@ fn the_list_of_the_past_and_the_outbox_are_bounded() {
         }
     }
     assert_eq!((book.list().len(), book.list()[0].id), (REMEMBERED, 300));
-    let journal = Journal::open(&path, "demo", targets, 100).unwrap();
+    let journal = Journal::open(&path, "demo", receivers, 100).unwrap();
     assert_eq!(journal.alerts().unwrap().len(), REMEMBERED);
     let [waiting, _, _, dropped] = journal.counts("depot").unwrap();
     assert_eq!((waiting, dropped), (100, 500));
+}
+
+#[test]
+fn a_journal_that_calls_a_silence_a_shelf_stays_readable() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("alerts.db");
+    let journal = Journal::open(&path, "demo", Vec::new(), 1000).unwrap();
+    let old = r#"{
+        "id": 7, "cause": "brake_friction", "scope": "wagon", "wagon": 3, "wheelset": 2, "wagons": [3],
+        "places": [{"wagon": 3, "wheelset": 2, "indicator": "brake_friction", "grade": "watch", "reason": "low"}],
+        "grade": "watch", "grade_now": "watch", "reason": "low", "advice": "look",
+        "evidence": {"history": "/api/v1/wagons/3/history", "recording": null}, "active": true, "state": "shelved",
+        "acknowledged": null,
+        "shelved": {"by": "Ada", "at": "2026-03-01T12:00:00.000Z", "why": "pads ordered",
+                    "until": "2026-03-02T12:00:00.000Z", "until_unix_ns": 60000000000},
+        "times": 1, "raised_at": "2026-03-01T11:00:00.000Z", "cleared_at": null,
+        "history": [{"at": "a", "change": "raised", "grade": "watch", "by": null, "note": null},
+                    {"at": "b", "change": "shelved", "grade": "watch", "by": "Ada", "note": "pads ordered"},
+                    {"at": "c", "change": "unshelved", "grade": "watch", "by": "Ada", "note": null},
+                    {"at": "d", "change": "shelved", "grade": "watch", "by": "Ada", "note": "pads ordered"}],
+        "changes": 4, "unix_ns": 1000000000 }"#;
+    let written = rusqlite::Connection::open(&path).unwrap();
+    written.execute("INSERT INTO alert (id, body) VALUES (7, ?1)", [old]).unwrap();
+    let kept = journal.alerts().unwrap();
+    assert_eq!(kept.len(), 1);
+    let silence = kept[0].silenced.as_ref().unwrap();
+    assert_eq!(
+        (kept[0].state, silence.by.as_str(), silence.why.as_str()),
+        (AlertState::Silenced, "Ada", "pads ordered")
+    );
+    assert_eq!(
+        (kept[0].history[1].change, kept[0].history[2].change),
+        (Change::Silenced, Change::Unsilenced)
+    );
+    let mut book = book();
+    book.keep_in(journal, kept);
+    assert_eq!(book.counts().watch, 0, "it is still silenced");
+    assert_eq!(play(&mut book, 50.0, 70.0, &one(Grade::Watch)), [(60.0, 7, Change::Unsilenced)]);
+    let said = serde_json::to_value(book.get(7).unwrap()).unwrap();
+    assert!(said.get("shelved").is_none() && said["history"][1]["change"] == "silenced", "{said}");
 }

@@ -1,7 +1,7 @@
-//! Letters by HTTP POST.
+//! Notifications by HTTP POST.
 
-use super::{ANSWER, Courier, Outcome};
-use crate::alerts::journal::Waiting;
+use super::notifier::{ANSWER, Notifier, Outcome};
+use crate::alerts::nflog::Queued;
 use railgrip_settings::WebhookSettings;
 use ureq::Agent;
 
@@ -22,27 +22,27 @@ impl Webhook {
     }
 }
 
-impl Courier for Webhook {
-    fn carry(&mut self, letter: &Waiting) -> Outcome {
+impl Notifier for Webhook {
+    fn notify(&mut self, notification: &Queued) -> Outcome {
         let mut request = self
             .agent
             .post(&self.settings.url)
             .header("content-type", "application/json")
-            .header("idempotency-key", &letter.key);
+            .header("idempotency-key", &notification.key);
         if let Some(file) = &self.settings.token_file {
             match std::fs::read_to_string(file) {
                 Ok(token) => request = request.header("authorization", format!("Bearer {}", token.trim())),
                 Err(error) => return Outcome::Later(format!("{}: {error}", file.display())),
             }
         }
-        match request.send(letter.body.as_str()) {
+        match request.send(notification.body.as_str()) {
             Ok(response) => judge(response.status().as_u16()),
             Err(error) => Outcome::Later(error.to_string()),
         }
     }
 }
 
-/// What a status means: what may pass by itself is tried again for ever, what is wrong with the letter only a few times.
+/// What a status means: what may pass by itself is tried again for ever, what is wrong with the notification only a few times.
 fn judge(status: u16) -> Outcome {
     let said = format!("the receiver answered with status {status}");
     match status {

@@ -1,10 +1,10 @@
-//! Which symptoms share a cause, what explains what, and what to do.
+//! Alert rules: which there are, how long each must be broken, which cause it points to, and what to do about that.
 
-use super::model::{AlertPlace, Scope};
+use super::model::Scope;
 use crate::api::grade::Grade;
 
-/// All symptoms: what a journal may hold.
-pub(super) const SYMPTOMS: &[&str] = &[
+/// All rules, by the names that a journal may hold.
+pub(super) const RULES: &[&str] = &[
     "asymmetry",
     "brake_friction",
     "brake_friction_standard",
@@ -26,9 +26,9 @@ pub(super) const SYMPTOMS: &[&str] = &[
     "wsp_share",
 ];
 
-/// The cause behind a symptom.
-pub(super) fn cause_of(symptom: &'static str) -> &'static str {
-    match symptom {
+/// The cause that a rule points to: its symptoms make one alert.
+pub(super) fn cause_of(rule: &'static str) -> &'static str {
+    match rule {
         "brake_friction" | "brake_friction_standard" | "asymmetry" => "brake_friction",
         "no_pressure" | "isolated" => "isolated",
         "late" | "response" => "response",
@@ -40,10 +40,10 @@ pub(super) fn cause_of(symptom: &'static str) -> &'static str {
     }
 }
 
-/// How much longer than others a symptom must last before it counts. A share of refused values and a filter that disagrees
+/// How much longer than others a rule must be broken until its symptom fires. A share of refused values and a filter that disagrees
 /// come with every slide and go with it; a sensor that is dead does not.
-pub(super) fn patience(symptom: &str, grade: Grade) -> f64 {
-    match (symptom, grade) {
+pub(super) fn patience(rule: &str, grade: Grade) -> f64 {
+    match (rule, grade) {
         ("filter", Grade::Watch) => 60.0,
         ("filter", _) | ("sensors", Grade::Watch) => 15.0,
         _ => 1.0,
@@ -53,15 +53,6 @@ pub(super) fn patience(symptom: &str, grade: Grade) -> f64 {
 /// True for causes that lie in the rail, the data path or this service, never in one wagon.
 pub(super) fn is_of_the_train(cause: &str) -> bool {
     matches!(cause, "rail" | "silent" | "storage" | "capability")
-}
-
-/// True if `cause` on a wagon follows from `other` on the same wagon, which needs action.
-pub(super) fn is_explained_by(cause: &str, other: &str) -> bool {
-    match other {
-        "isolated" => matches!(cause, "brake_friction" | "response"),
-        "sensors" => matches!(cause, "filter" | "brake_friction" | "slides" | "wsp_share" | "dragging"),
-        _ => false,
-    }
 }
 
 /// What to do about a cause.
@@ -111,66 +102,5 @@ pub(super) fn advice(cause: &str, scope: Scope) -> &'static str {
         ("capability", _) => "Reduce speed: the train needs more than its nominal braking distance.",
         (_, Scope::Train) => "Have a look at these wagons.",
         _ => "Have a look at this wagon.",
-    }
-}
-
-/// The worst place; among equals the first.
-pub(super) fn worst(places: &[AlertPlace]) -> Option<&AlertPlace> {
-    places.iter().rev().max_by_key(|place| place.grade)
-}
-
-/// What happens, in words.
-pub(super) fn reason(scope: Scope, places: &[AlertPlace]) -> String {
-    let Some(worst) = worst(places) else { return String::new() };
-    let wheelset = worst.wheelset.map_or_else(String::new, |number| format!("wheelset {number}: "));
-    match (scope, worst.wagon) {
-        (Scope::Wagon, _) | (_, 0) => format!("{wheelset}{}", worst.reason),
-        (Scope::Train, wagon) => {
-            let wagons = wagons(places);
-            let (noun, list) = (if wagons.len() == 1 { "wagon" } else { "wagons" }, spans(&wagons));
-            if wagons.len() == 1 {
-                return format!("{noun} {list}: {wheelset}{}", worst.reason);
-            }
-            format!("{} {noun} ({list}), worst wagon {wagon}: {wheelset}{}", wagons.len(), worst.reason)
-        }
-    }
-}
-
-/// The wagons of some places, front first, each once; places that are no wagon's do not count.
-pub(super) fn wagons(places: &[AlertPlace]) -> Vec<u32> {
-    let mut wagons: Vec<u32> = places.iter().map(|place| place.wagon).filter(|wagon| *wagon > 0).collect();
-    wagons.sort_unstable();
-    wagons.dedup();
-    wagons
-}
-
-/// `1-4, 6`.
-fn spans(wagons: &[u32]) -> String {
-    let mut spans: Vec<(u32, u32)> = Vec::new();
-    for wagon in wagons {
-        match spans.last_mut() {
-            Some((_, last)) if *last + 1 == *wagon => *last = *wagon,
-            _ => spans.push((*wagon, *wagon)),
-        }
-    }
-    let words = |(first, last): &(u32, u32)| {
-        if first == last { first.to_string() } else { format!("{first}-{last}") }
-    };
-    spans.iter().map(words).collect::<Vec<_>>().join(", ")
-}
-
-/// How bad it is now.
-pub(super) fn grade(places: &[AlertPlace]) -> Grade {
-    worst(places).map_or(Grade::Ok, |place| place.grade)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn wagons_are_listed_as_spans() {
-        assert_eq!(spans(&[1, 2, 3, 4, 6, 8, 9]), "1-4, 6, 8-9");
-        assert_eq!(spans(&[5]), "5");
     }
 }

@@ -1,0 +1,107 @@
+//! Rules, evaluated: which symptoms fire. A symptom fires when its rule has been broken for long enough, and stops when
+//! it has been kept for long enough.
+
+use super::rule;
+use crate::api::grade::Grade;
+use std::collections::BTreeMap;
+
+/// A symptom: a rule broken at one place. Wagon 0 is the train itself, or this service.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Symptom {
+    /// The wagon.
+    pub wagon: u32,
+    /// The wheelset, 1 leading.
+    pub wheelset: Option<u32>,
+    /// Name of the rule: an indicator, or `silent`, `no_pressure`, `late`, `storage`.
+    pub rule: &'static str,
+}
+
+/// How long a symptom must last until it counts, and be gone until it does not, s.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Patience {
+    pub raise_s: f64,
+    pub clear_s: f64,
+}
+
+/// A symptom while it is watched.
+#[derive(Debug, Default)]
+struct Watched {
+    bad_since_ns: Option<u64>,
+    good_since_ns: Option<u64>,
+    /// Since when it is worse than what counts, or less bad.
+    other_since_ns: Option<u64>,
+    fires: Option<(Grade, String)>,
+}
+
+/// All symptoms that fire, or may soon.
+#[derive(Debug, Default)]
+pub(super) struct Evaluation {
+    watched: BTreeMap<Symptom, Watched>,
+}
+
+impl Evaluation {
+    /// Goes on from a symptom that fired before a restart.
+    pub fn restore(&mut self, symptom: Symptom, grade: Grade, reason: String) {
+        self.watched.insert(symptom, Watched { fires: Some((grade, reason)), ..Watched::default() });
+    }
+
+    /// Takes in how a symptom is judged now. `Unknown` neither raises nor clears.
+    pub fn judge(&mut self, symptom: Symptom, grade: Grade, reason: &str, patience: Patience, now_ns: u64) {
+        match grade {
+            Grade::Unknown => {}
+            Grade::Ok => self.good(&symptom, patience, now_ns),
+            Grade::Watch | Grade::Act => {
+                let raise_s = patience.raise_s * rule::patience(symptom.rule, grade);
+                let watched = self.watched.entry(symptom).or_default();
+                watched.bad(grade, reason, Patience { raise_s, ..patience }, now_ns);
+            }
+        }
+    }
+
+    fn good(&mut self, symptom: &Symptom, patience: Patience, now_ns: u64) {
+        let Some(watched) = self.watched.get_mut(symptom) else { return };
+        watched.bad_since_ns = None;
+        let since_ns = *watched.good_since_ns.get_or_insert(now_ns);
+        if watched.fires.is_none() || seconds(since_ns, now_ns) >= patience.clear_s {
+            self.watched.remove(symptom);
+        }
+    }
+
+    /// The symptoms that fire, with how bad they are and why.
+    pub fn firing(&self) -> impl Iterator<Item = (&Symptom, Grade, &str)> {
+        self.watched.iter().filter_map(|(symptom, watched)| {
+            watched.fires.as_ref().map(|(grade, reason)| (symptom, *grade, reason.as_str()))
+        })
+    }
+}
+
+impl Watched {
+    fn bad(&mut self, grade: Grade, reason: &str, patience: Patience, now_ns: u64) {
+        self.good_since_ns = None;
+        let since_ns = *self.bad_since_ns.get_or_insert(now_ns);
+        match &mut self.fires {
+            None if seconds(since_ns, now_ns) >= patience.raise_s => {
+                self.fires = Some((grade, reason.to_owned()));
+            }
+            None => {}
+            Some((fires, words)) if *fires == grade => {
+                self.other_since_ns = None;
+                if words != reason {
+                    reason.clone_into(words);
+                }
+            }
+            Some(fires) => {
+                let since_ns = *self.other_since_ns.get_or_insert(now_ns);
+                let needed_s = if grade > fires.0 { patience.raise_s } else { patience.clear_s };
+                if seconds(since_ns, now_ns) >= needed_s {
+                    *fires = (grade, reason.to_owned());
+                    self.other_since_ns = None;
+                }
+            }
+        }
+    }
+}
+
+fn seconds(since_ns: u64, now_ns: u64) -> f64 {
+    now_ns.saturating_sub(since_ns) as f64 * 1e-9
+}

@@ -1,0 +1,54 @@
+//! Grouping: symptoms of one cause make one alert, of a wagon or of the whole train.
+
+use super::evaluate::Symptom;
+use super::model::AlertPlace;
+use super::{inhibit, place, rule};
+use crate::api::grade::Grade;
+use std::collections::BTreeMap;
+
+/// A group: a cause, of one wagon or of the whole train.
+pub(super) type Group = (String, Option<u32>);
+
+/// By cause, then by wagon.
+type Places<'a> = BTreeMap<&'a str, BTreeMap<u32, Vec<AlertPlace>>>;
+
+/// Groups what fires. `is_common(cause, wagons)` says whether so many wagons mean that the cause is the train's.
+pub(super) fn group<'a>(
+    firing: impl Iterator<Item = (&'a Symptom, Grade, &'a str)>,
+    is_common: impl Fn(&str, usize) -> bool,
+) -> BTreeMap<Group, Vec<AlertPlace>> {
+    let mut causes: Places<'_> = BTreeMap::new();
+    for (symptom, grade, reason) in firing {
+        let wagons = causes.entry(rule::cause_of(symptom.rule)).or_default();
+        wagons.entry(symptom.wagon).or_default().push(AlertPlace {
+            wagon: symptom.wagon,
+            wheelset: symptom.wheelset,
+            indicator: symptom.rule.to_owned(),
+            grade,
+            reason: reason.to_owned(),
+        });
+    }
+    let mut groups = BTreeMap::new();
+    for (cause, wagons) in &causes {
+        let left: BTreeMap<u32, Vec<AlertPlace>> = wagons
+            .iter()
+            .filter(|(wagon, _)| !is_inhibited(&causes, cause, **wagon))
+            .map(|(wagon, places)| (*wagon, places.clone()))
+            .collect();
+        let name = (*cause).to_owned();
+        if !left.is_empty() && (rule::is_of_the_train(cause) || is_common(cause, left.len())) {
+            groups.insert((name, None), left.into_values().flatten().collect());
+        } else {
+            groups.extend(left.into_iter().map(|(wagon, places)| ((name.clone(), Some(wagon)), places)));
+        }
+    }
+    groups
+}
+
+fn is_inhibited(causes: &Places<'_>, cause: &str, wagon: u32) -> bool {
+    let acts = |source: &str| {
+        let places = causes.get(source).and_then(|wagons| wagons.get(&wagon));
+        places.is_some_and(|places| place::grade(places) == Grade::Act)
+    };
+    inhibit::SOURCES.iter().any(|source| inhibit::inhibits(source, cause) && acts(source))
+}
