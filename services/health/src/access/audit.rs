@@ -5,18 +5,14 @@
 //! slow disk holds nobody up. What cannot be written is counted, and the count stands in the next line that can be: a
 //! full disk never stops the service. Turned-away requests are thinned to a few a second; the rest are counted, too.
 
+use crate::access::audit_file::write_all;
 use crate::access::peer::Peer;
 use crate::time::rfc3339;
-use crate::time::unix_s;
 use railgrip_settings::AuditSettings;
 use serde::Serialize;
-use serde::de::DeserializeOwned;
-use std::fs::File;
-use std::io::Write;
-use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
@@ -26,8 +22,6 @@ const WAITING: usize = 1024;
 /// Refusals written down a second in the long run, and at once.
 const REFUSALS_PER_S: f64 = 5.0;
 const REFUSALS_AT_ONCE: f64 = 50.0;
-/// Time between two complaints about a disk that takes nothing, s.
-const COMPLAINT_PERIOD_S: i64 = 60;
 /// Longest path that is written down.
 const MAX_PATH: usize = 256;
 
@@ -188,101 +182,10 @@ fn now() -> String {
     rfc3339(i64::try_from(since.as_nanos()).unwrap_or(i64::MAX))
 }
 
-/// Writes what arrives until the service stops.
-fn write_all(settings: &AuditSettings, lines: &Receiver<String>, lost: &AtomicU64) {
-    let mut log = Rotating { settings, open: None };
-    let mut complained_s = None;
-    for line in lines {
-        if let Err(error) = log.write(&line) {
-            lost.fetch_add(1, Ordering::Relaxed);
-            log.open = None;
-            let now_s = unix_s();
-            if complained_s.is_none_or(|at| now_s - at >= COMPLAINT_PERIOD_S) {
-                complained_s = Some(now_s);
-                tracing::error!("{}: {error}; the audit log loses records", settings.file.display());
-            }
-        }
-    }
-}
-
-/// The current file, put aside when it is full.
-struct Rotating<'a> {
-    settings: &'a AuditSettings,
-    open: Option<(File, u64)>,
-}
-
-impl Rotating<'_> {
-    fn write(&mut self, line: &str) -> std::io::Result<()> {
-        let length = line.len() as u64 + 1;
-        if self.open.as_ref().is_some_and(|(_, size)| size + length > self.settings.max_bytes) {
-            self.open = None;
-            self.rotate()?;
-        }
-        let (file, size) = match &mut self.open {
-            Some(open) => open,
-            none => none.insert(open(&self.settings.file)?),
-        };
-        // One write a line: a kill leaves whole lines.
-        file.write_all(format!("{line}\n").as_bytes())?;
-        *size += length;
-        Ok(())
-    }
-
-    /// audit.jsonl → audit.jsonl.1 → … ; the oldest goes.
-    fn rotate(&self) -> std::io::Result<()> {
-        let numbered = |number: usize| {
-            if number == 0 {
-                return self.settings.file.clone();
-            }
-            let mut name = self.settings.file.clone().into_os_string();
-            name.push(format!(".{number}"));
-            PathBuf::from(name)
-        };
-        if self.settings.keep == 1 {
-            return std::fs::remove_file(numbered(0));
-        }
-        for number in (0..self.settings.keep - 1).rev() {
-            match std::fs::rename(numbered(number), numbered(number + 1)) {
-                Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(error),
-                _ => {}
-            }
-        }
-        Ok(())
-    }
-}
-
-/// The end of a file, and its size. After a line that a full disk cut off, a new one is begun.
-fn open(file: &Path) -> std::io::Result<(File, u64)> {
-    if let Some(folder) = file.parent() {
-        std::fs::create_dir_all(folder)?;
-    }
-    let mut opened = File::options().create(true).append(true).read(true).mode(0o600).open(file)?;
-    let mut size = opened.metadata()?.len();
-    if size > 0 && !ends_with_newline(&opened, size)? {
-        opened.write_all(b"\n")?;
-        size += 1;
-    }
-    Ok((opened, size))
-}
-
-fn ends_with_newline(file: &File, size: u64) -> std::io::Result<bool> {
-    use std::os::unix::fs::FileExt;
-    let mut last = [0];
-    file.read_exact_at(&mut last, size - 1)?;
-    Ok(last == *b"\n")
-}
-
-/// The latest records of the log, oldest first; at most so many.
-pub(super) fn latest<T: DeserializeOwned>(file: &Path, count: usize) -> std::io::Result<Vec<T>> {
-    let text = std::fs::read_to_string(file)?;
-    let lines: Vec<&str> = text.lines().collect();
-    let from = lines.len().saturating_sub(count);
-    Ok(lines[from..].iter().filter_map(|line| serde_json::from_str(line).ok()).collect())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::access::audit_file::latest;
     use serde_json::Value;
 
     fn settings(file: &Path, max_bytes: u64, keep: usize) -> AuditSettings {

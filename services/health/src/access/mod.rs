@@ -12,6 +12,7 @@
 //! * **client**: an IPv4 address, or the 64 leading bits of an IPv6 address.
 
 mod audit;
+mod audit_file;
 mod body;
 mod control;
 mod cookie;

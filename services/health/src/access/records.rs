@@ -1,6 +1,6 @@
 //! Where an admin reads the audit log.
 
-use crate::access::audit;
+use crate::access::audit_file;
 use crate::access::control::Access;
 use crate::api::problem::Problem;
 use crate::web::pages::Page;
@@ -72,7 +72,7 @@ pub(crate) async fn records(
     let refused = |error: &dyn std::fmt::Display| {
         Problem::new(StatusCode::SERVICE_UNAVAILABLE, format!("the audit log cannot be read: {error}"))
     };
-    let read = tokio::task::spawn_blocking(move || audit::latest(&file, limit)).await;
+    let read = tokio::task::spawn_blocking(move || audit_file::latest(&file, limit)).await;
     let records = read.map_err(|error| refused(&error))?.map_err(|error| refused(&error))?;
     Ok(Json(AuditLog { records }))
 }
