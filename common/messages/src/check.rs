@@ -208,7 +208,7 @@ impl Checked for Heard {
         if self.decided != 0 {
             condition(self.decided_condition)?;
             let decided = [self.decided_adhesion, self.optimum_slip, self.optimum_adhesion];
-            decided.into_iter().try_for_each(finite)?;
+            decided.into_iter().try_for_each(not_infinite)?;
         }
         Ok(())
     }

@@ -72,7 +72,9 @@ fn measure(folder: &std::path::Path) -> Result<Report, CliError> {
     std::fs::create_dir_all(folder.join("i")).map_err(CliError::failed)?;
     let settings = TrainSettings::parse(&folder.join("train.toml"), &config, &overrides)?;
     let mut store = Store::new(&settings);
-    (1..=WAGONS).for_each(|wagon| store.take_health(&health(wagon)));
+    for wagon in 1..=WAGONS {
+        let _ = store.receive_health(wagon, &health(wagon), now());
+    }
     let shared = Shared::new(store.snapshot(now()), now);
     let body = shared.latest().rows_json.clone();
     let ended = Arc::new(AtomicBool::new(false));
@@ -81,7 +83,9 @@ fn measure(folder: &std::path::Path) -> Result<Report, CliError> {
         move || {
             while !ended.load(Ordering::Relaxed) {
                 std::thread::sleep(Duration::from_millis(150));
-                (1..=WAGONS).for_each(|wagon| store.take_health(&health(wagon)));
+                for wagon in 1..=WAGONS {
+                    let _ = store.receive_health(wagon, &health(wagon), now());
+                }
                 shared.replace(Arc::new(store.snapshot(now())));
             }
         }

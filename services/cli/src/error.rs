@@ -91,7 +91,9 @@ impl From<railgrip_health::HealthError> for CliError {
                     "{error}; choose another with --listen ADDRESS:PORT, port 0 for any free one"
                 ))
             }
-            railgrip_health::HealthError::Serve { .. } => Self::failed(error),
+            railgrip_health::HealthError::Serve { .. } | railgrip_health::HealthError::CollectorPanicked => {
+                Self::failed(error)
+            }
         }
     }
 }

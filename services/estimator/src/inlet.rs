@@ -1,12 +1,20 @@
-//! Where an estimator's samples come from: the channel of its wagon, or that of its rig's own sensors.
+//! Where an estimator's samples come from: the channel of its wagon, or that of its rig's own sensors. Each sample is checked
+//! as it comes in; what is wrong with its stamp or its form is refused and counted, and the values are the filter's to judge.
 
 use crate::worker::Worker;
-use railgrip_bus::{BogieSubscriber, Bus, BusError, MotorSubscriber, SampleSubscriber, Wake};
+use railgrip_bus::{BogieSubscriber, Bus, BusError, MotorSubscriber, SampleSubscriber, Wake, now};
 use railgrip_filter::PlantKind;
+use railgrip_messages::{Checked, Refusal};
+use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// The receiving end of one wagon or rig.
-pub(crate) enum Inlet {
+/// The receiving end of one wagon or rig, with what it refused.
+pub(crate) struct Inlet {
+    channel: Channel,
+    refused: Refused,
+}
+
+enum Channel {
     /// Speeds and pressing forces.
     Wagon(SampleSubscriber),
     /// Motor currents and voltages.
@@ -18,43 +26,108 @@ pub(crate) enum Inlet {
 impl Inlet {
     /// Opens the channel that the worker's plant needs.
     pub fn open(bus: &Bus, worker: &Worker) -> Result<Self, BusError> {
-        Ok(match worker.plant.kind() {
-            PlantKind::Traction => Self::Motor(bus.motor_subscriber(worker.wagon)?),
-            PlantKind::Bogie => Self::Bogie(bus.bogie_subscriber(worker.wagon)?),
-            PlantKind::Wagon | PlantKind::Roller => Self::Wagon(bus.sample_subscriber(worker.wagon)?),
-        })
+        let channel = match worker.plant.kind() {
+            PlantKind::Traction => Channel::Motor(bus.motor_subscriber(worker.wagon)?),
+            PlantKind::Bogie => Channel::Bogie(bus.bogie_subscriber(worker.wagon)?),
+            PlantKind::Wagon | PlantKind::Roller => Channel::Wagon(bus.sample_subscriber(worker.wagon)?),
+        };
+        Ok(Self { channel, refused: Refused::default() })
     }
 
     /// Sleeps until something arrives or the time is over.
     pub fn wait(&self, timeout: Duration) -> Result<Wake, BusError> {
-        match self {
-            Self::Wagon(samples) => samples.wait(timeout),
-            Self::Motor(samples) => samples.wait(timeout),
-            Self::Bogie(samples) => samples.wait(timeout),
+        match &self.channel {
+            Channel::Wagon(samples) => samples.wait(timeout),
+            Channel::Motor(samples) => samples.wait(timeout),
+            Channel::Bogie(samples) => samples.wait(timeout),
         }
     }
 
-    /// Hands everything that waits to the worker.
+    /// Hands everything that waits, and is sound, to the worker.
     pub fn receive(&mut self, worker: &mut Worker) -> Result<usize, BusError> {
-        match self {
-            Self::Wagon(samples) => {
-                samples.receive(|batch| batch.iter().for_each(|sample| worker.estimate(sample)))
+        let refused = &mut self.refused;
+        match &mut self.channel {
+            Channel::Wagon(samples) => {
+                samples.receive(|batch| refused.hand_on(batch, |sample| worker.estimate(sample)))
             }
-            Self::Motor(samples) => {
-                samples.receive(|batch| batch.iter().for_each(|sample| worker.estimate_motor(sample)))
+            Channel::Motor(samples) => {
+                samples.receive(|batch| refused.hand_on(batch, |sample| worker.estimate_motor(sample)))
             }
-            Self::Bogie(samples) => {
-                samples.receive(|batch| batch.iter().for_each(|sample| worker.estimate_bogie(sample)))
+            Channel::Bogie(samples) => {
+                samples.receive(|batch| refused.hand_on(batch, |sample| worker.estimate_bogie(sample)))
             }
         }
     }
 
     /// Samples that never arrived.
     pub fn missed(&self) -> u64 {
-        match self {
-            Self::Wagon(samples) => samples.missed(),
-            Self::Motor(samples) => samples.missed(),
-            Self::Bogie(samples) => samples.missed(),
+        match &self.channel {
+            Channel::Wagon(samples) => samples.missed(),
+            Channel::Motor(samples) => samples.missed(),
+            Channel::Bogie(samples) => samples.missed(),
         }
+    }
+
+    /// Samples that arrived and were refused.
+    pub fn refused(&self) -> u64 {
+        self.refused.counts.values().sum()
+    }
+}
+
+/// How many samples were refused, by reason.
+#[derive(Debug, Default)]
+struct Refused {
+    counts: BTreeMap<Refusal, u64>,
+}
+
+impl Refused {
+    fn hand_on<T: Checked>(&mut self, batch: &[T], mut take: impl FnMut(&T)) {
+        let now = now();
+        for sample in batch {
+            match sample.validated(now) {
+                Ok(sample) => take(&sample),
+                Err(why) => self.count(T::NAME, why),
+            }
+        }
+    }
+
+    fn count(&mut self, payload: &str, why: Refusal) {
+        let count = self.counts.entry(why).or_insert(0);
+        *count += 1;
+        // Ever more rarely: a source that errs does so a thousand times a second.
+        if count.is_power_of_two() {
+            tracing::warn!(payload, why = why.word(), count = *count, "a sample is refused");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use railgrip_messages::{Sample, Stamp};
+
+    #[test]
+    fn samples_from_the_future_are_refused_and_counted_and_the_rest_goes_on() {
+        let now = now();
+        let at = |ahead_s: i64| Stamp {
+            unix_ns: now.unix_ns,
+            monotonic_ns: now.monotonic_ns.saturating_add_signed(ahead_s * 1_000_000_000),
+        };
+        let sample = |acquired| Sample { acquired, wheelsets: 2, ..Sample::default() };
+        let batch = [
+            sample(at(-1)),
+            sample(at(3600)),
+            sample(Stamp { monotonic_ns: u64::MAX, ..now }),
+            Sample { time_s: f64::INFINITY, ..sample(now) },
+            Sample { wheelsets: 77, ..sample(now) },
+            sample(Stamp::default()),
+            sample(now),
+        ];
+        let (mut refused, mut taken) = (Refused::default(), Vec::new());
+        refused.hand_on(&batch, |sample| taken.push(sample.acquired));
+        assert_eq!(taken, [at(-1), now]);
+        let counts: Vec<(&str, u64)> =
+            refused.counts.iter().map(|(why, count)| (why.word(), *count)).collect();
+        assert_eq!(counts, [("future_stamp", 2), ("no_stamp", 1), ("not_finite", 1), ("wrong_count", 1)]);
     }
 }

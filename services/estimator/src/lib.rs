@@ -68,7 +68,13 @@ pub fn run(settings: &TrainSettings, wagon: u32, lifecycle: &Lifecycle) -> Resul
     }
     service.save(&worker);
     service.event(EventKind::Stopped, [0.0; 4], "estimator was asked to stop")?;
-    tracing::info!(taken = worker.taken, missed = samples.missed(), "estimator stops");
+    tracing::info!(
+        taken = worker.taken,
+        missed = samples.missed(),
+        refused = samples.refused(),
+        not_newer = worker.not_newer,
+        "estimator stops"
+    );
     Ok(())
 }
 
@@ -301,7 +307,7 @@ impl Service {
             reserved: 0,
             received: worker.taken,
             missed: samples.missed(),
-            rejected: 0,
+            rejected: samples.refused() + worker.not_newer,
             published: self.published,
             step_p50_ns: worker.step_ns.quantile_ns(0.5),
             step_p99_ns: worker.step_ns.quantile_ns(0.99),

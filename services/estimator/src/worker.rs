@@ -35,6 +35,8 @@ pub struct Worker {
     pub step_ns: Histogram,
     /// Samples taken since the process started.
     pub taken: u64,
+    /// New samples that were not taken, because their stamp is not newer than that of the sample before.
+    pub not_newer: u64,
     /// Whether the model explains the data.
     pub gap: GapWatch,
     /// The mismatch that was told, while it lasts.
@@ -115,6 +117,7 @@ impl Worker {
             events: Vec::new(),
             step_ns: Histogram::default(),
             taken: 0,
+            not_newer: 0,
             gap: GapWatch::new(indicators.filter.nis_watch_high),
             told: None,
             grades: Vec::new(),
@@ -155,7 +158,11 @@ impl Worker {
     }
 
     fn estimate_input(&mut self, sample: &Sample, input: &EstimatorInput) {
-        if self.last.is_some_and(|(_, stamp)| sample.acquired.monotonic_ns <= stamp.monotonic_ns) {
+        if let Some((sequence, stamp)) = self.last
+            && sample.acquired.monotonic_ns <= stamp.monotonic_ns
+        {
+            // A late joiner gets the last few once more; a new sample with an old stamp is one that is lost.
+            self.not_newer += u64::from(sample.sequence > sequence);
             return;
         }
         let begins = sample.flags & sample_flags::TIME_BASE_RESTARTED != 0;

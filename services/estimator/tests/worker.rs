@@ -4,7 +4,7 @@
 use railgrip_estimator::gap_record;
 use railgrip_estimator::snapshot::{self, SnapshotError};
 use railgrip_estimator::worker::Worker;
-use railgrip_messages::{Condition, EventKind, Grade, Sample, Stamp, flags, sample_flags, valid};
+use railgrip_messages::{Checked, Condition, EventKind, Grade, Sample, Stamp, flags, sample_flags, valid};
 use railgrip_recording::{Recording, Strictness};
 use railgrip_settings::{Overrides, Source, TrainSettings};
 use railgrip_simulation::Train;
@@ -62,7 +62,13 @@ fn samples_of(
 fn the_default_train_is_understood_from_its_samples_alone() {
     let settings = settings();
     let mut worker = Worker::new(&settings, 1).unwrap();
-    samples(&settings, 80.0).iter().for_each(|sample| worker.take(sample));
+    for (number, sample) in samples(&settings, 80.0).iter().enumerate() {
+        worker.take(sample);
+        if number % 20 == 0 {
+            let health = worker.health();
+            assert_eq!(health.check(sample.acquired), Ok(()), "its readers take every message: {health:?}");
+        }
+    }
     let health = worker.health();
     println!("brake friction: {}", health.brake_friction.reason);
     println!("rail: {}", health.rail.reason);
@@ -274,4 +280,17 @@ fn a_lagging_brake_that_the_model_lacks_is_noticed_and_kept_for_diagnosis() {
     }
     let vehicle = railgrip_settings::vehicle::load(&case.join("vehicle.toml")).unwrap();
     assert_eq!(vehicle, settings.wagons[0].vehicle);
+}
+
+#[test]
+fn a_new_sample_with_an_old_stamp_is_counted_and_one_sent_again_is_not() {
+    let mut worker = Worker::new(&settings(), 1).unwrap();
+    let batch = samples(&settings(), 0.1);
+    batch.iter().for_each(|sample| worker.take(sample));
+    // A late joiner gets the last few once more.
+    batch.iter().for_each(|sample| worker.take(sample));
+    assert_eq!((worker.taken, worker.not_newer), (10, 0));
+    let (last, sequence) = (batch[9], batch[9].sequence + 1);
+    worker.take(&Sample { sequence, ..last });
+    assert_eq!((worker.taken, worker.not_newer), (10, 1));
 }

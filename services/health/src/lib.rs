@@ -41,6 +41,9 @@ pub enum HealthError {
     /// Certificate, tokens or the like cannot be used.
     #[error(transparent)]
     Access(#[from] access::AccessError),
+    /// The thread that reads the channels has panicked; the log says where.
+    #[error("the thread that reads the channels has panicked, so nothing new could be shown")]
+    CollectorPanicked,
     /// Nothing can be served there.
     #[error("{what}: {source}")]
     Serve {
@@ -63,29 +66,52 @@ pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), Health
         .enable_all()
         .build()
         .map_err(|source| HealthError::Serve { what: "runtime".to_owned(), source })?;
-    let result = std::thread::scope(|scope| {
-        let ended = Lifecycle::new();
-        let collector = scope.spawn({
-            let (shared, ended) = (shared.clone(), ended.clone());
-            move || {
-                let result = collect::collect(settings, &shared, lifecycle, recorder);
-                ended.stop();
-                result
-            }
-        });
-        let served = runtime.block_on(serve(settings, shared, lifecycle, &ended));
-        if served.is_err() {
-            lifecycle.stop();
-        }
-        let collected = collector.join().unwrap_or(Ok(()));
-        collected?;
-        served
-    });
+    let result = side_by_side(
+        &runtime,
+        lifecycle,
+        || collect::collect(settings, &shared, lifecycle, recorder).map_err(HealthError::from),
+        |ended| serve(settings, shared.clone(), lifecycle, ended),
+    );
     // The recorder is gone with the collector, so the writer writes what is left and ends.
     if let Some(writer) = writer {
         let _ = writer.join();
     }
     result
+}
+
+/// Collects on a thread of its own and serves on this one until both have ended; the end of either, a panic included, ends
+/// the other. A service that goes on answering without a collector would show the past for ever.
+fn side_by_side<F: Future<Output = Result<(), HealthError>>>(
+    runtime: &tokio::runtime::Runtime,
+    lifecycle: &Lifecycle,
+    collect: impl FnOnce() -> Result<(), HealthError> + Send,
+    serve: impl FnOnce(Lifecycle) -> F,
+) -> Result<(), HealthError> {
+    std::thread::scope(|scope| {
+        let ended = Lifecycle::new();
+        let collector = scope.spawn({
+            let ended = StopWhenDropped(ended.clone());
+            move || {
+                let _ended = ended;
+                collect()
+            }
+        });
+        let served = runtime.block_on(serve(ended));
+        if served.is_err() {
+            lifecycle.stop();
+        }
+        collector.join().unwrap_or(Err(HealthError::CollectorPanicked))?;
+        served
+    })
+}
+
+/// Stops when it goes, also while a panic unwinds.
+struct StopWhenDropped(Lifecycle);
+
+impl Drop for StopWhenDropped {
+    fn drop(&mut self) {
+        self.0.stop();
+    }
 }
 
 /// Starts the history, if there shall be one.
@@ -106,7 +132,7 @@ async fn serve(
     settings: &TrainSettings,
     shared: Shared,
     lifecycle: &Lifecycle,
-    ended: &Lifecycle,
+    ended: Lifecycle,
 ) -> Result<(), HealthError> {
     let failed = |what: String| move |source| HealthError::Serve { what, source };
     let access = Access::open(settings)?;
@@ -154,4 +180,26 @@ fn write_whole(file: &Path, text: &str) -> std::io::Result<()> {
     let beside = file.with_extension("new");
     std::fs::write(&beside, text)?;
     std::fs::rename(&beside, file)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[allow(clippy::panic, clippy::unwrap_used, reason = "it is the panic that is tested")]
+    fn a_panic_of_the_collector_ends_the_service() {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+        let until_ended = |ended: Lifecycle| async move {
+            while !ended.should_stop() {
+                tokio::time::sleep(Duration::from_millis(1)).await;
+            }
+            Ok(())
+        };
+        let result =
+            side_by_side(&runtime, &Lifecycle::new(), || panic!("as a collector that errs"), until_ended);
+        assert!(matches!(result, Err(HealthError::CollectorPanicked)), "{result:?}");
+        let result = side_by_side(&runtime, &Lifecycle::new(), || Ok(()), until_ended);
+        assert!(result.is_ok(), "{result:?}");
+    }
 }

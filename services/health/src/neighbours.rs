@@ -51,8 +51,8 @@ impl Neighbours {
         for health in live {
             let known = self.wagons.entry(health.wagon).or_default();
             let before = known.applications.replace(health.brake_applications);
-            if before.is_some_and(|before| health.brake_applications > before) {
-                let at_ns = health.brake_applied.monotonic_ns;
+            let at_ns = health.brake_applied.monotonic_ns;
+            if before.is_some_and(|before| health.brake_applications > before) && at_ns <= now_ns {
                 let (_, began) = self.began.get_or_insert_with(|| (now_ns, BTreeMap::new()));
                 began.entry(health.wagon).or_insert(at_ns);
             }

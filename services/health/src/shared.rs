@@ -12,6 +12,9 @@ use tokio::sync::{broadcast, watch};
 /// Events that may wait for a slow reader of the stream; it then gets the whole picture anew.
 const WAITING_EVENTS: usize = 64;
 
+/// Ages in an answer are at most so old, s; the feeding thread renews the snapshot more often.
+const RENEWED_WITHIN_S: f64 = 0.5;
+
 /// One server-sent event, ready to be sent.
 #[derive(Debug, Clone)]
 pub struct StreamEvent {
@@ -58,11 +61,22 @@ impl Shared {
         Self { inner: Arc::new(inner) }
     }
 
-    /// The latest snapshot.
+    /// The latest snapshot. One that nobody renews is aged as it is asked for, so that nothing old passes for the present
+    /// even if the feeding thread stands still.
     #[must_use]
     pub fn latest(&self) -> Arc<Snapshot> {
         self.inner.requests.fetch_add(1, Ordering::Relaxed);
-        Arc::clone(&self.inner.latest.read().unwrap_or_else(PoisonError::into_inner))
+        let latest = Arc::clone(&self.inner.latest.read().unwrap_or_else(PoisonError::into_inner));
+        let now = self.now();
+        if latest.as_of.age_s(now.monotonic_ns) <= RENEWED_WITHIN_S {
+            return latest;
+        }
+        let aged = Arc::new(latest.aged(now));
+        let mut current = self.inner.latest.write().unwrap_or_else(PoisonError::into_inner);
+        if Arc::ptr_eq(&current, &latest) {
+            *current = Arc::clone(&aged);
+        }
+        aged
     }
 
     /// Serves `snapshot` from now on.

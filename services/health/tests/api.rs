@@ -63,7 +63,7 @@ fn health(wagon: u32, acquired: Stamp) -> Health {
 /// Eight wagons, all live and ok.
 fn sound_train() -> Store {
     let mut store = Store::new(&settings());
-    (1..=8).for_each(|wagon| store.take_health(&health(wagon, NOW)));
+    (1..=8).for_each(|wagon| assert!(store.receive_health(wagon, &health(wagon, NOW), NOW).is_some()));
     store
 }
 
@@ -110,16 +110,16 @@ async fn a_sound_train_is_ready_and_shown_as_present() {
 #[tokio::test]
 async fn a_silent_and_a_stale_wagon_are_named_and_never_shown_as_present() {
     let mut store = Store::new(&settings());
-    (1..=7).for_each(|wagon| store.take_health(&health(wagon, NOW)));
+    (1..=7).for_each(|wagon| assert!(store.receive_health(wagon, &health(wagon, NOW), NOW).is_some()));
     let fresh = later(12.3);
-    (1..=6).for_each(|wagon| store.take_health(&health(wagon, fresh)));
+    (1..=6).for_each(|wagon| assert!(store.receive_health(wagon, &health(wagon, fresh), fresh).is_some()));
     let (router, _) = serve(&mut store, fresh);
     let (status, _, body) = get(&router, "/health/ready").await;
     println!("{body}");
     assert_eq!(status, StatusCode::SERVICE_UNAVAILABLE);
     let reasons = serde_json::from_str::<Value>(&body).unwrap()["reasons"].clone();
     assert_eq!(reasons.as_array().unwrap().len(), 2);
-    assert!(reasons[0].as_str().unwrap().contains("wagon 7 (wagon-7) is stale: no news for 12 s"));
+    assert!(reasons[0].as_str().unwrap().contains("wagon 7 (wagon-7) is stale: no new data for 12 s"));
     assert!(reasons[1].as_str().unwrap().contains("wagon 8 (wagon-8) is silent"));
 
     let stale = get_json(&router, "/api/v1/wagons").await["wagons"][6].clone();
@@ -134,7 +134,7 @@ async fn a_silent_and_a_stale_wagon_are_named_and_never_shown_as_present() {
     let stale = get_json(&router, "/api/v1/wagons/7").await;
     assert_eq!((&stale["now"], &stale["wheelsets"][0]["now"]), (&Value::Null, &Value::Null));
     assert_eq!(stale["brake_friction"]["grade"], "unknown");
-    assert!(stale["brake_friction"]["reason"].as_str().unwrap().starts_with("stale: no news for 12 s"));
+    assert!(stale["brake_friction"]["reason"].as_str().unwrap().starts_with("stale: no new data for 12 s"));
     let silent = get_json(&router, "/api/v1/wagons/8").await;
     assert_eq!((&silent["age_s"], &silent["acquired_at"]), (&Value::Null, &Value::Null));
     let (_, _, metrics) = get(&router, "/metrics").await;
@@ -157,7 +157,7 @@ async fn a_bad_brake_becomes_one_alert_with_advice() {
                 health.wheelset[1].brake_friction = indicator(0.2, Grade::Act, "far too low: 0.200");
                 health.grade = Grade::Act.code();
             }
-            store.take_health(&health);
+            assert!(store.receive_health(wagon, &health, now).is_some());
         }
         news.extend(store.snapshot(now).news);
     }
@@ -275,6 +275,11 @@ async fn a_stuck_feeder_shows_in_liveness_and_a_newer_snapshot_replaces_the_olde
     let (status, _, body) = get(&router, "/health/live").await;
     assert_eq!(status, StatusCode::SERVICE_UNAVAILABLE);
     assert!(body.contains("not been renewed for 9 s"), "{body}");
+    // Whoever asks is told the age as it is now, though nobody renews the snapshot.
+    assert_eq!(get(&router, "/health/ready").await.0, StatusCode::SERVICE_UNAVAILABLE);
+    let row = get_json(&router, "/api/v1/wagons").await["wagons"][0].clone();
+    assert_eq!((&row["state"], &row["age_s"], &row["v_m_s"]), (&"stale".into(), &9.0.into(), &Value::Null));
+    assert_eq!(get_json(&router, "/api/v1/train").await["live"], 0);
     shared.replace(Arc::new(store.snapshot(later(8.0))));
     assert_eq!(get(&router, "/health/live").await.0, StatusCode::OK);
 }
@@ -284,7 +289,7 @@ async fn processes_are_listed_while_they_live() {
     let mut store = sound_train();
     let mut beat = Heartbeat { stamp: NOW, wagon: 4, pid: 77, step_p99_ns: 900, ..Heartbeat::default() };
     beat.process = ProcessKind::Estimator.code();
-    store.take_heartbeat(&beat);
+    assert!(store.receive_heartbeat(&beat, NOW).is_some());
     let (router, _) = serve(&mut store, later(1.0));
     assert_eq!(get_json(&router, "/api/v1/wagons/4").await["estimator"]["pid"], 77);
     let (_, _, metrics) = get(&router, "/metrics").await;

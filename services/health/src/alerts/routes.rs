@@ -204,14 +204,7 @@ async fn change(
 
 /// Renews the alerts of the latest snapshot.
 pub(crate) fn show(shared: &Shared) {
-    let latest = shared.latest();
-    let book = latest.book.lock();
-    let renewed = Snapshot {
-        alerts: AlertList { alerts: book.list(), next: None },
-        alert_version: book.version(),
-        ..Snapshot::clone(&latest)
-    };
-    shared.replace(Arc::new(renewed));
+    shared.replace(Arc::new(shared.latest().with_present_alerts()));
 }
 
 fn number(id: &str) -> Result<u64, Problem> {

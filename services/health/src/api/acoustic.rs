@@ -73,7 +73,7 @@ pub(crate) fn acoustic(heard: Option<&Heard>, now_ns: u64, stale_after_s: f64) -
         wet_probability: heard.wet().map(rounded),
         condition: heard.condition().map(Condition::from),
         level_db: (heard.sample_rate_hz > 0).then(|| rounded(heard.level_db)),
-        decision: (heard.decided != 0).then(|| DecisionView {
+        decision: decided(heard).then(|| DecisionView {
             condition: Code::from_code(heard.decided_condition).map(Condition::from),
             kept: heard.kept != 0,
             adhesion: rounded(heard.decided_adhesion),
@@ -82,6 +82,12 @@ pub(crate) fn acoustic(heard: Option<&Heard>, now_ns: u64, stale_after_s: f64) -
         }),
         ..seen
     }
+}
+
+/// True if there is a decision, and every figure of it is known.
+fn decided(heard: &Heard) -> bool {
+    let figures = [heard.decided_adhesion, heard.optimum_slip, heard.optimum_adhesion];
+    heard.decided != 0 && figures.iter().all(|figure| figure.is_finite())
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ pub(crate) fn as_json(body: Bytes) -> Response {
 
 /// What is the same in every answer from one snapshot has a tag that costs nothing to make.
 pub(crate) fn of_snapshot(snapshot: &Snapshot, body: Bytes) -> Response {
-    let tag = format!("W/\"{:x}-{:x}\"", snapshot.taken.unix_ns, snapshot.alert_version);
+    let tag = format!("W/\"{:x}-{:x}\"", snapshot.as_of.unix_ns, snapshot.alert_version);
     let mut response = as_json(body);
     if let Ok(tag) = HeaderValue::from_str(&tag) {
         response.headers_mut().insert(header::ETAG, tag);

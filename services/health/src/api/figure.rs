@@ -21,14 +21,23 @@ pub struct Figure {
     pub reason: String,
 }
 
+/// Below this nothing that is measured differs from zero.
+const TINY: f64 = 1e-280;
+
 /// Rounds to five significant digits: sensors know no more, and JSON is shorter.
 pub(crate) fn rounded(value: f64) -> f64 {
-    if value == 0.0 || !value.is_finite() {
+    if !value.is_finite() || value.abs() < TINY {
         return 0.0;
     }
     let scale = 10_f64.powi(4 - value.abs().log10().floor() as i32);
     (value * scale).round() / scale
 }
+
+/// A plain figure of a message, rounded; NaN means that it is unknown there.
+pub(crate) fn known(value: f64) -> Option<f64> {
+    value.is_finite().then(|| rounded(value))
+}
+
 /// Rounds a time to milliseconds.
 pub(crate) fn milliseconds(seconds: f64) -> f64 {
     (seconds * 1e3).round() / 1e3
@@ -61,8 +70,8 @@ impl Freshness {
     /// Why nothing can be judged.
     pub fn reason(self) -> String {
         match self.age_s {
-            Some(age_s) => format!("stale: no news for {age_s:.0} s"),
-            None => "silent: nothing has arrived yet".to_owned(),
+            Some(age_s) => format!("stale: no new data for {age_s:.0} s"),
+            None => "silent: no data have arrived yet".to_owned(),
         }
     }
 }
@@ -92,6 +101,8 @@ mod tests {
             (-123_456.7, -123_460.0),
             (0.0, 0.0),
             (f64::NAN, 0.0),
+            (5e-324, 0.0),
+            (f64::MIN_POSITIVE, 0.0),
             (1e-9, 1e-9),
             (20.0, 20.0),
         ] {

@@ -54,6 +54,12 @@ struct OfGrade {
     grade: &'static str,
 }
 
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct OfRefusal {
+    payload: String,
+    reason: String,
+}
+
 /// Metrics for Prometheus.
 #[utoipa::path(get, path = "/metrics", tag = "service", responses((
     status = 200, content_type = "application/openmetrics-text", body = String, description = "OpenMetrics 1.0"
@@ -78,6 +84,12 @@ pub fn text(snapshot: &Snapshot, requests: u64, history: Option<&HistoryStatus>)
     let counts = snapshot.train.alerts;
     for (grade, count) in [("watch", counts.watch), ("act", counts.act)] {
         alerts.get_or_create(&OfGrade { grade }).set(f64::from(count));
+    }
+    let refused: Counters<OfRefusal> = Family::default();
+    registry.register("payloads_refused", "Messages refused on receipt, by kind and reason", refused.clone());
+    for one in &snapshot.train.refused {
+        let label = OfRefusal { payload: one.payload.clone(), reason: one.reason.clone() };
+        refused.get_or_create(&label).inc_by(one.count as f64);
     }
     let served: Counter<u64> = Counter::default();
     served.inc_by(requests);
@@ -214,8 +226,8 @@ impl OfWagons {
         if !live {
             return;
         }
-        set(&self.speed, view.now.as_ref().map(|now| now.v_m_s));
-        set(&self.utilised, view.now.as_ref().map(|now| now.adhesion.abs()));
+        set(&self.speed, view.now.as_ref().and_then(|now| now.v_m_s));
+        set(&self.utilised, view.now.as_ref().and_then(|now| now.adhesion).map(f64::abs));
         set(&self.available, view.adhesion_available.value);
         set(&self.friction, view.brake_friction.value);
         set(&self.asymmetry, view.asymmetry.value);
@@ -231,7 +243,9 @@ impl OfWagons {
         ];
         for (condition, probability) in conditions {
             let label = OfCondition { wagon: view.id, condition: condition.word() };
-            self.condition.get_or_create(&label).set(probability);
+            if let Some(probability) = probability {
+                self.condition.get_or_create(&label).set(probability);
+            }
         }
     }
 }

@@ -12,8 +12,8 @@ use railgrip_settings::TrainSettings;
 /// All ends. Ports stay on the thread that opened them.
 pub(super) struct Ends {
     pub bus: Bus,
-    health: Vec<HealthSubscriber>,
-    heard: Vec<HeardSubscriber>,
+    health: Vec<(u32, HealthSubscriber)>,
+    heard: Vec<(u32, HeardSubscriber)>,
     heartbeats: HeartbeatSubscriber,
     own: HeartbeatPublisher,
     sequence: u64,
@@ -24,10 +24,13 @@ impl Ends {
     pub fn open(settings: &TrainSettings) -> Result<Self, BusError> {
         let bus = Bus::open(BusConfig::of(settings), ProcessKind::Health, NO_WAGON)?;
         let wagons = settings.wagons.iter();
-        let health = wagons.map(|wagon| bus.health_subscriber(wagon.number)).collect::<Result<_, _>>()?;
+        let health = wagons
+            .map(|wagon| Ok((wagon.number, bus.health_subscriber(wagon.number)?)))
+            .collect::<Result<_, BusError>>()?;
         let microphones = settings.microphones.iter();
-        let heard =
-            microphones.map(|microphone| bus.heard_subscriber(microphone.wagon)).collect::<Result<_, _>>()?;
+        let heard = microphones
+            .map(|microphone| Ok((microphone.wagon, bus.heard_subscriber(microphone.wagon)?)))
+            .collect::<Result<_, BusError>>()?;
         let (heartbeats, own) = (bus.heartbeat_subscriber()?, bus.heartbeat_publisher()?);
         Ok(Self { bus, health, heard, heartbeats, own, sequence: 0 })
     }
@@ -44,24 +47,29 @@ impl Ends {
                 recorder.take_event(event);
             }
         };
-        for subscriber in &mut self.health {
+        for (wagon, subscriber) in &mut self.health {
             subscriber.receive(|batch| {
-                for health in batch {
-                    store.take_health(health);
+                let now = now();
+                for health in batch.iter().filter_map(|health| store.receive_health(*wagon, health, now)) {
                     if let Some(recorder) = recorder {
-                        recorder.take(health);
+                        recorder.take(&health);
                     }
-                    watch.health(health).into_iter().for_each(tell);
+                    watch.health(&health).into_iter().for_each(tell);
                 }
             })?;
         }
-        for subscriber in &mut self.heard {
-            subscriber.receive(|batch| batch.iter().for_each(|heard| store.take_heard(heard)))?;
+        for (wagon, subscriber) in &mut self.heard {
+            subscriber.receive(|batch| {
+                let now = now();
+                for heard in batch {
+                    let _ = store.receive_heard(*wagon, heard, now);
+                }
+            })?;
         }
         self.heartbeats.receive(|batch| {
-            for beat in batch {
-                store.take_heartbeat(beat);
-                watch.heartbeat(beat).into_iter().for_each(tell);
+            let now = now();
+            for beat in batch.iter().filter_map(|beat| store.receive_heartbeat(beat, now)) {
+                watch.heartbeat(&beat).into_iter().for_each(tell);
             }
         })?;
         Ok(())

@@ -1,6 +1,6 @@
 //! Alerts: what happens where since when, what to do about it, and the buttons to acknowledge or silence it.
 
-use super::Part;
+use super::kind::Part;
 use super::words::{capital, chip, instant, plain};
 use crate::alerts::model::Alert;
 use crate::alerts::model::{AlertEvent, AlertState, Scope};
@@ -60,7 +60,7 @@ pub(super) fn todo(snapshot: &Snapshot) -> Markup {
     html! {
         div #todo {
             @if open.is_empty() {
-                p .calm { @if seen.is_empty() { "Nothing. No alert is active." } @else { "Nothing new." } }
+                p .calm { @if seen.is_empty() { "No alert is active." } @else { "No new alert." } }
             }
             (list(&open))
             @if !seen.is_empty() {
@@ -80,7 +80,7 @@ pub(super) fn of_wagon(snapshot: &Snapshot, wagon: u32) -> Markup {
     let own: Vec<&Alert> = all.filter(|alert| alert.wagons.contains(&wagon)).take(OVER_SHOWN).collect();
     html! {
         div #wagon-alerts {
-            @if own.is_empty() { p .calm { "No alert is known of this wagon." } }
+            @if own.is_empty() { p .calm { "This wagon has no alerts." } }
             (list(&own))
         }
     }
@@ -90,10 +90,10 @@ fn lists(snapshot: &Snapshot) -> Markup {
     let over = of(snapshot, AlertState::Cleared);
     html! {
         div #alert-lists .stack {
-            (group("open", "Needs attention", "Nothing. No alert is active.", &of(snapshot, AlertState::Active)))
+            (group("open", "Needs attention", "No alert is active.", &of(snapshot, AlertState::Active)))
             (group("seen", "Acknowledged, still there", "None.", &of(snapshot, AlertState::Acknowledged)))
             (group("silenced", "Silenced for a time", "None.", &of(snapshot, AlertState::Silenced)))
-            (group("over", "Over", "No alert has come to its end yet.", &over[..over.len().min(OVER_SHOWN)]))
+            (group("over", "Ended", "No alert has ended yet.", &over[..over.len().min(OVER_SHOWN)]))
         }
     }
 }
@@ -165,7 +165,7 @@ fn since(alert: &Alert) -> Markup {
         } @else {
             "since " (instant(&alert.raised_at))
         }
-        @if alert.times > 1 { ", came " (alert.times) " times" }
+        @if alert.times > 1 { ", " (alert.times) " times" }
     }
 }
 
@@ -203,7 +203,7 @@ fn buttons(alert: &Alert) -> Markup {
 fn more(alert: &Alert) -> Markup {
     html! {
         details id={ "more-" (alert.id) } {
-            summary { "Evidence and course" }
+            summary { "Evidence and history" }
             ul .course {
                 @for place in &alert.places {
                     li {

@@ -1,5 +1,6 @@
 //! Style, scripts and the vendored chart library, built into the program.
 
+use crate::api::problem::Problem;
 use axum::extract::Path;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -60,8 +61,7 @@ pub(super) async fn favicon() -> Response {
 
 fn serve(name: &str) -> Response {
     let Some(asset) = ASSETS.iter().find(|asset| asset.name == name) else {
-        return super::Problem::new(StatusCode::NOT_FOUND, format!("there is no asset \"{name}\""))
-            .into_response();
+        return Problem::new(StatusCode::NOT_FOUND, format!("there is no asset \"{name}\"")).into_response();
     };
     let headers = [
         (header::CONTENT_TYPE, asset.kind),

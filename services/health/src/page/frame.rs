@@ -1,8 +1,8 @@
 //! What all pages share: head, header with the age of the data, connection, footer, the dialog for alerts.
 
 use super::assets::path;
+use super::kind::{Page, Part};
 use super::words::{age, chip};
-use super::{Page, Part};
 use crate::api::grade::{DataState, Grade};
 use crate::api::wagons::model::WagonRow;
 use crate::shared::Shared;
@@ -32,7 +32,7 @@ pub(super) fn document(
                 a .skip href="#main" { "Skip to the content" }
                 (header(page, shared, snapshot))
                 p #lost .lost role="alert" hidden {}
-                noscript { p .lost { "Without JavaScript this page does not renew itself: reload it to see the present." } }
+                noscript { p .lost { "Without JavaScript this page does not update by itself. Reload it to see current data." } }
                 main #main tabindex="-1" { (body) }
                 (footer(shared, snapshot))
                 p #announcer .unseen role="status" aria-live="polite" {}
@@ -147,7 +147,7 @@ fn footer(shared: &Shared, snapshot: &Snapshot) -> Markup {
                 a href="/api/v1/train" { "train" } a href="/api/v1/wagons" { "wagons" } a href="/api/v1/alerts" { "alerts" }
                 a href="/metrics" { "metrics" } a href="/openapi.json" { "OpenAPI" }
             }
-            @if snapshot.taken.age_s(shared.now().monotonic_ns) > STUCK_S { p { "The service does not renew its data." } }
+            @if snapshot.taken.age_s(shared.now().monotonic_ns) > STUCK_S { p { "The service has stopped updating its data." } }
         }
     }
 }

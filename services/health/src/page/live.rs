@@ -4,10 +4,12 @@
 //! the latest when it reads again, so that nothing piles up. Events: `hello` (the version of the page's files, so that a page
 //! from before an update loads itself anew), `parts` (object of `id` to HTML), `beat` (nothing changed, but all is well).
 
-use super::{Page, assets, not_a_page};
+use super::kind::Page;
+use super::{assets, compose};
 use crate::api::problem::Problem;
 use crate::shared::Shared;
 use axum::extract::{Query, State};
+use axum::http::StatusCode;
 use axum::response::sse::{Event, Sse};
 use axum::response::{IntoResponse, Response};
 use futures_util::stream;
@@ -75,7 +77,7 @@ impl Client {
     fn changed(&mut self) -> BTreeMap<String, String> {
         let snapshot = self.shared.latest();
         let mut changed = BTreeMap::new();
-        for part in self.page.parts(&self.shared, &snapshot) {
+        for part in compose::parts(self.page, &self.shared, &snapshot) {
             let html = part.html.into_string();
             let mut hasher = DefaultHasher::new();
             html.hash(&mut hasher);
@@ -87,4 +89,9 @@ impl Client {
         }
         changed
     }
+}
+
+fn not_a_page(text: &str) -> Problem {
+    let detail = format!("page is \"{text}\"; allowed is train, alerts, indicators or wagon-NUMBER");
+    Problem::new(StatusCode::BAD_REQUEST, detail)
 }

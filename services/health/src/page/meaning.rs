@@ -26,9 +26,9 @@ pub(super) fn body(limits: &Limits) -> Markup {
         section .card aria-labelledby="h-grades" {
             h2 #h-grades { "Grades, intervals and ages" }
             p { "Ok: as it should be. Watch: worth a look at the next occasion. Act: needs action. Unknown: not enough fresh data to judge. "
-                "A limit counts as passed only when the whole 95 % interval has passed it, so that an uncertain figure raises no alarm; "
-                "what is too uncertain is called so. Data older than the limit of staleness are marked with their age and judged by nobody." }
-            p { "The blocks are those of ISO 13374: acquisition, manipulation, state detection, health assessment, prognosis, advisory." }
+                "A limit counts as passed only when the whole 95 % interval lies beyond it, so an uncertain figure raises no alarm; "
+                "the reason then says that the figure is too uncertain. Old data are marked as stale with their age, and are not judged." }
+            p { "The words at the right are the processing blocks of ISO 13374: acquisition, manipulation, state detection, health assessment, prognosis, advisory." }
             nav .contents aria-label="Figures" { @for one in &all { a href={ "#" (one.id) } { (one.name) } " " } }
         }
         @for one in &all { (entry(one)) }

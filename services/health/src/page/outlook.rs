@@ -33,7 +33,7 @@ pub(super) async fn outlook(
 
 /// What stands there until the script has fetched it.
 pub(super) fn placeholder() -> Markup {
-    html! { div #outlook { p .calm { "A script fetches the trends." } } }
+    html! { div #outlook { p .calm { "Loading trends…" } } }
 }
 
 fn table(trends: &[TrendView]) -> Markup {
@@ -41,13 +41,13 @@ fn table(trends: &[TrendView]) -> Markup {
     html! {
         div #outlook {
             @if known.is_empty() {
-                p .calm { "Too little is stored yet to see a trend: it takes at least eight points over an hour." }
+                p .calm { "There is too little history for a trend yet: at least eight points over one hour are needed." }
             } @else {
                 table .outlook {
                     thead { tr {
                         th scope="col" { "Indicator" } th scope="col" { "Trend" } th scope="col" .num { "Level" }
                         th scope="col" .num { "Change a day" } th scope="col" { "95 % interval" }
-                        th scope="col" .num { "Limit" } th scope="col" { "Time left" } th scope="col" { "Behind it" }
+                        th scope="col" .num { "Limit" } th scope="col" { "Time left" } th scope="col" { "Based on" }
                     } }
                     tbody { @for trend in known { (line(trend)) } }
                 }
@@ -75,7 +75,7 @@ fn line(trend: &TrendView) -> Markup {
             td .interval data-label="95 % interval" { (signed(per_day, low)) " to " (signed(per_day, high)) }
             td .num data-label="Limit" { (form.value(trend.limit)) }
             td data-label="Time left" .loud[trend.remaining_days.is_some_and(|days| days < 14.0)] { (time_left(trend)) }
-            td .aside data-label="Behind it" { (trend.points) " points, " (span(trend.span_days)) }
+            td .aside data-label="Based on" { (trend.points) " points, " (span(trend.span_days)) }
         }
     }
 }
@@ -112,16 +112,19 @@ fn time_left(trend: &TrendView) -> String {
     };
     match (trend.verdict, trend.remaining_days) {
         (Verdict::TooLittleData, _) | (_, None) if trend.limit.is_none() => NOTHING.to_owned(),
-        (Verdict::NoTrend | Verdict::TooLittleData, _) => "no end in sight".to_owned(),
+        (Verdict::NoTrend | Verdict::TooLittleData, _) => "no trend towards a limit".to_owned(),
         (_, None) => {
             let over = trend.limit.zip(trend.level).is_some_and(|(limit, level)| past(limit, level));
-            if over { "limit is passed" } else { "moves away from its limit" }.to_owned()
+            if over { "limit already passed" } else { "moving away from the limit" }.to_owned()
         }
         (_, Some(days)) if days > FAR_DAYS => "more than 2 years".to_owned(),
         (_, Some(days)) => {
             let low = trend.remaining_days_low.map_or_else(|| "?".to_owned(), span);
             let high = trend.remaining_days_high.filter(|high| *high <= FAR_DAYS);
-            format!("about {} ({low} to {})", span(days), high.map_or_else(|| "open".to_owned(), span))
+            match high {
+                Some(high) => format!("about {} ({low} to {})", span(days), span(high)),
+                None => format!("about {} (at least {low})", span(days)),
+            }
         }
     }
 }
@@ -162,12 +165,12 @@ mod tests {
             said(Verdict::Falling, [Some(33.0), Some(21.7), Some(65.0)]),
             "about 33 days (22 days to 65 days)"
         );
-        assert_eq!(said(Verdict::Falling, [Some(1.0), Some(0.5), None]), "about 24 h (12 h to open)");
-        assert_eq!(said(Verdict::NoTrend, [None; 3]), "no end in sight");
-        assert_eq!(said(Verdict::Rising, [None; 3]), "limit is passed");
+        assert_eq!(said(Verdict::Falling, [Some(1.0), Some(0.5), None]), "about 24 h (at least 12 h)");
+        assert_eq!(said(Verdict::NoTrend, [None; 3]), "no trend towards a limit");
+        assert_eq!(said(Verdict::Rising, [None; 3]), "limit already passed");
         let mut away = trend(Verdict::Rising, [None; 3]);
         away.limit = Some(0.49);
-        assert_eq!(time_left(&away), "moves away from its limit");
+        assert_eq!(time_left(&away), "moving away from the limit");
         assert_eq!(name("wheelset_2.brake_friction"), "Brake friction, wheelset 2");
     }
 }

@@ -1,7 +1,7 @@
 //! The train as a whole: stopping distance now against nominal, the wagons that lack force, and where the rail is low.
 
-use super::Part;
 use super::bar::bar;
+use super::kind::Part;
 use super::words::{age, capital, chip, number};
 use crate::api::adhesion_map::model::{MapCell, MapView};
 use crate::api::capability::model::{CapabilityView, StopView};
@@ -48,7 +48,7 @@ pub(super) fn map_card(shared: &Shared, snapshot: &Snapshot) -> Markup {
         section .card aria-labelledby="h-map" {
             div .heading {
                 h2 #h-map { "Adhesion along the track" }
-                a href="/indicators#map" { "how it is known" }
+                a href="/indicators#map" { "where this comes from" }
             }
             (stretches(&snapshot.whole.map, since_s(shared, snapshot)))
             div #map .map {}
@@ -172,24 +172,24 @@ fn stretches(map: &MapView, since_s: f64) -> Markup {
     html! {
         div #stretches {
             @if map.cells.is_empty() {
-                p .calm { "No wagon has told a position and a grip yet." }
+                p .calm { "No wagon has reported a position and an adhesion yet." }
             } @else if found.is_empty() {
-                p .calm { "No low stretch is known on the " (kilometres(map)) " km that were passed." }
+                p .calm { "No low stretch on the " (kilometres(map)) " km travelled so far." }
             }
             ul .stretches {
                 @for stretch in &found {
                     li {
                         b { "km " (number(stretch.from_m / 1e3, 2)) " to " (number(stretch.to_m / 1e3, 2)) }
                         ": adhesion " b { (number(stretch.adhesion, 3)) }
-                        " (" (number(stretch.low, 3)) " to " (number(stretch.high, 3)) ") at its worst, low with "
-                        (number(100.0 * stretch.sure, 0)) " %; "
+                        " (" (number(stretch.low, 3)) " to " (number(stretch.high, 3)) ") at its worst, "
+                        (number(100.0 * stretch.sure, 0)) " % probability that it is low; "
                         (stretch.wagons) @if stretch.wagons == 1 { " wagon" } @else { " wagons" } " passed"
                         @if stretch.slides > 0 { ", wheelsets slid" }
                         ", last " (age((stretch.age_s + since_s).floor())) " ago"
                     }
                 }
             }
-            @if all > found.len() { p .aside { (all - found.len()) " more, less low." } }
+            @if all > found.len() { p .aside { (all - found.len()) " more stretches, less low." } }
         }
     }
 }

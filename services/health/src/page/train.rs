@@ -1,7 +1,8 @@
 //! The train: verdict, drawing, what to do, and a table of all wagons.
 
+use super::kind::Part;
 use super::words::{Form, NOTHING, capital, chip, condition, data_age, icon, maybe, number};
-use super::{Part, alerts, stopping};
+use super::{alerts, stopping};
 use crate::api::figure::Figure;
 use crate::api::grade::{DataState, Grade};
 use crate::api::train::model::TrainView;
@@ -71,8 +72,8 @@ fn headline(train: &TrainView) -> String {
         Grade::Act => format!("{} action", wagons(of(Grade::Act))),
         Grade::Watch => format!("{} a look", wagons(of(Grade::Watch))),
         Grade::Ok if train.ready => "All wagons are well".to_owned(),
-        Grade::Ok => "No fault known, but some wagons give no news".to_owned(),
-        Grade::Unknown => "Nothing can be said now".to_owned(),
+        Grade::Ok => "No fault known, but some wagons send no data".to_owned(),
+        Grade::Unknown => "The train cannot be judged now".to_owned(),
     }
 }
 
@@ -80,8 +81,11 @@ fn headline(train: &TrainView) -> String {
 fn facts(snapshot: &Snapshot) -> Markup {
     let train = &snapshot.train;
     let speed = snapshot.rows.iter().find_map(|row| row.v_m_s).map(|v| 3.6 * v);
-    let position =
-        snapshot.wagons.iter().find_map(|wagon| wagon.now.as_ref()).map(|now| now.position_m / 1e3);
+    let position = snapshot
+        .wagons
+        .iter()
+        .find_map(|wagon| wagon.now.as_ref()?.position_m)
+        .map(|position_m| position_m / 1e3);
     let quiet = train.stale + train.silent;
     html! {
         dl #facts .facts {
@@ -89,7 +93,7 @@ fn facts(snapshot: &Snapshot) -> Markup {
             div { dt { "Track position" } dd { (maybe(position, 2)) small { " km" } } }
             div { dt { "Needs action" } dd { (train.alerts.act) small { " alerts" } } }
             div { dt { "Worth a look" } dd { (train.alerts.watch) small { " alerts" } } }
-            div .loud[quiet > 0] { dt { "Without news" } dd { (quiet) small { " of " (train.wagons) } } }
+            div .loud[quiet > 0] { dt { "Without data" } dd { (quiet) small { " of " (train.wagons) } } }
         }
     }
 }
@@ -97,7 +101,7 @@ fn facts(snapshot: &Snapshot) -> Markup {
 fn legend() -> Markup {
     html! {
         p .legend {
-            "front is wagon 1 "
+            "Wagon 1 is at the front. "
             @for grade in [Grade::Ok, Grade::Watch, Grade::Act, Grade::Unknown] { (chip(grade)) " " }
         }
     }

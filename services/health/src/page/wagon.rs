@@ -1,8 +1,9 @@
 //! One wagon: verdict, every indicator with interval, limits, grade and reason, wheelset by wheelset, trends, alerts.
 
 use super::bar::bar;
+use super::kind::Part;
 use super::words::{Form, NOTHING, capital, chip, data_age, energy, icon, instant, maybe, number};
-use super::{Part, alerts, outlook, train};
+use super::{alerts, outlook, train};
 use crate::api::acoustic::AcousticView;
 use crate::api::figure::Figure;
 use crate::api::grade::{DataState, Grade};
@@ -48,7 +49,7 @@ pub(super) fn body(id: u32, limits: &Limits, snapshot: &Snapshot) -> Markup {
             (wheelsets(wagon, limits))
         }
         section .card aria-labelledby="h-outlook" {
-            div .heading { h2 #h-outlook { "Where it is going" } a href="/indicators#trend" { "how a trend is found" } }
+            div .heading { h2 #h-outlook { "Outlook" } a href="/indicators#trend" { "how trends are computed" } }
             (outlook::placeholder())
         }
         (trends(wagon, limits))
@@ -56,7 +57,7 @@ pub(super) fn body(id: u32, limits: &Limits, snapshot: &Snapshot) -> Markup {
             section .card aria-labelledby="h-own" { h2 #h-own { "Alerts of this wagon" } (alerts::of_wagon(snapshot, id)) }
             section .card aria-labelledby="h-events" {
                 h2 #h-events { "Latest events" }
-                div #events data-wagon=(id) { p .calm { "A script fetches the events." } }
+                div #events data-wagon=(id) { p .calm { "Loading events…" } }
             }
             section .card aria-labelledby="h-behind" { h2 #h-behind { "Behind the figures" } (behind(wagon)) }
         }
@@ -75,8 +76,8 @@ fn step(rel: &str, name: &str, arrow: &str, id: Option<u32>) -> Markup {
 
 fn verdict(wagon: &WagonView) -> Markup {
     let headline = match (wagon.state, wagon.grade) {
-        (DataState::Stale, _) => "gives no news",
-        (DataState::Silent, _) => "has not been heard of yet",
+        (DataState::Stale, _) => "sends no data",
+        (DataState::Silent, _) => "has not sent data yet",
         (_, Grade::Act) => "needs action",
         (_, Grade::Watch) => "is worth a look",
         (_, Grade::Ok) => "is well",
@@ -100,8 +101,8 @@ fn facts(wagon: &WagonView, snapshot: &Snapshot) -> Markup {
     let since = alerts.map(|alert| alert.raised_at.as_str()).min();
     html! {
         dl #facts .facts {
-            div { dt { "Speed" } dd { (maybe(now.map(|now| 3.6 * now.v_m_s), 0)) small { " km/h" } } }
-            div { dt { "Track position" } dd { (maybe(now.map(|now| now.position_m / 1e3), 2)) small { " km" } } }
+            div { dt { "Speed" } dd { (maybe(now.and_then(|now| now.v_m_s).map(|v_m_s| 3.6 * v_m_s), 0)) small { " km/h" } } }
+            div { dt { "Track position" } dd { (maybe(now.and_then(|now| now.position_m).map(|position_m| position_m / 1e3), 2)) small { " km" } } }
             div { dt { "Alert since" } dd .since { @match since { Some(at) => (instant(at)), None => (NOTHING) } } }
             div { dt { "Braking so far" } dd { (number(wagon.braking_s, 0)) small { " s" } } }
             div .loud[wagon.state != DataState::Live] {
@@ -212,7 +213,7 @@ fn sound(acoustic: &AcousticView) -> Markup {
     let probability = acoustic.wet_probability.map(|wet| format!("wet {:.0} %", 100.0 * wet));
     let state = match acoustic.state.as_str() {
         "heard" => "The last second of audio was heard".to_owned(),
-        "silent" => "The listener says nothing".to_owned(),
+        "silent" => "No data from the listener".to_owned(),
         state => format!("Microphone: {}", state.replace('_', " ")),
     };
     let advice = acoustic.decision.as_ref().map(|decision| {
@@ -223,7 +224,7 @@ fn sound(acoustic: &AcousticView) -> Markup {
     });
     html! {
         tr {
-            th scope="row" { "Rail by ear" }
+            th scope="row" { "Rail, by microphone" }
             td .num .value { (super::words::condition(acoustic.condition)) }
             td .interval { (probability.unwrap_or_else(|| NOTHING.to_owned())) }
             td .scale {}
@@ -237,11 +238,16 @@ fn sound(acoustic: &AcousticView) -> Markup {
 fn rail(rail: &RailView) -> Markup {
     let shares = [("dry", rail.dry), ("wet", rail.wet), ("low", rail.low), ("very low", rail.very_low)];
     let mut left = 0.0;
-    let pieces = shares.map(|(name, share)| {
-        let piece = (name.replace(' ', "-"), 200.0 * left, 200.0 * share);
-        left += share;
-        piece
-    });
+    let shares = shares.into_iter().filter_map(|(name, share)| share.map(|share| (name, share)));
+    let shares: Vec<(&str, f64)> = shares.collect();
+    let pieces: Vec<(String, f64, f64)> = shares
+        .iter()
+        .map(|(name, share)| {
+            let piece = (name.replace(' ', "-"), 200.0 * left, 200.0 * share);
+            left += share;
+            piece
+        })
+        .collect();
     let words = shares.iter().filter(|(_, share)| *share >= 0.005);
     let words: Vec<String> = words.map(|(name, share)| format!("{name} {:.0} %", 100.0 * share)).collect();
     html! {
@@ -265,7 +271,7 @@ fn rail(rail: &RailView) -> Markup {
 fn wheelsets(wagon: &WagonView, limits: &Limits) -> Markup {
     html! {
         div #wheelsets .wheelsets {
-            @if wagon.wheelsets.is_empty() { p .calm { "Nothing has arrived from this wagon yet." } }
+            @if wagon.wheelsets.is_empty() { p .calm { "This wagon has not sent data yet." } }
             @for wheelset in &wagon.wheelsets {
                 (one(wheelset, limits.brake_friction(wagon.id), limits.isolated, limits.wsp_share))
             }
@@ -294,7 +300,7 @@ fn one(wheelset: &WheelsetView, friction: Option<Limit>, isolated: Limit, wsp: L
     let nominal = wheelset.brake_friction_to_nominal.map(|ratio| Form::PERCENT.value(Some(ratio)));
     html! {
         section aria-labelledby={ "set-" (wheelset.id) } {
-            h3 id={ "set-" (wheelset.id) } { "Wheelset " (wheelset.id) small { " " (state.unwrap_or("no present data")) } }
+            h3 id={ "set-" (wheelset.id) } { "Wheelset " (wheelset.id) small { " " (state.unwrap_or("no current data")) } }
             (indicator_table(&rows, &html! {}))
             p .aside {
                 @if let Some(nominal) = nominal { "Pads " (nominal) " of nominal. " }
@@ -325,7 +331,7 @@ fn trends(wagon: &WagonView, limits: &Limits) -> Markup {
                     }
                 }
             }
-            p #trend-state .calm role="status" { "The history is loaded by a script." }
+            p #trend-state .calm role="status" { "Loading the history…" }
             div #charts .charts {}
         }
     }
@@ -335,18 +341,18 @@ fn trends(wagon: &WagonView, limits: &Limits) -> Markup {
 fn behind(wagon: &WagonView) -> Markup {
     html! {
         dl #behind .pairs {
-            dt { "Samples taken in" } dd { (wagon.samples) }
-            dt { "Samples that never arrived" } dd { (wagon.samples_missed) }
+            dt { "Samples processed" } dd { (wagon.samples) }
+            dt { "Samples lost" } dd { (wagon.samples_missed) }
             dt { "Faulty sensors" }
             dd .loud[!wagon.faulty_sensors.is_empty()] {
                 @if wagon.faulty_sensors.is_empty() { "none" } @else { (wagon.faulty_sensors.join(", ")) }
             }
             dt { "Brake applications" }
             dd { (wagon.brake_applications) @if let Some(at) = &wagon.brake_applied_at { ", latest " (instant(at)) } }
-            dt { "Outputs refused by the filter's gate" } dd { (wagon.outputs_rejected) }
+            dt { "Measurements rejected by the filter" } dd { (wagon.outputs_rejected) }
             @match &wagon.estimator {
                 Some(process) => (estimator(process)),
-                None => { dt { "Estimator" } dd .loud { "no sign of life" } }
+                None => { dt { "Estimator" } dd .loud { "no heartbeat" } }
             }
         }
     }

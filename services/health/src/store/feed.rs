@@ -4,10 +4,10 @@ use crate::alerts::model::Alert;
 use crate::alerts::{AlertBook, SharedBook};
 use crate::store::inference::Inference;
 use crate::store::received::Received;
-use crate::store::snapshot::Snapshot;
+use crate::store::snapshot::{Basis, Snapshot};
 use crate::store::symptoms;
 use railgrip_indicators::track::KeptCell;
-use railgrip_messages::{Health, Heard, Heartbeat, Stamp};
+use railgrip_messages::{Health, Heard, Heartbeat, NO_WAGON, Stamp, Validated};
 use railgrip_settings::TrainSettings;
 
 /// Everything that is known about the train.
@@ -40,21 +40,41 @@ impl Store {
         }
     }
 
-    /// Takes the indicators of a wagon; those of an unknown wagon, and older ones than it has, are ignored.
-    pub fn take_health(&mut self, health: &Health) {
-        if let Some(before) = self.received.take_health(health) {
-            self.inference.chart(health, before.as_deref());
+    /// Checks and takes the indicators that came on the channel of a wagon; `None` if they are refused.
+    pub fn receive_health<'a>(
+        &mut self,
+        channel: u32,
+        health: &'a Health,
+        now: Stamp,
+    ) -> Option<Validated<'a, Health>> {
+        let valid = self.received.admit(channel, health, now)?;
+        if let Some(before) = self.received.take_health(valid) {
+            self.inference.chart(&valid, before.as_deref());
         }
+        Some(valid)
     }
 
-    /// Takes what a microphone heard.
-    pub fn take_heard(&mut self, heard: &Heard) {
-        self.received.take_heard(heard);
+    /// Checks and takes what the microphone of a wagon heard; `None` if it is refused.
+    pub fn receive_heard<'a>(
+        &mut self,
+        channel: u32,
+        heard: &'a Heard,
+        now: Stamp,
+    ) -> Option<Validated<'a, Heard>> {
+        let valid = self.received.admit(channel, heard, now)?;
+        self.received.take_heard(valid);
+        Some(valid)
     }
 
-    /// Takes the heartbeat of a process.
-    pub fn take_heartbeat(&mut self, beat: &Heartbeat) {
-        self.received.take_heartbeat(beat);
+    /// Checks and takes the heartbeat of a process; `None` if it is refused.
+    pub fn receive_heartbeat<'a>(
+        &mut self,
+        beat: &'a Heartbeat,
+        now: Stamp,
+    ) -> Option<Validated<'a, Heartbeat>> {
+        let valid = self.received.admit(NO_WAGON, beat, now)?;
+        self.received.take_heartbeat(valid);
+        Some(valid)
     }
 
     /// Takes what is wrong with the history, if anything is.
@@ -67,7 +87,8 @@ impl Store {
         self.received.forget_silent_processes(now);
         self.inference.compare(&self.received, now.monotonic_ns);
         let news = self.judge(now);
-        Snapshot::take(&self.train, &self.received, &mut self.inference, &self.alerts, news, now)
+        let basis = Basis::new(&self.train, &self.received, &mut self.inference, now);
+        Snapshot::take(basis, &self.alerts, news, now)
     }
 
     /// Goes on from cells of the map that were kept; returns how many there were.

@@ -3,6 +3,7 @@
 
 use crate::api::adhesion_map::model::MapView;
 use crate::api::capability::model::CapabilityView;
+use crate::api::figure::{Figure, rounded};
 use crate::api::grade::Grade;
 use crate::api::wagons::model::{WagonRow, WagonView};
 use crate::neighbours::Neighbours;
@@ -30,8 +31,17 @@ pub(super) struct Inference {
     neighbours: Neighbours,
     /// When the neighbours were last compared, monotonic, ns.
     compared_ns: Option<u64>,
-    /// What is said of the whole train, and when that was worked out.
-    whole: Option<(u64, Arc<Whole>)>,
+    /// What is said of the whole train.
+    whole: Option<Arc<Whole>>,
+}
+
+/// What the neighbours show of one wagon.
+#[derive(Debug, Clone)]
+pub(super) struct NeighbourFigures {
+    /// How much later than its place explains it begins to brake.
+    delay: Figure,
+    /// How much of the latest braking of the train it had no pressing force.
+    without: Option<Figure>,
 }
 
 /// What requests about the whole train need beside the wagons; renewed every few seconds.
@@ -47,6 +57,8 @@ pub struct Whole {
     pub capability: CapabilityView,
     /// Adhesion along the track.
     pub map: MapView,
+    /// When this was worked out, monotonic, ns.
+    pub at_ns: u64,
 }
 
 impl Inference {
@@ -80,7 +92,11 @@ impl Inference {
 
     /// Puts what a wagon says onto the map, for the time since the message before.
     pub fn chart(&mut self, health: &Health, before: Option<&Health>) {
-        let known = health.position_m != 0.0 && health.v_m_s > 0.5 && health.mu_w_sigma > 0.0;
+        // A position of 0 is unknown; NaN is, whatever it stands for.
+        let known = health.position_m.abs() > 0.0
+            && health.v_m_s > 0.5
+            && health.mu_w_sigma > 0.0
+            && health.mu_w.is_finite();
         let Some(before) = before.filter(|_| known) else { return };
         let elapsed_ns = health.acquired.monotonic_ns.saturating_sub(before.acquired.monotonic_ns);
         let seconds = elapsed_ns as f64 * 1e-9;
@@ -94,6 +110,7 @@ impl Inference {
         let (sum, number) = wheelsets
             .iter()
             .filter(slides)
+            .filter(|one| one.mu_w.is_finite())
             .fold((0.0, 0.0), |(sum, number), one| (sum + one.mu_w.abs(), number + 1.0));
         let sliding = number > 0.0;
         let utilised = if sliding { sum / number } else { health.mu_w.abs() };
@@ -116,14 +133,60 @@ impl Inference {
         (&self.neighbours, &self.indicators)
     }
 
+    /// What the neighbours show of a wagon.
+    pub fn neighbour_figures(&self, wagon: u32) -> NeighbourFigures {
+        NeighbourFigures {
+            delay: self.neighbours.delay(wagon, &self.indicators),
+            without: self.neighbours.without(wagon, &self.indicators),
+        }
+    }
+
+    /// What is said of the whole train; worked out anew every few seconds.
+    pub fn whole(&mut self, received: &Received, now_ns: u64) -> Arc<Whole> {
+        if let Some(whole) = &self.whole
+            && now_ns.saturating_sub(whole.at_ns) < WHOLE_PERIOD_NS
+        {
+            return Arc::clone(whole);
+        }
+        let map = MapView::of(&self.map, self.capability.cell_m, now_ns as f64 * 1e-9);
+        let whole = Arc::new(Whole::new(received, self.capability.clone(), map, now_ns));
+        self.whole = Some(Arc::clone(&whole));
+        whole
+    }
+}
+
+impl Whole {
+    fn new(received: &Received, settings: CapabilitySettings, map: MapView, at_ns: u64) -> Self {
+        let fresh = |wagon| received.fresh(wagon, at_ns);
+        let braked: Vec<(BrakedWagon, BrakedWagon)> =
+            received.wagons.iter().map(|wagon| (braked(wagon, fresh(wagon)), wagon.nominal)).collect();
+        let known = received
+            .wagons
+            .iter()
+            .filter_map(fresh)
+            .filter(|health| health.brake_friction.known != 0)
+            .count();
+        let capability = capability::judge(&braked, known, &settings, &settings.speeds_km_h);
+        Self { braked, known, settings, capability, map, at_ns }
+    }
+
+    /// The same some time later, when nothing new has come.
+    pub(super) fn aged(&self, received: &Received, now_ns: u64) -> Self {
+        let mut map = self.map.clone();
+        let passed_s = now_ns.saturating_sub(self.at_ns) as f64 * 1e-9;
+        map.cells.iter_mut().for_each(|cell| cell.age_s = rounded(cell.age_s + passed_s));
+        Self::new(received, self.settings.clone(), map, now_ns)
+    }
+}
+
+impl NeighbourFigures {
     /// Adds what the neighbours show to what a live wagon says of itself.
     pub fn amend(&self, row: &mut WagonRow, view: &mut WagonView) {
-        view.brake_delay = self.neighbours.delay(row.id, &self.indicators);
-        let without = self.neighbours.without(row.id, &self.indicators);
-        if let Some(without) = without
+        view.brake_delay = self.delay.clone();
+        if let Some(without) = &self.without
             && (without.grade > view.isolated.grade || view.isolated.value.is_none())
         {
-            view.isolated = without;
+            view.isolated = without.clone();
         }
         for (name, figure) in [("isolated", &view.isolated), ("late", &view.brake_delay)] {
             if figure.grade > row.grade && figure.grade >= Grade::Watch {
@@ -132,27 +195,6 @@ impl Inference {
             }
         }
         (view.grade, view.reason) = (row.grade, row.reason.clone());
-    }
-
-    /// What is said of the whole train; worked out anew every few seconds.
-    pub fn whole(&mut self, received: &Received, now_ns: u64) -> Arc<Whole> {
-        if let Some((at_ns, whole)) = &self.whole
-            && now_ns.saturating_sub(*at_ns) < WHOLE_PERIOD_NS
-        {
-            return Arc::clone(whole);
-        }
-        let braked: Vec<(BrakedWagon, BrakedWagon)> = received
-            .wagons
-            .iter()
-            .map(|wagon| (braked(wagon, received.fresh(wagon, now_ns)), wagon.nominal))
-            .collect();
-        let fresh = received.wagons.iter().filter_map(|wagon| received.fresh(wagon, now_ns));
-        let known = fresh.filter(|health| health.brake_friction.known != 0).count();
-        let capability = capability::judge(&braked, known, &self.capability, &self.capability.speeds_km_h);
-        let map = MapView::of(&self.map, self.capability.cell_m, now_ns as f64 * 1e-9);
-        let whole = Arc::new(Whole { braked, known, settings: self.capability.clone(), capability, map });
-        self.whole = Some((now_ns, Arc::clone(&whole)));
-        whole
     }
 }
 

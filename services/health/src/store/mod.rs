@@ -5,7 +5,8 @@
 //!
 //! | file | its job |
 //! | --- | --- |
-//! | `received` | the latest message of each wagon, microphone and process |
+//! | `received` | the latest message of each wagon, microphone and process; each is checked as it comes in |
+//! | `refused` | what did not pass that check, counted |
 //! | `inference` | what the wagons show only together: neighbours, adhesion map, stopping distance |
 //! | `capability` | the stopping distance, judged |
 //! | `symptoms` | hands what is judged to the alerts |
@@ -16,6 +17,7 @@ pub(crate) mod capability;
 mod feed;
 mod inference;
 mod received;
+mod refused;
 mod snapshot;
 mod symptoms;
 

@@ -1,15 +1,18 @@
-//! What was received: the latest message of each wagon, of its microphone, and of each process.
+//! What was received: the latest message of each wagon, of its microphone, and of each process. Here payloads come in, and
+//! what is wrong with one is found.
 
+use crate::store::refused::Refused;
 use railgrip_indicators::stopping::BrakedWagon;
-use railgrip_messages::{Health, Heard, Heartbeat, Stamp};
+use railgrip_messages::{Checked, Health, Heard, Heartbeat, NO_WAGON, Refusal, Stamp, Validated};
 use railgrip_settings::{TrainSettings, WagonSettings};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// A process that has been quiet for so long is no longer listed, s.
 const PROCESS_GONE_S: f64 = 30.0;
 
 /// The latest of everything that arrived.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Received {
     /// The wagons of the train, front first.
     pub wagons: Vec<Wagon>,
@@ -17,10 +20,12 @@ pub(super) struct Received {
     pub heartbeats: BTreeMap<(u32, u32), Heartbeat>,
     /// Data are stale from this age on, s.
     pub stale_after_s: f64,
+    /// What was not taken.
+    pub refused: Refused,
 }
 
 /// A wagon: what the config says of it, and the latest that it said itself.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Wagon {
     /// Its place in the train, 1 first.
     pub number: u32,
@@ -33,7 +38,7 @@ pub(super) struct Wagon {
     /// Adhesion available on dry, wet, low and very low rail.
     pub rail: [f64; 4],
     /// Its latest indicators.
-    pub health: Option<Box<Health>>,
+    pub health: Option<Arc<Health>>,
     /// Whether it has a microphone.
     pub microphone: bool,
     /// What that heard last.
@@ -70,26 +75,52 @@ impl Received {
             wagons: settings.wagons.iter().map(|wagon| Wagon::new(settings, wagon)).collect(),
             heartbeats: BTreeMap::new(),
             stale_after_s: settings.http.stale_after_s,
+            refused: Refused::default(),
         }
     }
 
-    /// Takes the indicators of a wagon; those of an unknown wagon, and older ones than it has, are ignored. Returns the
-    /// message that they replace, or `None` if nothing was taken.
-    pub fn take_health(&mut self, health: &Health) -> Option<Option<Box<Health>>> {
+    /// The one place where payloads come in: what is wrong, or about a wagon that the channel does not carry, is refused
+    /// and counted. `channel` is the number of the wagon whose channel it came from, or [`NO_WAGON`].
+    pub fn admit<'a, T: Checked>(
+        &mut self,
+        channel: u32,
+        payload: &'a T,
+        now: Stamp,
+    ) -> Option<Validated<'a, T>> {
+        let known = |wagon: u32| self.wagons.iter().any(|known| known.number == wagon);
+        let wagon = payload.wagon();
+        let expected = if channel == NO_WAGON { wagon == NO_WAGON || known(wagon) } else { wagon == channel };
+        let admitted =
+            payload.validated(now).and_then(|valid| expected.then_some(valid).ok_or(Refusal::WrongWagon));
+        match admitted {
+            Ok(valid) => {
+                self.refused.taken(channel);
+                Some(valid)
+            }
+            Err(why) => {
+                self.refused.count(T::NAME, channel, why);
+                None
+            }
+        }
+    }
+
+    /// Takes the indicators of a wagon unless it has newer ones. Returns the message that they replace, or `None` if
+    /// nothing was taken.
+    pub fn take_health(&mut self, health: Validated<'_, Health>) -> Option<Option<Arc<Health>>> {
         let known = self.wagons.iter_mut().find(|known| known.number == health.wagon)?;
         let newer = |old: &Health| health.published_monotonic_ns >= old.published_monotonic_ns;
-        known.health.as_deref().is_none_or(newer).then(|| known.health.replace(Box::new(*health)))
+        known.health.as_deref().is_none_or(newer).then(|| known.health.replace(Arc::new(*health)))
     }
 
     /// Takes what a microphone heard.
-    pub fn take_heard(&mut self, heard: &Heard) {
+    pub fn take_heard(&mut self, heard: Validated<'_, Heard>) {
         if let Some(known) = self.wagons.iter_mut().find(|known| known.number == heard.wagon) {
             known.heard = Some(*heard);
         }
     }
 
     /// Takes the heartbeat of a process.
-    pub fn take_heartbeat(&mut self, beat: &Heartbeat) {
+    pub fn take_heartbeat(&mut self, beat: Validated<'_, Heartbeat>) {
         self.heartbeats.insert((beat.process, beat.wagon), *beat);
     }
 

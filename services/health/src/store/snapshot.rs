@@ -6,11 +6,11 @@ use crate::api::acoustic::acoustic;
 use crate::api::figure::Freshness;
 use crate::api::grade::{DataState, Grade};
 use crate::api::processes::process;
-use crate::api::train::model::TrainView;
+use crate::api::train::model::{RefusedView, TrainView};
 use crate::api::wagons::model::{WagonList, WagonRow, WagonView};
 use crate::api::wagons::view;
-use crate::store::inference::{Inference, Whole};
-use crate::store::received::Received;
+use crate::store::inference::{Inference, NeighbourFigures, Whole};
+use crate::store::received::{Received, Wagon};
 use crate::time::rfc3339;
 use crate::web::json::json;
 use axum::body::Bytes;
@@ -20,8 +20,10 @@ use std::sync::Arc;
 /// The train at one instant, ready to be served.
 #[derive(Debug, Clone)]
 pub struct Snapshot {
-    /// When it was taken.
+    /// When its data were taken from the channels.
     pub taken: Stamp,
+    /// At which instant ages and states hold.
+    pub as_of: Stamp,
     /// The train at a glance.
     pub train: TrainView,
     /// One line a wagon.
@@ -44,25 +46,72 @@ pub struct Snapshot {
     pub book: SharedBook,
     /// Version of the alerts in this snapshot.
     pub alert_version: u64,
+    basis: Arc<Basis>,
+}
+
+/// What a snapshot is made of, whenever it is looked at.
+#[derive(Debug)]
+pub(super) struct Basis {
+    train: String,
+    received: Received,
+    /// Of each wagon, front first.
+    neighbours: Vec<NeighbourFigures>,
+    whole: Arc<Whole>,
+}
+
+impl Basis {
+    /// Everything that is known now.
+    pub fn new(train: &str, received: &Received, inference: &mut Inference, now: Stamp) -> Self {
+        Self {
+            train: train.to_owned(),
+            received: received.clone(),
+            neighbours: received
+                .wagons
+                .iter()
+                .map(|wagon| inference.neighbour_figures(wagon.number))
+                .collect(),
+            whole: inference.whole(received, now.monotonic_ns),
+        }
+    }
 }
 
 impl Snapshot {
-    /// The train of that name as it is now.
-    pub(super) fn take(
-        name: &str,
-        received: &Received,
-        inference: &mut Inference,
+    /// The train as it is now.
+    pub(super) fn take(basis: Basis, book: &SharedBook, news: Vec<Alert>, now: Stamp) -> Self {
+        let whole = Arc::clone(&basis.whole);
+        Self::at(Arc::new(basis), whole, book, news, now, now)
+    }
+
+    /// The same train later, when nothing has come since: ages, states and readiness as they are at `now`.
+    #[must_use]
+    pub fn aged(&self, now: Stamp) -> Self {
+        let whole = Arc::new(self.basis.whole.aged(&self.basis.received, now.monotonic_ns));
+        Self::at(Arc::clone(&self.basis), whole, &self.book, Vec::new(), self.taken, now)
+    }
+
+    /// The same train with the alerts as they are now.
+    #[must_use]
+    pub fn with_present_alerts(&self) -> Self {
+        let book = self.book.lock();
+        let (alert_version, alerts) = (book.version(), AlertList { alerts: book.list(), next: None });
+        Self { alerts, alert_version, ..self.clone() }
+    }
+
+    fn at(
+        basis: Arc<Basis>,
+        whole: Arc<Whole>,
         book: &SharedBook,
         news: Vec<Alert>,
+        taken: Stamp,
         now: Stamp,
     ) -> Self {
-        let (rows, wagons) = wagons(received, inference, now.monotonic_ns);
+        let (rows, wagons) = wagons(&basis, now.monotonic_ns);
         let not_ready: Vec<String> = rows
             .iter()
             .filter(|row| row.state != DataState::Live)
             .map(|row| format!("wagon {} ({}) is {}", row.id, row.name, row.reason))
             .collect();
-        let train = train(name, received, book, &rows, now);
+        let train = train(&basis, book, &rows, now);
         let list = WagonList {
             train: train.name.clone(),
             generated_at: train.generated_at.clone(),
@@ -73,53 +122,59 @@ impl Snapshot {
         let (alert_version, alerts) = (locked.version(), AlertList { alerts: locked.list(), next: None });
         drop(locked);
         Self {
-            taken: now,
+            taken,
+            as_of: now,
             rows_json: json(&list),
             train_json: json(&train),
             train,
             rows,
             wagons,
-            whole: inference.whole(received, now.monotonic_ns),
+            whole,
             alerts,
             not_ready,
             news,
             book: book.clone(),
             alert_version,
+            basis,
         }
     }
 }
 
 /// A line about each wagon, and all about each.
-fn wagons(received: &Received, inference: &Inference, now_ns: u64) -> (Vec<WagonRow>, Vec<WagonView>) {
-    let of_wagon = |known: &super::received::Wagon| {
+fn wagons(basis: &Basis, now_ns: u64) -> (Vec<WagonRow>, Vec<WagonView>) {
+    let received = &basis.received;
+    let of_wagon = |(known, neighbours): (&Wagon, &NeighbourFigures)| {
         let health = known.health.as_deref();
         let fresh = Freshness::of(health, now_ns, received.stale_after_s);
         let estimator = received.heartbeats.get(&(ProcessKind::Estimator.code(), known.number));
         let mut row = view::row(known.number, &known.name, health, fresh);
         let mut wagon = view::wagon(known.number, &known.name, health, estimator, fresh, now_ns);
         if row.state == DataState::Live {
-            inference.amend(&mut row, &mut wagon);
+            neighbours.amend(&mut row, &mut wagon);
         }
         let heard = known.microphone.then_some(known.heard.as_ref());
         wagon.acoustic = heard.map(|heard| acoustic(heard, now_ns, received.stale_after_s));
         (row, wagon)
     };
-    received.wagons.iter().map(of_wagon).unzip()
+    received.wagons.iter().zip(&basis.neighbours).map(of_wagon).unzip()
 }
 
 /// The train at a glance.
-fn train(name: &str, received: &Received, book: &SharedBook, rows: &[WagonRow], now: Stamp) -> TrainView {
+fn train(basis: &Basis, book: &SharedBook, rows: &[WagonRow], now: Stamp) -> TrainView {
+    let received = &basis.received;
     let count = |state| rows.iter().filter(|row| row.state == state).count() as u32;
     let mut worst: Vec<WagonRow> = rows.iter().filter(|row| row.grade >= Grade::Watch).cloned().collect();
     worst.sort_by_key(|row| std::cmp::Reverse(row.grade));
     let (grade, reason) = match rows.iter().max_by_key(|row| (row.grade, std::cmp::Reverse(row.id))) {
         Some(row) if row.grade >= Grade::Watch => (row.grade, format!("wagon {}: {}", row.id, row.reason)),
-        Some(row) if row.grade == Grade::Ok => (Grade::Ok, "everything known is as it should be".to_owned()),
+        Some(row) if row.grade == Grade::Ok => {
+            (Grade::Ok, "everything that is known is as it should be".to_owned())
+        }
         _ => (Grade::Unknown, "nothing is known yet".to_owned()),
     };
     let live = count(DataState::Live);
     TrainView {
-        name: name.to_owned(),
+        name: basis.train.clone(),
         generated_at: rfc3339(now.unix_ns),
         ready: live as usize == rows.len(),
         grade,
@@ -130,6 +185,15 @@ fn train(name: &str, received: &Received, book: &SharedBook, rows: &[WagonRow], 
         silent: count(DataState::Silent),
         worst,
         alerts: book.lock().counts(),
+        refused: received
+            .refused
+            .counts()
+            .map(|(payload, why, count)| RefusedView {
+                payload: payload.to_owned(),
+                reason: why.word().to_owned(),
+                count,
+            })
+            .collect(),
         processes: received.heartbeats.values().map(|beat| process(beat, now.monotonic_ns)).collect(),
     }
 }

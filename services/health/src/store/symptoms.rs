@@ -22,11 +22,8 @@ pub(super) fn judge(
         let of_wagon = |rule| Symptom { wagon, wheelset: None, rule };
         let last = known.health.as_deref().map_or(started, |health| health.acquired);
         let stale = last.age_s(now.monotonic_ns) > received.stale_after_s;
-        let (grade, reason) = if stale {
-            (Grade::Act, format!("no news since {}", rfc3339(last.unix_ns)))
-        } else {
-            (Grade::Ok, String::new())
-        };
+        let (grade, reason) =
+            if stale { (Grade::Act, no_data(received, wagon, last)) } else { (Grade::Ok, String::new()) };
         book.judge(of_wagon("silent"), grade, &reason, now);
         let Some(health) = known.health.as_deref().filter(|_| !stale) else { continue };
         for (rule, wheelset, indicator) in view::judged(health) {
@@ -41,16 +38,32 @@ pub(super) fn judge(
     }
 }
 
+/// Since when no data of a wagon were taken, and why not if some came.
+fn no_data(received: &Received, wagon: u32, last: Stamp) -> String {
+    let since = format!("no data since {}", rfc3339(last.unix_ns));
+    match received.refused.since_taken(wagon) {
+        Some((why, count)) => {
+            let why = why.word().replace('_', " ");
+            format!("{since}: {count} messages came and were refused, the last because of: {why}")
+        }
+        None => since,
+    }
+}
+
 /// Judges what is wrong with this service itself: its journal of alerts, its history.
 pub(super) fn judge_service(book: &mut AlertBook, history: Option<&str>, now: Stamp) {
     let of_service = |rule| Symptom { wagon: 0, wheelset: None, rule };
     let (grade, reason) = match book.trouble() {
-        Some(trouble) => (Grade::Act, format!("alerts are not kept: {trouble}")),
+        Some(trouble) => {
+            (Grade::Act, format!("alerts cannot be saved, so a restart would forget them: {trouble}"))
+        }
         None => (Grade::Ok, String::new()),
     };
     book.judge(of_service("storage"), grade, &reason, now);
     let (grade, reason) = match history {
-        Some(trouble) => (Grade::Act, format!("nothing is remembered, all else goes on: {trouble}")),
+        Some(trouble) => {
+            (Grade::Act, format!("the history cannot be saved; everything else works: {trouble}"))
+        }
         None => (Grade::Ok, String::new()),
     };
     book.judge(of_service("history"), grade, &reason, now);

@@ -15,6 +15,18 @@ pub struct AlertCounts {
     pub act: u32,
 }
 
+/// Messages of processes that were refused, because something in them cannot be.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
+pub struct RefusedView {
+    /// What kind of message: `health`, `heard` or `heartbeat`.
+    pub payload: String,
+    /// Why: `future_stamp`, `no_stamp`, `not_finite`, `out_of_range`, `reversed_interval`, `unknown_code`,
+    /// `wrong_count` or `wrong_wagon`.
+    pub reason: String,
+    /// How many since the service started.
+    pub count: u64,
+}
+
 /// The train at a glance.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct TrainView {
@@ -40,6 +52,8 @@ pub struct TrainView {
     pub worst: Vec<WagonRow>,
     /// Alerts that are active now.
     pub alerts: AlertCounts,
+    /// Messages that were refused since the service started, by kind and reason.
+    pub refused: Vec<RefusedView>,
     /// Its processes.
     pub processes: Vec<ProcessView>,
 }

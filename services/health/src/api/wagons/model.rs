@@ -64,17 +64,17 @@ pub struct WagonList {
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Present {
     /// Speed, m/s.
-    pub v_m_s: f64,
-    /// Position along the track, m; 0 if unknown.
-    pub position_m: f64,
+    pub v_m_s: Option<f64>,
+    /// Position along the track, m.
+    pub position_m: Option<f64>,
     /// Adhesion utilised, signed: braking negative.
-    pub adhesion: f64,
+    pub adhesion: Option<f64>,
     /// Its 1 σ.
-    pub adhesion_sigma: f64,
+    pub adhesion_sigma: Option<f64>,
     /// Pad friction as estimated now, mean of the wheelsets.
-    pub brake_friction: f64,
+    pub brake_friction: Option<f64>,
     /// Its 1 σ.
-    pub brake_friction_sigma: f64,
+    pub brake_friction_sigma: Option<f64>,
 }
 
 /// Condition of the rail, with the probability of each.
@@ -82,14 +82,14 @@ pub struct Present {
 pub struct RailView {
     /// The most probable condition; `null` if unknown.
     pub condition: Option<Condition>,
-    /// Probability of dry rail.
-    pub dry: f64,
+    /// Probability of dry rail; `null` if unknown, as all four.
+    pub dry: Option<f64>,
     /// Probability of wet rail.
-    pub wet: f64,
+    pub wet: Option<f64>,
     /// Probability of low adhesion.
-    pub low: f64,
+    pub low: Option<f64>,
     /// Probability of very low adhesion.
-    pub very_low: f64,
+    pub very_low: Option<f64>,
     /// How it is judged.
     pub grade: Grade,
     /// Why, in words.
@@ -100,17 +100,17 @@ pub struct RailView {
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct WheelsetPresent {
     /// Adhesion utilised, signed: braking negative.
-    pub adhesion: f64,
+    pub adhesion: Option<f64>,
     /// Its 1 σ.
-    pub adhesion_sigma: f64,
+    pub adhesion_sigma: Option<f64>,
     /// Pad friction as estimated now.
-    pub brake_friction: f64,
+    pub brake_friction: Option<f64>,
     /// Its 1 σ.
-    pub brake_friction_sigma: f64,
+    pub brake_friction_sigma: Option<f64>,
     /// The data determine the pad friction of this wheelset now.
     pub observable: bool,
     /// Creepage: negative sliding, positive spinning.
-    pub creepage: f64,
+    pub creepage: Option<f64>,
     /// It slides or spins.
     pub sliding: bool,
     /// Its slide protection acts.

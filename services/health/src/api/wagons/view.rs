@@ -1,6 +1,6 @@
 //! From the messages of a wagon to what the API says of it.
 
-use crate::api::figure::{Freshness, figure, rounded};
+use crate::api::figure::{Freshness, figure, known, rounded};
 use crate::api::grade::{Condition, Grade};
 use crate::api::processes::process;
 use crate::api::wagons::model::{Present, RailView, WagonRow, WagonView, WheelsetPresent, WheelsetView};
@@ -66,8 +66,8 @@ pub(crate) fn row(id: u32, name: &str, health: Option<&Health>, fresh: Freshness
         age_s: fresh.age_s,
         grade,
         reason,
-        v_m_s: live.map(|health| rounded(health.v_m_s)),
-        adhesion_utilised: live.map(|health| rounded(health.mu_w.abs())),
+        v_m_s: live.and_then(|health| known(health.v_m_s)),
+        adhesion_utilised: live.and_then(|health| known(health.mu_w.abs())),
         adhesion_available: live.and_then(|health| health.adhesion_available.figure()).map(rounded),
         adhesion_available_is_lower_bound: live.map(|health| health.adhesion_available_is_bound != 0),
         condition: live.and_then(condition),
@@ -92,12 +92,12 @@ pub(crate) fn wagon(
     let nothing = Health::default();
     let health = health.unwrap_or(&nothing);
     let now = fresh.is_live().then(|| Present {
-        v_m_s: rounded(health.v_m_s),
-        position_m: rounded(health.position_m),
-        adhesion: rounded(health.mu_w),
-        adhesion_sigma: rounded(health.mu_w_sigma),
-        brake_friction: rounded(health.mu_b_mean),
-        brake_friction_sigma: rounded(health.mu_b_mean_sigma),
+        v_m_s: known(health.v_m_s),
+        position_m: known(health.position_m).filter(|position_m| *position_m != 0.0),
+        adhesion: known(health.mu_w),
+        adhesion_sigma: known(health.mu_w_sigma),
+        brake_friction: known(health.mu_b_mean),
+        brake_friction_sigma: known(health.mu_b_mean_sigma),
     });
     let wheelsets = health.wheelset[..health.wheelset_count()].iter().enumerate();
     WagonView {
@@ -159,19 +159,21 @@ fn faulty_sensors(health: &Health) -> Vec<String> {
 
 fn rail(health: &Health, fresh: Freshness) -> RailView {
     let judged = figure(&health.rail, fresh);
-    let [dry, wet, low, very_low] = health.condition_probability.map(rounded);
-    let condition = condition(health).filter(|_| fresh.is_live());
+    let condition = condition(health);
+    let share = |share: f64| condition.map(|_| rounded(share));
+    let [dry, wet, low, very_low] = health.condition_probability.map(share);
+    let condition = condition.filter(|_| fresh.is_live());
     RailView { condition, dry, wet, low, very_low, grade: judged.grade, reason: judged.reason }
 }
 
 fn wheelset(id: u32, health: &WheelsetHealth, fresh: Freshness) -> WheelsetView {
     let now = fresh.is_live().then(|| WheelsetPresent {
-        adhesion: rounded(health.mu_w),
-        adhesion_sigma: rounded(health.mu_w_sigma),
-        brake_friction: rounded(health.mu_b),
-        brake_friction_sigma: rounded(health.mu_b_sigma),
+        adhesion: known(health.mu_w),
+        adhesion_sigma: known(health.mu_w_sigma),
+        brake_friction: known(health.mu_b),
+        brake_friction_sigma: known(health.mu_b_sigma),
         observable: health.observable != 0,
-        creepage: rounded(health.slip),
+        creepage: known(health.slip),
         sliding: health.sliding != 0,
         wsp_active: health.wsp_active != 0,
     });
@@ -182,7 +184,7 @@ fn wheelset(id: u32, health: &WheelsetHealth, fresh: Freshness) -> WheelsetView 
         brake_friction_to_nominal: health
             .brake_friction
             .figure()
-            .map(|_| rounded(health.brake_friction_ratio)),
+            .and_then(|_| known(health.brake_friction_ratio)),
         brake_friction_standard: figure(&health.brake_friction_standard, fresh),
         isolated: figure(&health.isolated, fresh),
         adhesion_utilised: figure(&health.adhesion_utilised, fresh),

@@ -1,6 +1,6 @@
 //! The table as CSV.
 
-use super::{ExportError, Layout, Sink};
+use super::table::{ExportError, Layout, Sink};
 use crate::time::rfc3339;
 use railgrip_history::Point;
 use std::fmt::Write as _;

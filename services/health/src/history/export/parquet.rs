@@ -1,6 +1,6 @@
 //! The table as Parquet: `time` as a UTC timestamp in milliseconds, figures as optional floats, units in the metadata.
 
-use super::{ExportError, Layout, Sink};
+use super::table::{ExportError, Layout, Sink};
 use parquet::basic::{Compression, LogicalType, Repetition, TimeUnit, Type as Physical, ZstdLevel};
 use parquet::data_type::{FloatType, Int32Type, Int64Type};
 use parquet::file::metadata::KeyValue;

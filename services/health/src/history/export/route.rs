@@ -1,6 +1,7 @@
 //! The table over HTTP, sent while it is read.
 
-use super::{ExportError, Form, Wanted, write};
+use super::table::{ExportError, Form, Wanted};
+use super::write::write;
 use crate::api::problem::Problem;
 use crate::history::query;
 use crate::history::routes::{available, wagon};

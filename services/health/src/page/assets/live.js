@@ -178,11 +178,11 @@ function tick() {
   const banner = byId("lost");
   // Said once by a screen reader; the seconds count in a place of their own.
   if (banner.hidden) {
-    banner.textContent = "Connection lost. What you see is old and does not renew itself. Trying again by itself. ";
+    banner.textContent = "Connection lost. This page shows old data. Reconnecting… ";
     banner.append(Object.assign(document.createElement("b"), { className: "count", ariaHidden: "true" }));
     banner.hidden = false;
   }
-  banner.querySelector(".count").textContent = `Last news ${words(silent_s)} ago.`;
+  banner.querySelector(".count").textContent = `Last data ${words(silent_s)} ago.`;
   for (const age of document.querySelectorAll("[data-age]")) age.textContent = words(Number(age.dataset.age) + silent_s);
 }
 

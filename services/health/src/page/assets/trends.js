@@ -66,7 +66,7 @@
     const filled = history.samples.filter((count) => count > 0).length;
     const share = Math.round((100 * filled) / Math.max(1, history.samples.length));
     tell(filled === 0
-      ? "Nothing is stored for this range: the train was off, or it has only just started. The first figures appear within a minute."
+      ? "No history for this range: the train was off, or it has just started. The first figures appear within a minute."
       : `Steps of ${history.step_s} s. Data for ${share} % of the range; shaded: no data.`);
   }
 
@@ -84,7 +84,7 @@
       if (answer.ok) draw(body);
       else tell(`No history: ${body.detail || body.title || answer.status}`, true);
     } catch {
-      if (asked === state.asked) tell("The history cannot be loaded: the service does not answer. Trying again by itself.", true);
+      if (asked === state.asked) tell("The history cannot be loaded: the service does not answer. Retrying…", true);
     }
     if (asked === state.asked) state.timer = setTimeout(() => (document.hidden ? wait() : load()), Math.min(60, Math.max(5, step)) * 1000);
   }
@@ -137,7 +137,7 @@
       list.append(item);
     }
     localise(list);
-    host.replaceChildren(body.events.length ? list : line("p", "calm", "Nothing has happened to this wagon yet."));
+    host.replaceChildren(body.events.length ? list : line("p", "calm", "No events for this wagon yet."));
   }
 
   function choose(button) {
