@@ -68,10 +68,10 @@ fn a_late_brake_is_named_and_the_gap_closes() {
     let named: Vec<&str> = report.effects.iter().map(|effect| effect.id.as_str()).collect();
     assert_eq!(named, ["brake_lag"]);
     assert_eq!(report.location.term.as_deref(), Some("brake_actuation"));
-    // The same wagon without the effect has a gap of 1.9 on these runs.
+    // The same wagon without the effect has a gap of 1.9 on these runs: nearly all that can be closed is closed.
     let gap = &report.gap.holdout;
     assert!(gap.calibrated > 4.0 && gap.extended < 2.2, "{gap:?}");
-    assert!(gap.reduction_ci95[0] > 0.4, "{gap:?}");
+    assert!(gap.by_signal.values().all(|signal| signal.reduction() > 0.3), "{gap:?}");
 }
 
 #[test]
