@@ -5,7 +5,9 @@
 #![allow(clippy::print_stdout, reason = "a table for people")]
 
 use railgrip_diagnosis::data::load;
-use railgrip_diagnosis::decide::{selection, verdict};
+use railgrip_diagnosis::decide::criteria::Criteria;
+use railgrip_diagnosis::decide::round::{Gain, Round};
+use railgrip_diagnosis::decide::{evidence, selection};
 use railgrip_diagnosis::fit::discrepancies::FittedDiscrepancy;
 use railgrip_diagnosis::fit::frozen::FrozenFit;
 use railgrip_diagnosis::predict::localise::PlaceEvidence;
@@ -28,10 +30,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let vehicle = toml::from_str(&std::fs::read_to_string(folder.join("vehicle.toml"))?)?;
     let case = load::load(folder, vehicle)?;
     let started = Instant::now();
-    let acceptance = selection::Acceptance::default();
+    let criteria = Criteria::default();
     let base = selection::calibrate(&case);
-    let places = selection::localise(&case, &base);
-    let selection = selection::select(&case, base, places, &without, acceptance, &|_| ());
+    let places = selection::localise(&case, &base, &criteria);
+    let selection = selection::select(&case, base, places, &without, &criteria, &|_| ());
     let names = |frozen: &FrozenFit| {
         let ids: Vec<&str> = frozen.fitted.shape.effects.iter().map(|e| e.spec.id).collect();
         ids.join(" + ")
@@ -50,15 +52,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for round in &selection.rounds {
         show(round);
     }
-    let judgement = verdict::judge(&case, &selection, acceptance, 0);
-    println!(
-        "{:.1} s  {:?} recovered {:.2} chance {:?}",
-        started.elapsed().as_secs_f64(),
-        judgement.verdict,
-        judgement.recovered,
-        judgement.chance.as_ref().map(|c| c.threshold())
-    );
-    println!("left {:.3}, lost without each effect {:.0?}", judgement.left, selection.lost_without);
+    let judgement = evidence::judge(&case, &selection, &criteria, 0);
+    let (decision, weighed) = (&judgement.decision, &judgement.evidence);
+    println!("{:.1} s  selection stopped: {:?}", started.elapsed().as_secs_f64(), selection.stop);
+    println!("{} by the rule {}: {}", decision.verdict.name(), decision.rule.name, decision.rule.words);
+    println!("recovered {:.2}, {weighed:#?}", weighed.recovered());
+    println!("lost without each effect {:.0?}", selection.lost_without);
     for (what, places) in [("before", &selection.places), ("after", &selection.rest)] {
         println!("{what}");
         for w in places.iter().take(4) {
@@ -77,10 +76,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-fn show(round: &selection::Round) {
+fn show(round: &Round) {
     println!("  {:?}", round.own_filter_gains);
-    let mut gains: Vec<&selection::Gain> = round.gains.iter().collect();
-    gains.sort_by(|a, b| b.score().total_cmp(&a.score()));
+    let mut gains: Vec<&Gain> = round.gains.iter().collect();
+    gains.sort_by(|a, b| b.score.total_cmp(&a.score));
     for gain in gains.iter().take(7) {
         let Some((effect, values)) = gain.own() else { continue };
         let fixed: Vec<&f64> = effect.fixed.iter().filter(|v| !v.is_nan()).collect();

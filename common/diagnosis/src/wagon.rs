@@ -3,8 +3,8 @@
 use crate::answer::schema::Report;
 use crate::answer::supplement::{Detail, Settings};
 use crate::data::case::Case;
-use crate::decide::selection::{self, Acceptance};
-use crate::decide::verdict;
+use crate::decide::criteria::Criteria;
+use crate::decide::{evidence, selection};
 use crate::fit::windows::Models;
 use crate::write::{details, predictions, regime, report};
 use railgrip_recording::Table;
@@ -42,22 +42,22 @@ pub struct Outcome {
 /// Diagnoses a case. `progress` is told what has just been done; threads are those of the surrounding rayon pool.
 pub fn diagnose(case: &Case, options: &Options, progress: &(dyn Fn(&'static str) + Sync)) -> Outcome {
     let started = Instant::now();
-    let acceptance = Acceptance::default();
+    let criteria = Criteria::default();
 
     // Calibrate: nuisances alone. Localise: free one place of the equations after the other.
     let base = selection::calibrate(case);
-    let places = selection::localise(case, &base);
+    let places = selection::localise(case, &base, &criteria);
 
     // Select: which effects of the library the recordings ask for.
-    let selection = selection::select(case, base, places, &options.without, acceptance, progress);
+    let selection = selection::select(case, base, places, &options.without, &criteria, progress);
 
     // Judge: whether they are the answer, a part of it, or none.
     progress("verdict");
-    let judgement = verdict::judge(case, &selection, acceptance, options.seed);
+    let judgement = evidence::judge(case, &selection, &criteria, options.seed);
 
     // Fit once more, on the windows by which the gap is defined.
     progress("fit on windows");
-    let named = judgement.names_effects().then_some(&selection.best.fitted);
+    let named = judgement.decision.names_effects().then_some(&selection.best.fitted);
     let models = Models::fit(case, &selection.base.fitted, named);
 
     // Write.
@@ -66,15 +66,24 @@ pub fn diagnose(case: &Case, options: &Options, progress: &(dyn Fn(&'static str)
     let three = [nominal, calibrated, extended];
     let fit = predictions::predict(case, &case.fit, three);
     let holdout = predictions::predict(case, &case.holdout, three);
-    let (heat_map, regime) = regime::locate(case, calibrated, extended);
-    let report =
-        report::report(case, options.seed, &selection, &judgement, &models, [&fit, &holdout], regime);
-    let mut detail = details::detail(case, &selection, &judgement, &models, &report);
+    let (heat_map, regime) = regime::locate(case, calibrated, extended, criteria.report.region_share);
+    let report = report::report(
+        case,
+        options.seed,
+        &selection,
+        &judgement,
+        &models,
+        [&fit, &holdout],
+        regime,
+        &criteria,
+    );
+    let mut detail = details::detail(case, &selection, &judgement, &models, &report, &criteria);
     detail.case = options.case.clone();
     detail.settings = settings(options, selection.best.tolerance);
     detail.heat_map = heat_map;
     details::add_runs(&mut detail, case, &fit, &holdout);
-    detail.effect_curves = details::effect_curves(case, &selection, &models, calibrated, &report);
+    detail.effect_curves =
+        details::effect_curves(case, &selection, &models, calibrated, &report, criteria.report.widening);
     let tables = case.holdout.iter().zip(&holdout).filter_map(|(run, predicted)| {
         predictions::table(run, predicted).ok().map(|table| (run.name.clone(), table))
     });

@@ -2,7 +2,7 @@
 //! term, with the line `(&resistance::TUNNEL, resistance::Tunnel::boxed),` in the table of effects; here it goes into a
 //! model without the table.
 
-use railgrip_vehicle::effects::{Effect, EffectSpec, Operating, ParameterSpec, Term, window_share};
+use railgrip_vehicle::effects::{Effect, EffectSpec, Operating, ParameterSpec, Term, Twin, window_share};
 use railgrip_vehicle::{VehicleParameters, WagonInput, WagonModel, WagonState};
 
 /// Air that a tunnel does not let pass.
@@ -32,7 +32,7 @@ pub static TUNNEL: EffectSpec = EffectSpec {
         },
     ],
     hidden: &[],
-    twins: &["grade", "headwind"],
+    twins: &[Twin::look_alike("grade"), Twin::look_alike("headwind")],
     separated_by: "pass the same stretch at two speeds",
 };
 

@@ -249,10 +249,15 @@ fn effects(args: &EffectsArgs) {
         }
         say(&format!("    source: {}", spec.source));
         if !spec.twins.is_empty() {
-            say(&format!("    twins: {}; separated by {}", spec.twins.join(", "), spec.separated_by));
+            say(&format!("    twins: {}; separated by {}", twins(spec).join(", "), spec.separated_by));
         }
         say("");
     }
+}
+
+/// Ids of the effects that look like this one.
+fn twins(spec: &EffectSpec) -> Vec<&'static str> {
+    spec.twins.iter().map(|twin| twin.id).collect()
 }
 
 fn entry(spec: &EffectSpec) -> Value {
@@ -269,6 +274,6 @@ fn entry(spec: &EffectSpec) -> Value {
         .collect();
     json!({
         "id": spec.id, "term": spec.term.name(), "equation": spec.equation, "source": spec.source,
-        "parameters": parameters, "hidden": spec.hidden, "twins": spec.twins, "separated_by": spec.separated_by,
+        "parameters": parameters, "hidden": spec.hidden, "twins": twins(spec), "separated_by": spec.separated_by,
     })
 }

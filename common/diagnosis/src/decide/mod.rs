@@ -1,7 +1,17 @@
 //! Decisions: which effects are selected, what is beyond chance, what the verdict is and how sure.
+//!
+//! [`criteria`] holds every threshold. [`selection`] goes in rounds ([`round`]) and takes an effect by [`acceptance`], which
+//! asks of a further one whether it only mends those before it ([`mending`]). [`evidence`] gathers what the verdict rests on,
+//! among it what chance would gain ([`significance`]); [`verdict`] decides by a table of rules; [`confidence`] says how sure
+//! each named effect is. [`baselines`] are two simpler ways to rank effects, to compare with.
 
+pub mod acceptance;
 pub mod baselines;
 pub mod confidence;
+pub mod criteria;
+pub mod evidence;
+pub mod mending;
+pub mod round;
 pub mod selection;
 pub mod significance;
 pub mod verdict;

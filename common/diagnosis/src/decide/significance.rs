@@ -3,55 +3,57 @@
 //! Under no effect, whitened innovations are white but for what the disturbance model misses. Stretches of the final
 //! model's innovations get random signs (a wild block bootstrap, which keeps whatever colour is left in them), each
 //! candidate's gain is refitted in linear form with the nuisances projected out, and the maximum over the library is
-//! kept. Its 95 % quantile is the alarm threshold, so that one case in twenty without an effect raises an alarm.
+//! kept. A quantile of it is the alarm threshold, so that one case in twenty without an effect raises an alarm.
 
-use crate::decide::selection::Round;
-use crate::fit::candidate::Fitted;
+use crate::decide::criteria::Significance;
+use crate::decide::round::Round;
+use crate::fit::frozen::FrozenFit;
 use crate::fit::solver::dot;
+use crate::predict::one_step::OUTLIER_SIGMA;
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-
-/// Replicates of the bootstrap.
-pub const REPLICATES: usize = 400;
-/// False alarms that the threshold allows.
-pub const LEVEL: f64 = 0.05;
-/// Residuals in a block: about five seconds of three outputs.
-const BLOCK: usize = 1500;
-/// What starts of nonlinear parameters add to a linearised gain.
-const SEARCH_FACTOR: f64 = 1.5;
 
 /// Maxima over the library under no effect, rising.
 #[derive(Clone, Debug)]
 pub struct Chance {
     maxima: Vec<f64>,
+    level: f64,
 }
 
 impl Chance {
     /// Bootstraps the candidates of a round with the innovations of `best`.
-    pub fn new(round: &Round, nuisances: usize, best: &Fitted, seed: u64) -> Self {
-        let residuals: Vec<f64> = best.residuals.iter().map(|r| r.clamp(-4.0, 4.0)).collect();
+    pub fn new(
+        round: &Round,
+        nuisances: usize,
+        best: &FrozenFit,
+        criteria: &Significance,
+        seed: u64,
+    ) -> Self {
+        let clip = |r: &f64| r.clamp(-OUTLIER_SIGMA, OUTLIER_SIGMA);
+        let residuals: Vec<f64> = best.fitted.residuals.iter().map(clip).collect();
+        let length = best.whitening.stretch(criteria.stretch_s);
         let scores: Vec<Scores> = round
             .gains
             .iter()
-            .filter_map(|g| Scores::new(&g.fitted.columns, nuisances, &residuals))
+            .filter_map(|g| Scores::new(&g.fitted.columns, nuisances, &residuals, length))
             .collect();
-        let blocks = residuals.len().div_ceil(BLOCK);
+        let blocks = residuals.len().div_ceil(length);
         let mut random = Pcg64Mcg::seed_from_u64(seed);
-        let mut maxima: Vec<f64> = (0..REPLICATES)
+        let mut maxima: Vec<f64> = (0..criteria.replicates)
             .map(|_| {
                 let signs: Vec<f64> =
                     (0..blocks).map(|_| if random.random::<bool>() { 1.0 } else { -1.0 }).collect();
-                SEARCH_FACTOR * scores.iter().map(|s| s.gain(&signs)).fold(0.0, f64::max)
+                criteria.search_factor * scores.iter().map(|s| s.gain(&signs)).fold(0.0, f64::max)
             })
             .collect();
         maxima.sort_by(f64::total_cmp);
-        Self { maxima }
+        Self { maxima, level: criteria.level }
     }
 
     /// The alarm threshold.
     pub fn threshold(&self) -> f64 {
-        let index = ((1.0 - LEVEL) * self.maxima.len() as f64) as usize;
+        let index = ((1.0 - self.level) * self.maxima.len() as f64) as usize;
         self.maxima.get(index.min(self.maxima.len().saturating_sub(1))).copied().unwrap_or(0.0)
     }
 
@@ -69,7 +71,7 @@ struct Scores {
 }
 
 impl Scores {
-    fn new(columns: &[Vec<f64>], nuisances: usize, residuals: &[f64]) -> Option<Self> {
+    fn new(columns: &[Vec<f64>], nuisances: usize, residuals: &[f64], length: usize) -> Option<Self> {
         if columns.len() <= nuisances || columns[0].len() != residuals.len() {
             return None;
         }
@@ -86,10 +88,10 @@ impl Scores {
         let own = gram.view((nuisances, nuisances), (n - nuisances, n - nuisances)).into_owned();
         let inverse = ridge(&(own - &project * cross.transpose())).try_inverse()?;
         let by_block = residuals
-            .chunks(BLOCK)
+            .chunks(length)
             .enumerate()
             .map(|(b, block)| {
-                let part = |c: usize| dot(&columns[c][b * BLOCK..b * BLOCK + block.len()], block);
+                let part = |c: usize| dot(&columns[c][b * length..b * length + block.len()], block);
                 let nuisance = DVector::from_fn(nuisances, |i, _| part(i));
                 DVector::from_fn(n - nuisances, |i, _| part(nuisances + i)) - &project * nuisance
             })

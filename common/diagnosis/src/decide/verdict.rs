@@ -1,100 +1,276 @@
-//! From the selection to a verdict: what is named, what is missing, and how sure that is.
+//! From evidence to a verdict: the first rule of an ordered table that holds. Nothing is computed here but comparisons.
 
 use crate::answer::schema::Verdict;
-use crate::data::case::Case;
-use crate::decide::selection::{self, Acceptance, Selection};
-use crate::decide::significance::Chance;
-use crate::fit::discrepancies::{self, FittedDiscrepancy, STRUCTURE};
-use crate::fit::frozen::FrozenFit;
-use crate::predict::localise;
+use crate::decide::criteria::Criteria;
 
-/// Named effects must recover this share of what they and a flexible discrepancy recover together.
-const RECOVERED: f64 = 0.65;
-/// Below this share the rest is missing beside the named effects.
-const NEARLY_ALL: f64 = 0.8;
-/// A flexible discrepancy at one place that gains this many times what the named effects gain shows that they are not the
-/// answer; laws of another form than the plant's fall short by less.
-const OUTDONE: f64 = 1.25;
-/// What freeing a place must gain to count as structure where nothing is named.
-const LEFT_ALONE: f64 = 250.0;
-
-/// What was concluded.
-#[derive(Debug)]
-pub struct Judgement {
-    /// The verdict.
-    pub verdict: Verdict,
-    /// Share of the explainable that the named effects recover.
-    pub recovered: f64,
-    /// Share of what freeing the likeliest place gains that is left beside the named effects; one if there are none.
+/// What the verdict on a wagon's case rests on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Evidence {
+    /// Number of effects that were selected.
+    pub effects: usize,
+    /// Evidence that they gain over the calibrated model, never negative.
+    pub gain: f64,
+    /// What the best of the library gains by chance in one case of twenty, see [`crate::decide::significance`].
+    pub alarm: f64,
+    /// Whether the strength of one of them sits on a bound.
+    pub on_bound: bool,
+    /// Whether one of them may show where freeing a place gains most over the calibrated model.
+    pub at_likely_place: bool,
+    /// Gain of the strongest flexible discrepancy beside them (beside the nuisances alone if there are none); zero where
+    /// nothing is left to explain.
+    pub discrepancy_gain: f64,
+    /// The same on left-out runs.
+    pub discrepancy_predictive: f64,
+    /// Evidence that freeing the likeliest place gains over the calibrated model.
+    pub place_evidence: f64,
+    /// What freeing the likeliest place still gains beside the effects, as a share of that; one if none are named.
     pub left: f64,
-    /// What is missing, for unknown and for effects with a rest.
-    pub missing: Option<FittedDiscrepancy>,
-    /// The test against chance.
-    pub chance: Option<Chance>,
-    /// Flexible discrepancies on top of the best model, strongest first.
-    pub beside: Vec<FittedDiscrepancy>,
-    /// Flexible discrepancies at likely places on top of the nuisances alone, strongest first; empty unless in doubt.
-    pub instead: Vec<FittedDiscrepancy>,
+    /// Evidence that the strongest flexible discrepancy at a likely place gains instead of the effects; `None` where it was
+    /// not asked.
+    pub instead_evidence: Option<f64>,
 }
 
-impl Judgement {
-    /// Whether the effects selected are (part of) the answer.
+impl Evidence {
+    /// Whether the effects selected gain more than chance.
+    pub fn is_named(&self) -> bool {
+        self.effects > 0 && self.gain > self.alarm
+    }
+
+    /// Whether a flexible discrepancy explains more than chance of what is left.
+    pub fn has_structure(&self, criteria: &Criteria) -> bool {
+        let limits = &criteria.verdict;
+        let predicts =
+            self.discrepancy_predictive > limits.structure_predictive_share * self.discrepancy_gain;
+        self.discrepancy_gain > limits.structure_gain
+            && (predicts || self.discrepancy_gain > limits.structure_certain_gain)
+    }
+
+    /// Whether freeing a place shows an error although no effect is named.
+    pub fn has_place_alone(&self, criteria: &Criteria) -> bool {
+        self.place_evidence > criteria.verdict.place_alone_evidence
+    }
+
+    /// Share of what the effects and a discrepancy beside them explain together that the effects explain.
+    pub fn recovered(&self) -> f64 {
+        let all = self.gain + self.discrepancy_gain.max(0.0);
+        if all > 0.0 { self.gain / all } else { 1.0 }
+    }
+
+    /// Whether a curve at one place explains much more than the effects.
+    fn is_outdone(&self, criteria: &Criteria) -> bool {
+        let limits = &criteria.verdict;
+        let least = limits.outdone_factor * self.gain + limits.outdone_margin;
+        self.instead_evidence.is_some_and(|evidence| evidence > least)
+    }
+
+    /// Whether the effects explain less than `share` of what can be explained, and what they leave has structure.
+    fn explains_less_than(&self, share: f64, criteria: &Criteria) -> bool {
+        self.has_structure(criteria) && self.recovered() < share
+    }
+}
+
+/// Which flexible discrepancy shows what is missing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Missing {
+    /// Nothing is missing.
+    Nothing,
+    /// The strongest beside the effects.
+    BesideEffects,
+    /// The strongest instead of the effects, or beside them where that was not asked.
+    InsteadOfEffects,
+}
+
+/// A rule of the table.
+#[derive(Debug)]
+pub struct Rule {
+    /// Name in the report.
+    pub name: &'static str,
+    /// Why it leads to its verdict, in one sentence for people.
+    pub words: &'static str,
+    /// What it leads to.
+    pub verdict: Verdict,
+    /// What shows the rest.
+    pub missing: Missing,
+    holds: fn(&Evidence, &Criteria) -> bool,
+}
+
+/// The rules in their order; the last one always holds. The first three are about cases in which no effect gains more than
+/// chance.
+pub static RULES: [Rule; 11] = [
+    Rule {
+        name: "structure_without_effect",
+        words: "No candidate explains the recordings better than chance, but a free curve at one place of the equations does.",
+        verdict: Verdict::Unknown,
+        missing: Missing::InsteadOfEffects,
+        holds: |e, c| !e.is_named() && e.has_structure(c),
+    },
+    Rule {
+        name: "place_without_effect",
+        words: "No candidate explains the recordings better than chance, but letting one place of the equations err does.",
+        verdict: Verdict::Unknown,
+        missing: Missing::InsteadOfEffects,
+        holds: |e, c| !e.is_named() && e.has_place_alone(c),
+    },
+    Rule {
+        name: "nothing_beyond_chance",
+        words: "Neither a candidate, nor a free curve, nor an error at any place explains the recordings better than chance.",
+        verdict: Verdict::None,
+        missing: Missing::Nothing,
+        holds: |e, _| !e.is_named(),
+    },
+    Rule {
+        name: "curve_explains_more",
+        words: "A free curve at the likeliest place explains much more than the best candidates, so they are not the cause.",
+        verdict: Verdict::Unknown,
+        missing: Missing::InsteadOfEffects,
+        holds: Evidence::is_outdone,
+    },
+    Rule {
+        name: "effects_leave_everything",
+        words: "With the best candidates in the model its likeliest error is no smaller than before, so they are not the cause.",
+        verdict: Verdict::Unknown,
+        missing: Missing::InsteadOfEffects,
+        holds: |e, _| e.left > 1.0,
+    },
+    Rule {
+        name: "effects_elsewhere",
+        words: "The best candidates act where the model errs little and leave most of its error where it is, so they are not the cause.",
+        verdict: Verdict::Unknown,
+        missing: Missing::InsteadOfEffects,
+        holds: |e, c| e.left > c.verdict.most_left && !e.at_likely_place,
+    },
+    Rule {
+        name: "effects_explain_too_little",
+        words: "The best candidates explain too small a part of what a free curve beside them shows can be explained.",
+        verdict: Verdict::Unknown,
+        missing: Missing::InsteadOfEffects,
+        holds: |e, c| e.explains_less_than(c.verdict.answer_share, c),
+    },
+    Rule {
+        name: "strength_on_bound",
+        words: "The best candidate is as strong as it may be and still leaves a part that a free curve explains: it imitates something else.",
+        verdict: Verdict::Unknown,
+        missing: Missing::InsteadOfEffects,
+        holds: |e, c| e.on_bound && e.explains_less_than(c.verdict.whole_answer_share, c),
+    },
+    Rule {
+        name: "most_is_left",
+        words: "The effects act where the model errs, but most of its error there is left.",
+        verdict: Verdict::EffectsAndUnknown,
+        missing: Missing::BesideEffects,
+        holds: |e, c| e.left > c.verdict.most_left,
+    },
+    Rule {
+        name: "effects_explain_part",
+        words: "The effects explain the greater part, and a free curve beside them explains a part that they do not.",
+        verdict: Verdict::EffectsAndUnknown,
+        missing: Missing::BesideEffects,
+        holds: |e, c| e.explains_less_than(c.verdict.whole_answer_share, c),
+    },
+    Rule {
+        name: "effects_explain_gap",
+        words: "The effects explain more than chance, and nothing that they leave asks for another cause.",
+        verdict: Verdict::Effects,
+        missing: Missing::Nothing,
+        holds: |_, _| true,
+    },
+];
+
+/// What was decided, and by which rule.
+#[derive(Clone, Copy, Debug)]
+pub struct Decision {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The rule that fired.
+    pub rule: &'static Rule,
+}
+
+impl Decision {
+    /// Whether the effects selected are the answer or a part of it.
     pub fn names_effects(&self) -> bool {
         matches!(self.verdict, Verdict::Effects | Verdict::EffectsAndUnknown)
     }
 }
 
-/// Judges the outcome of the selection.
-pub fn judge(case: &Case, selection: &Selection, acceptance: Acceptance, seed: u64) -> Judgement {
-    let best = &selection.best;
-    let chance = selection
-        .rounds
-        .first()
-        .map(|round| Chance::new(round, selection.base.fitted.shape.nuisance_count(), &best.fitted, seed));
-    let gain = (selection.base.evidence_cost() - best.evidence_cost()).max(0.0);
-    let alarm = chance.as_ref().map_or(0.0, Chance::threshold);
-    let named = !best.fitted.shape.effects.is_empty() && gain > alarm;
-    let (places, likely) = (&selection.places, localise::likely(&selection.places));
-    let mut beside = if selection::is_quiet(best, &selection.rest) {
-        Vec::new()
-    } else {
-        discrepancies::beside_effects(case, best)
-    };
-    let rest_gain = beside.first().map_or(0.0, |strongest| strongest.gain.max(0.0));
-    let structure = beside.first().is_some_and(|f| {
-        f.gain > STRUCTURE.max(2.0 * acceptance.gain) && (f.predictive > 0.1 * f.gain || f.gain > 250.0)
-    });
-    let recovered = if gain + rest_gain > 0.0 { gain / (gain + rest_gain) } else { 1.0 };
-    let doubtful = best.tolerance > 0 || structure || best.fitted.shape.effects.len() > 1 || on_bound(best);
-    let left = if named { localise::share_left(places, &selection.rest) } else { 1.0 };
-    let alone = places.first().is_some_and(|w| w.evidence > LEFT_ALONE);
-    let ask = if named { doubtful } else { structure || alone };
-    let instead =
-        if ask { discrepancies::instead_of_effects(case, &selection.base, likely) } else { Vec::new() };
-    let outdone = instead.first().is_some_and(|(_, evidence)| *evidence > OUTDONE * gain + STRUCTURE);
-    let fits_place = best.fitted.shape.effects.iter().any(|e| localise::may_act_at(e.spec.term, likely));
-    let too_little = recovered < RECOVERED || (on_bound(best) && recovered < NEARLY_ALL);
-    let verdict = match named {
-        false if structure || alone => Verdict::Unknown,
-        false => Verdict::None,
-        true if outdone || left > 1.0 || (left > localise::MOST && !fits_place) => Verdict::Unknown,
-        true if structure && too_little => Verdict::Unknown,
-        true if left > localise::MOST || (structure && recovered < NEARLY_ALL) => Verdict::EffectsAndUnknown,
-        true => Verdict::Effects,
-    };
-    // What makes the recordings less likely is no discrepancy, even at the likeliest place.
-    let gains = instead.iter().any(|(_, evidence)| *evidence > 0.0);
-    let kept = instead.into_iter().filter(|(_, evidence)| !gains || *evidence > 0.0);
-    let mut instead: Vec<FittedDiscrepancy> = kept.map(|(discrepancy, _)| discrepancy).collect();
-    let missing = match verdict {
-        Verdict::Unknown if !instead.is_empty() => Some(instead.remove(0)),
-        Verdict::Unknown | Verdict::EffectsAndUnknown if !beside.is_empty() => Some(beside.remove(0)),
-        _ => None,
-    };
-    Judgement { verdict, recovered, left, missing, chance, beside, instead }
+/// Decides by the first rule that holds.
+pub fn decide(evidence: &Evidence, criteria: &Criteria) -> Decision {
+    let [.., last] = &RULES;
+    let rule = RULES.iter().find(|rule| (rule.holds)(evidence, criteria)).unwrap_or(last);
+    Decision { verdict: rule.verdict, rule }
 }
 
-/// Whether an effect's strength sits on a bound.
-fn on_bound(frozen: &FrozenFit) -> bool {
-    (0..frozen.fitted.shape.effects.len()).any(|e| selection::is_on_bound(&frozen.fitted, e))
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One effect that explains everything.
+    const EXPLAINED: Evidence = Evidence {
+        effects: 1,
+        gain: 1000.0,
+        alarm: 12.0,
+        on_bound: false,
+        at_likely_place: true,
+        discrepancy_gain: 0.0,
+        discrepancy_predictive: 0.0,
+        place_evidence: 900.0,
+        left: 0.02,
+        instead_evidence: None,
+    };
+
+    /// No effect, and nothing to explain.
+    const NOTHING: Evidence =
+        Evidence { effects: 0, gain: 0.0, place_evidence: 10.0, left: 1.0, ..EXPLAINED };
+
+    /// One effect beside which a discrepancy gains this much.
+    fn beside(discrepancy_gain: f64) -> Evidence {
+        Evidence { discrepancy_gain, discrepancy_predictive: discrepancy_gain, ..EXPLAINED }
+    }
+
+    #[test]
+    fn every_rule_decides_some_case() {
+        let cases = [
+            ("structure_without_effect", Evidence { effects: 0, gain: 0.0, ..beside(100.0) }),
+            // The best candidate gains no more than chance.
+            ("structure_without_effect", Evidence { gain: 11.0, ..beside(100.0) }),
+            ("place_without_effect", Evidence { place_evidence: 300.0, ..NOTHING }),
+            ("nothing_beyond_chance", NOTHING),
+            ("nothing_beyond_chance", Evidence { gain: 11.0, place_evidence: 200.0, ..EXPLAINED }),
+            // A discrepancy that fails on left-out runs is chance, unless it gains very much.
+            ("nothing_beyond_chance", Evidence { discrepancy_gain: 100.0, ..NOTHING }),
+            ("structure_without_effect", Evidence { discrepancy_gain: 260.0, ..NOTHING }),
+            ("curve_explains_more", Evidence { instead_evidence: Some(1400.0), ..EXPLAINED }),
+            ("effects_explain_gap", Evidence { instead_evidence: Some(1300.0), ..EXPLAINED }),
+            ("effects_leave_everything", Evidence { left: 1.1, ..EXPLAINED }),
+            ("effects_elsewhere", Evidence { left: 0.7, at_likely_place: false, ..EXPLAINED }),
+            ("effects_explain_gap", Evidence { left: 0.3, at_likely_place: false, ..EXPLAINED }),
+            ("effects_explain_too_little", beside(700.0)),
+            ("strength_on_bound", Evidence { on_bound: true, ..beside(300.0) }),
+            ("effects_explain_gap", Evidence { on_bound: true, ..beside(200.0) }),
+            ("most_is_left", Evidence { left: 0.7, ..EXPLAINED }),
+            ("effects_explain_part", beside(300.0)),
+            ("effects_explain_gap", beside(200.0)),
+            ("effects_explain_gap", EXPLAINED),
+        ];
+        for (name, evidence) in cases {
+            assert_eq!(decide(&evidence, &Criteria::default()).rule.name, name, "{evidence:?}");
+        }
+        for rule in &RULES {
+            assert!(cases.iter().any(|(name, _)| *name == rule.name), "{} decides no case", rule.name);
+        }
+    }
+
+    #[test]
+    fn names_of_rules_are_unique() {
+        for (k, rule) in RULES.iter().enumerate() {
+            assert!(RULES[k + 1..].iter().all(|other| other.name != rule.name), "{} stands twice", rule.name);
+        }
+    }
+
+    #[test]
+    fn a_decision_says_what_its_rule_says() {
+        let decision = decide(&beside(300.0), &Criteria::default());
+        assert_eq!(decision.verdict, Verdict::EffectsAndUnknown);
+        assert!(decision.names_effects());
+        assert!(!decide(&beside(700.0), &Criteria::default()).names_effects());
+    }
 }

@@ -1,5 +1,6 @@
 //! Fits of candidates: nuisances refitted with every one, nonlinearly, from every start.
 
+use crate::decide::criteria::Pursuit;
 use crate::fit::objective::{Innovations, Whitening};
 use crate::fit::solver::{self, Effort, Fit, Problem};
 use crate::model::candidates::Candidate;
@@ -36,16 +37,12 @@ const FIRST: Effort = Effort { iterations: 1, slow_columns: 0, refresh: 100, tol
 pub(super) const SHORT: Effort = Effort { iterations: 3, slow_columns: 0, refresh: 100, tolerance: 0.5 };
 /// Effort of the starts that go on.
 const LONG: Effort = Effort { iterations: 7, slow_columns: 0, refresh: 3, tolerance: 0.3 };
-/// Gain of a short fit below which a candidate is not pursued further: a tenth of what raises an alarm.
-const WORTHWHILE: f64 = 3.0;
-/// Candidates whose short fit gained more than this share of the best one's get another short fit.
-const PURSUED_SHARE: f64 = 0.12;
-/// Candidates that have gained this share of the best one's after that are carried to the end.
-const FINISHED_SHARE: f64 = 0.4;
-/// Starts that get more than one step.
-const PROMISING: usize = 3;
-/// Starts that go on.
-const SURVIVORS: usize = 2;
+/// What candidates are ranked by: their gain on all runs and on left-out runs, the latter within limits.
+pub fn score(gain: f64, predictive: f64, pursuit: &Pursuit) -> f64 {
+    let size = gain.max(0.0);
+    let [least, most] = pursuit.left_out_limits;
+    gain + predictive.clamp(least * size, most * size)
+}
 
 /// Linearises at the solution of a fit and predicts each run from the others.
 pub(super) fn close(whitening: &Whitening, shape: &Shape, mut fit: Fit) -> Fitted {
@@ -60,20 +57,21 @@ pub(super) fn trials(
     whitening: &Whitening,
     base: &Fitted,
     candidate: &Candidate,
+    pursuit: &Pursuit,
 ) -> Vec<(FittedEffect, Fit)> {
     let by_cost = |a: &(FittedEffect, Fit), b: &(FittedEffect, Fit)| a.1.total().total_cmp(&b.1.total());
     let first =
         |effect: &FittedEffect| (effect.clone(), go_on(whitening, base, effect, &start(base, effect), FIRST));
     let mut trials: Vec<(FittedEffect, Fit)> = candidate.starts.iter().map(first).collect();
     trials.sort_by(by_cost);
-    trials.truncate(PROMISING);
+    trials.truncate(pursuit.promising_starts);
     for (effect, fit) in &mut trials {
         *fit = go_on(whitening, base, effect, &fit.theta, SHORT);
     }
     trials.sort_by(by_cost);
-    trials.truncate(SURVIVORS);
+    trials.truncate(pursuit.surviving_starts);
     let best = trials.first().map_or(0.0, |(_, fit)| fit.total());
-    let span = 0.3 * (base.fit.total() - best).max(0.0) + 5.0;
+    let span = pursuit.start_span_share * (base.fit.total() - best).max(0.0) + pursuit.start_span;
     trials.retain(|(_, fit)| fit.total() < best + span);
     trials
 }
@@ -105,9 +103,14 @@ fn pursue(whitening: &Whitening, base: &Fitted, trials: &[(FittedEffect, Fit)]) 
 }
 
 /// Fits one candidate on top of `base`, from all its starts, to the end.
-pub fn fit_candidate(whitening: &Whitening, base: &Fitted, candidate: &Candidate) -> Fitted {
-    let trials = trials(whitening, base, candidate);
-    if gain_of(base, &trials) < WORTHWHILE {
+pub fn fit_candidate(
+    whitening: &Whitening,
+    base: &Fitted,
+    candidate: &Candidate,
+    pursuit: &Pursuit,
+) -> Fitted {
+    let trials = trials(whitening, base, candidate, pursuit);
+    if gain_of(base, &trials) < pursuit.worthwhile_gain {
         return settle_best(whitening, base, trials);
     }
     pursue(whitening, base, &trials)
@@ -157,20 +160,21 @@ pub fn fit_all(
     whitening: &Whitening,
     base: &Fitted,
     candidates: &[Candidate],
+    pursuit: &Pursuit,
     progress: &(dyn Fn(&'static str) + Sync),
 ) -> Vec<Fitted> {
     let mut short: Vec<Vec<(FittedEffect, Fit)>> =
-        candidates.par_iter().map(|candidate| trials(whitening, base, candidate)).collect();
+        candidates.par_iter().map(|candidate| trials(whitening, base, candidate, pursuit)).collect();
     let best = |short: &[Vec<(FittedEffect, Fit)>]| {
         short.iter().map(|trials| gain_of(base, trials)).fold(0.0, f64::max)
     };
-    let worthwhile = (PURSUED_SHARE * best(&short)).max(WORTHWHILE);
+    let worthwhile = (pursuit.second_fit_share * best(&short)).max(pursuit.worthwhile_gain);
     short.par_iter_mut().filter(|trials| gain_of(base, trials) >= worthwhile).for_each(|trials| {
         for (effect, fit) in trials {
             *fit = go_on(whitening, base, effect, &fit.theta, SHORT);
         }
     });
-    let least = (FINISHED_SHARE * best(&short)).max(WORTHWHILE);
+    let least = (pursuit.full_fit_share * best(&short)).max(pursuit.worthwhile_gain);
     short
         .into_par_iter()
         .zip(candidates)

@@ -1,22 +1,15 @@
 //! Fits of flexible discrepancies: what could be explained at all, beside the named effects and instead of them.
 
 use crate::data::case::Case;
+use crate::decide::criteria::Pursuit;
 use crate::fit::candidate::{self, Fitted};
-use crate::fit::frozen::{self, FrozenFit, GROSS};
+use crate::fit::frozen::{self, FrozenFit};
 use crate::model::candidates::Candidate;
 use crate::model::discrepancy::{self, Discrepancy, Place};
 use crate::model::parameters::Shape;
 use crate::predict::localise::PlaceEvidence;
 use crate::predict::one_step::DisturbanceModel;
 use rayon::prelude::*;
-
-/// Flexible discrepancies that are fitted at all, after a linear screening.
-const SCREENED: usize = 9;
-/// Flexible discrepancies that are fitted to the end.
-const PURSUED: usize = 3;
-
-/// Least gain of a flexible discrepancy that counts as structure.
-pub(crate) const STRUCTURE: f64 = 60.0;
 
 /// A flexible discrepancy that was fitted.
 #[derive(Debug)]
@@ -27,6 +20,8 @@ pub struct FittedDiscrepancy {
     pub gain: f64,
     /// Gain of leave-one-run-out log-likelihood.
     pub predictive: f64,
+    /// What discrepancies are ranked by, see [`candidate::score`].
+    pub score: f64,
     /// The fit.
     pub fitted: Fitted,
 }
@@ -37,6 +32,7 @@ pub fn instead_of_effects(
     case: &Case,
     base: &FrozenFit,
     likely: &[PlaceEvidence],
+    pursuit: &Pursuit,
 ) -> Vec<(FittedDiscrepancy, f64)> {
     let mut discrepancies = discrepancy::all(case);
     if discrepancies.iter().any(|f| is_likely(f, likely)) {
@@ -49,12 +45,13 @@ pub fn instead_of_effects(
         let gain = base.fitted.fit.total() - fitted.fit.total();
         let predictive = base.fitted.predictive_cost() - fitted.predictive_cost();
         let fitted = Fitted { columns: Vec::new(), residuals: Vec::new(), ..fitted };
-        (FittedDiscrepancy { discrepancy: discrepancy.clone(), gain, predictive, fitted }, evidence)
+        let score = candidate::score(gain, predictive, pursuit);
+        (FittedDiscrepancy { discrepancy: discrepancy.clone(), gain, predictive, score, fitted }, evidence)
     };
-    let tolerant = explain_with(base, discrepancies.clone());
+    let tolerant = explain_with(base, discrepancies.clone(), pursuit);
     let mut all: Vec<(FittedDiscrepancy, f64)> = tolerant
         .par_iter()
-        .take(PURSUED)
+        .take(pursuit.discrepancies_finished)
         .map(|brief| {
             let fitted = &brief.fitted;
             let frozen =
@@ -62,9 +59,16 @@ pub fn instead_of_effects(
             settled(&brief.discrepancy, frozen)
         })
         .collect();
-    if base.tolerance >= GROSS {
+    if base.tolerance >= pursuit.gross_tolerance {
         let candidates: Vec<Candidate> = discrepancies.iter().map(|f| f.candidate.clone()).collect();
-        let strict = frozen::strict_trials(case, &base.fitted, &disturbances, &candidates, PURSUED);
+        let strict = frozen::strict_trials(
+            case,
+            &base.fitted,
+            &disturbances,
+            &candidates,
+            pursuit.discrepancies_finished,
+            pursuit,
+        );
         let settle = |(i, shape, theta): &(usize, Shape, Vec<f64>)| {
             let frozen = frozen::freeze_upwards(case, shape, &disturbances, theta, base.tolerance);
             settled(&discrepancies[*i], frozen)
@@ -76,8 +80,8 @@ pub fn instead_of_effects(
 }
 
 /// The flexible discrepancies that explain most on top of a model, best first.
-pub fn beside_effects(case: &Case, frozen: &FrozenFit) -> Vec<FittedDiscrepancy> {
-    explain_with(frozen, discrepancy::all(case))
+pub fn beside_effects(case: &Case, frozen: &FrozenFit, pursuit: &Pursuit) -> Vec<FittedDiscrepancy> {
+    explain_with(frozen, discrepancy::all(case), pursuit)
 }
 
 /// Whether a flexible discrepancy acts at one of the likely places; a torque on wheelsets is likely where pads are and the
@@ -92,19 +96,24 @@ fn is_likely(discrepancy: &Discrepancy, likely: &[PlaceEvidence]) -> bool {
     likely.iter().any(|w| group(w.place) == group(discrepancy.place))
 }
 
-fn explain_with(frozen: &FrozenFit, discrepancies: Vec<Discrepancy>) -> Vec<FittedDiscrepancy> {
+fn explain_with(
+    frozen: &FrozenFit,
+    discrepancies: Vec<Discrepancy>,
+    pursuit: &Pursuit,
+) -> Vec<FittedDiscrepancy> {
     let (whitening, base) = (&frozen.whitening, &frozen.fitted);
     let closed = |discrepancy: Discrepancy, fitted: Fitted| {
         let gain = base.fit.total() - fitted.fit.total();
         let predictive = base.predictive_cost() - fitted.predictive_cost();
         // The columns are large and not needed any more.
         let fitted = Fitted { columns: Vec::new(), residuals: Vec::new(), ..fitted };
-        FittedDiscrepancy { discrepancy, gain, predictive, fitted }
+        let score = candidate::score(gain, predictive, pursuit);
+        FittedDiscrepancy { discrepancy, gain, predictive, score, fitted }
     };
     let screen = |f: Discrepancy| (candidate::linear_gain(whitening, base, &f.candidate), f);
     let mut screened: Vec<(f64, Discrepancy)> = discrepancies.into_par_iter().map(screen).collect();
     screened.sort_by(|a, b| b.0.total_cmp(&a.0));
-    screened.truncate(SCREENED);
+    screened.truncate(pursuit.discrepancies_screened);
     let mut brief: Vec<FittedDiscrepancy> = screened
         .into_par_iter()
         .map(|(_, f)| {
@@ -112,27 +121,19 @@ fn explain_with(frozen: &FrozenFit, discrepancies: Vec<Discrepancy>) -> Vec<Fitt
             closed(f, fitted)
         })
         .collect();
-    brief.sort_by(|a, b| b.score().total_cmp(&a.score()));
-    let rest = brief.split_off(PURSUED.min(brief.len()));
+    brief.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let rest = brief.split_off(pursuit.discrepancies_finished.min(brief.len()));
     let mut all: Vec<FittedDiscrepancy> = brief
         .into_par_iter()
         .map(|brief| {
-            if brief.gain < 0.3 * STRUCTURE {
+            if brief.gain < pursuit.discrepancy_worthwhile {
                 return brief;
             }
-            let fitted = candidate::fit_candidate(whitening, base, &brief.discrepancy.candidate);
+            let fitted = candidate::fit_candidate(whitening, base, &brief.discrepancy.candidate, pursuit);
             closed(brief.discrepancy, fitted)
         })
         .collect();
     all.extend(rest);
-    all.sort_by(|a, b| b.score().total_cmp(&a.score()));
+    all.sort_by(|a, b| b.score.total_cmp(&a.score));
     all
-}
-
-impl FittedDiscrepancy {
-    /// What discrepancies are ranked by, as candidates are.
-    pub fn score(&self) -> f64 {
-        let gain = self.gain.max(0.0);
-        self.gain + self.predictive.clamp(-0.5 * gain, 1.5 * gain)
-    }
 }

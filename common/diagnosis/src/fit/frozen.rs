@@ -1,16 +1,15 @@
 //! Frozen fits: a model fitted with the one-step filter frozen at itself, at the tolerance that makes it most likely.
 
 use crate::data::case::Case;
+use crate::decide::criteria::Pursuit;
 use crate::fit::candidate::{FULL, Fitted, SHORT, close, trials};
-use crate::fit::objective::{INNOVATION_HUBER, Innovations, Whitening};
+use crate::fit::objective::{Innovations, Whitening};
 use crate::fit::solver::{self, Effort, Fit};
 use crate::model::candidates::Candidate;
 use crate::model::parameters::{FittedEffect, Shape};
-use crate::predict::one_step::DisturbanceModel;
+use crate::predict::one_step::{DisturbanceModel, OUTLIER_SIGMA};
 use rayon::prelude::*;
 
-/// Tolerance from which a misfit is so gross that candidates are also tried with a filter that trusts the model.
-pub(crate) const GROSS: usize = 2;
 /// A filter frozen at one tolerance, and the model fitted with it.
 #[derive(Debug)]
 pub struct FrozenFit<'a> {
@@ -83,11 +82,12 @@ pub fn strict_trials(
     disturbances: &DisturbanceModel,
     candidates: &[Candidate],
     count: usize,
+    pursuit: &Pursuit,
 ) -> Vec<(usize, Shape, Vec<f64>)> {
     let (whitening, fit) = fit_at(case, &current.shape, &disturbances.tolerant(0), &current.fit.theta);
     let base = close(&whitening, &current.shape, fit);
     let first = |(i, c): (usize, &Candidate)| {
-        trials(&whitening, &base, c).into_iter().next().map(|(effect, fit)| (i, effect, fit))
+        trials(&whitening, &base, c, pursuit).into_iter().next().map(|(effect, fit)| (i, effect, fit))
     };
     let mut best: Vec<(usize, FittedEffect, Fit)> =
         candidates.par_iter().enumerate().filter_map(first).collect();
@@ -114,10 +114,7 @@ fn fit_at<'a>(
     fit_with(&first.theta, FULL)
 }
 
-/// Robust cost of each stretch of residuals, five seconds or so.
-pub(crate) fn costs_of_stretches(residuals: &[f64]) -> Vec<f64> {
-    residuals.chunks(STRETCH).map(|stretch| solver::cost_of(stretch, INNOVATION_HUBER)).collect()
+/// Robust cost of each stretch of so many residuals.
+pub(crate) fn costs_of_stretches(residuals: &[f64], length: usize) -> Vec<f64> {
+    residuals.chunks(length).map(|stretch| solver::cost_of(stretch, OUTLIER_SIGMA)).collect()
 }
-
-/// Residuals of a stretch: five seconds of three outputs at 100 Hz.
-const STRETCH: usize = 1500;

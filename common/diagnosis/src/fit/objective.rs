@@ -3,7 +3,7 @@
 use crate::data::case::{Case, OUTPUTS, Run};
 use crate::fit::solver::Problem;
 use crate::model::parameters::{Built, Shape};
-use crate::predict::one_step::{DisturbanceModel, Predictor};
+use crate::predict::one_step::{DisturbanceModel, OUTLIER_SIGMA, Predictor};
 use crate::predict::open_loop::{self, sigmas};
 
 /// Frozen predictors of all runs to fit on.
@@ -27,6 +27,12 @@ impl<'a> Whitening<'a> {
         Self { runs: &case.fit, predictors, ends: ends.collect() }
     }
 
+    /// Residuals in a stretch of so many seconds of all outputs.
+    pub fn stretch(&self, seconds: f64) -> usize {
+        let samples = self.runs.first().map_or(1.0, |run| (seconds / run.dt_s).round());
+        OUTPUTS * (samples as usize).max(1)
+    }
+
     /// Half the log-determinants of all innovation covariances.
     pub fn half_log_determinant(&self) -> f64 {
         self.predictors.iter().map(|p| p.half_log_determinant).sum()
@@ -41,9 +47,6 @@ pub struct Innovations<'a> {
     /// The shape.
     pub shape: &'a Shape,
 }
-
-/// Innovations beyond this many sigma count linearly.
-pub(crate) const INNOVATION_HUBER: f64 = 4.0;
 
 impl Problem for Innovations<'_> {
     fn residuals(&self, theta: &[f64]) -> Vec<f64> {
@@ -70,7 +73,7 @@ impl Problem for Innovations<'_> {
     }
 
     fn huber(&self) -> f64 {
-        INNOVATION_HUBER
+        OUTLIER_SIGMA
     }
 }
 

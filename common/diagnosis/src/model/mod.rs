@@ -3,3 +3,4 @@
 pub mod candidates;
 pub mod discrepancy;
 pub mod parameters;
+pub mod places;

@@ -9,7 +9,8 @@
 use crate::data::case::{Case, OUTPUTS, Run, Sample, WHEELSETS};
 use crate::model::discrepancy::{Place, Scope};
 use crate::model::parameters::Built;
-use crate::predict::one_step::{DisturbanceModel, Noise, STATES};
+use crate::model::places;
+use crate::predict::one_step::{DisturbanceModel, Noise, OUTLIER_SIGMA, STATES};
 use nalgebra::{SMatrix, SVector};
 use railgrip_vehicle::effects::Term;
 use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion};
@@ -49,8 +50,6 @@ const DERIVATIVES_HELD: usize = 3;
 const STRETCH_S: f64 = 5.0;
 /// Cost of a filter that diverged.
 const DIVERGED: f64 = 1e12;
-/// Whitened innovations beyond this many sigma count linearly.
-const HUBER: f64 = 4.0;
 
 /// A place that was freed, and what that gained.
 #[derive(Clone, Copy, Debug)]
@@ -67,8 +66,13 @@ pub struct PlaceEvidence {
     pub time_s: f64,
 }
 
-/// Frees every place in turn; the most likely first.
-pub fn localise(case: &Case, built: &Built, disturbances: &DisturbanceModel) -> Vec<PlaceEvidence> {
+/// Frees every place in turn; the most likely first. `event_share` is the share of a case's stretches that are not counted.
+pub fn localise(
+    case: &Case,
+    built: &Built,
+    disturbances: &DisturbanceModel,
+    event_share: f64,
+) -> Vec<PlaceEvidence> {
     let nothing = costs(case, built, disturbances, &LocalDisturbance::nothing());
     let mut all: Vec<PlaceEvidence> = PLACES
         .par_iter()
@@ -103,37 +107,34 @@ pub fn localise(case: &Case, built: &Built, disturbances: &DisturbanceModel) -> 
                 }
             }
             let amplitude = AMPLITUDES[best.1] * scale;
-            PlaceEvidence { place, scope, evidence: evidence(&nothing, &best.3), amplitude, time_s: best.2 }
+            PlaceEvidence {
+                place,
+                scope,
+                evidence: evidence(&nothing, &best.3, event_share),
+                amplitude,
+                time_s: best.2,
+            }
         })
         .collect();
     all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     all
 }
 
-/// What is gained over all stretches but the few that gain most: a wheelset at the edge between holding and sliding may
+/// What is gained over all stretches but the few that gain most, a share `event_share` of them: a wheelset at the edge between holding and sliding may
 /// fall either way, and a filter that lost it there gains by whatever is freed.
-pub(crate) fn evidence(nothing: &[f64], freed: &[f64]) -> f64 {
+pub(crate) fn evidence(nothing: &[f64], freed: &[f64], event_share: f64) -> f64 {
     let mut gains: Vec<f64> = nothing.iter().zip(freed).map(|(a, b)| a - b).collect();
     gains.sort_by(f64::total_cmp);
-    let events = (EVENT_SHARE * gains.len() as f64).ceil() as usize;
+    let events = (event_share * gains.len() as f64).ceil() as usize;
     gains.iter().take(gains.len() - events).sum()
 }
 
-/// Share of the stretches in which such events may lie.
-const EVENT_SHARE: f64 = 0.05;
-
-/// Places that gain nearly as much as the best one: the recordings cannot tell them apart.
-pub fn likely(places: &[PlaceEvidence]) -> &[PlaceEvidence] {
+/// Places that gain at least a `share` of what the best one gains: the recordings cannot tell them apart.
+pub fn likely(places: &[PlaceEvidence], share: f64) -> &[PlaceEvidence] {
     let best = places.first().map_or(0.0, |w| w.evidence);
-    let count = places.iter().take_while(|w| w.evidence >= NEARLY * best).count();
+    let count = places.iter().take_while(|w| w.evidence >= share * best).count();
     &places[..count]
 }
-
-/// Share of the best place's evidence from which a place may be the one.
-const NEARLY: f64 = 0.9;
-
-/// Share of what freeing the likeliest place gained above which most of a misfit is left.
-pub const MOST: f64 = 0.55;
 
 /// What freeing a place gains beside the named effects, as a share of what it gained without them.
 pub fn share_left(before: &[PlaceEvidence], beside: &[PlaceEvidence]) -> f64 {
@@ -141,28 +142,9 @@ pub fn share_left(before: &[PlaceEvidence], beside: &[PlaceEvidence]) -> f64 {
     best(beside) / best(before).max(1.0)
 }
 
-/// The places at which an effect of a term shows.
-fn places_of(term: Term) -> &'static [Place] {
-    match term {
-        Term::BrakeFriction | Term::BrakeActuation => &[Place::WheelTorque, Place::PadFriction],
-        Term::Adhesion => &[Place::Adhesion],
-        Term::LoadDistribution => &[Place::Adhesion, Place::WheelTorque, Place::PadFriction],
-        Term::Inertia => &[Place::BodyForce, Place::WheelTorque, Place::PadFriction, Place::DriveTorque],
-        Term::Resistance | Term::LongitudinalForce => &[Place::BodyForce],
-        Term::Kinematics | Term::SensorWheelSpeed => &[Place::WheelSensor, Place::WheelScale],
-        Term::SensorSpeed => &[Place::SpeedSensor],
-        Term::Drivetrain => &[Place::WheelTorque, Place::PadFriction, Place::DriveTorque, Place::WheelSensor],
-    }
-}
-
 /// Whether an effect of a term may show where freeing a place gained most.
 pub fn may_act_at(term: Term, likely: &[PlaceEvidence]) -> bool {
-    likely.iter().any(|w| places_of(term).contains(&w.place))
-}
-
-/// Whether effects of two terms may show at the same place, so that one may mend what the other's form leaves.
-pub fn may_share_place(a: Term, b: Term) -> bool {
-    places_of(a).iter().any(|place| places_of(b).contains(place))
+    likely.iter().any(|place| places::of(term).contains(&place.place))
 }
 
 /// A freed place with its disturbance.
@@ -317,7 +299,13 @@ impl<'a> Filter<'a> {
         }
         self.disturbance.wind_m_s += change[STATES - 1];
         self.local += change[STATES];
-        let huber = |r: f64| if r.abs() <= HUBER { 0.5 * r * r } else { HUBER * (r.abs() - 0.5 * HUBER) };
+        let huber = |r: f64| {
+            if r.abs() <= OUTLIER_SIGMA {
+                0.5 * r * r
+            } else {
+                OUTLIER_SIGMA * (r.abs() - 0.5 * OUTLIER_SIGMA)
+            }
+        };
         let log: f64 = (0..OUTPUTS).map(|j| factor.l_dirty()[(j, j)].ln()).sum();
         white.iter().map(|r| huber(*r)).sum::<f64>() + log
     }
@@ -411,8 +399,12 @@ mod tests {
         let mut event = nothing.clone();
         event[7] -= 650.0;
         event[8] -= 130.0;
-        assert!(evidence(&nothing, &event) <= 0.0, "an event counts for {}", evidence(&nothing, &event));
+        assert!(
+            evidence(&nothing, &event, 0.05) <= 0.0,
+            "an event counts for {}",
+            evidence(&nothing, &event, 0.05)
+        );
         let everywhere: Vec<f64> = nothing.iter().map(|cost| cost - 5.0).collect();
-        assert!((evidence(&nothing, &everywhere) - 190.0).abs() < 1e-9);
+        assert!((evidence(&nothing, &everywhere, 0.05) - 190.0).abs() < 1e-9);
     }
 }

@@ -15,6 +15,9 @@ use railgrip_vehicle::{Sensors, VehicleParameters};
 /// Speeds, pad frictions, wind.
 pub(crate) const STATES: usize = OUTPUTS + WHEELSETS + 1;
 
+/// Whitened innovations beyond this many sigma are outliers: they count linearly, not by their square (Huber).
+pub const OUTLIER_SIGMA: f64 = 4.0;
+
 /// The disturbance model: what varies without being an effect (pads, gusts), by how much and how fast.
 #[derive(Clone, Debug)]
 pub struct DisturbanceModel {

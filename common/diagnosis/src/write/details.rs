@@ -6,9 +6,9 @@ use crate::answer::supplement::{
     TraceWindow,
 };
 use crate::data::case::{Case, OUTPUT_NAMES, OUTPUTS, Run};
+use crate::decide::criteria::Criteria;
+use crate::decide::evidence::Judgement;
 use crate::decide::selection::Selection;
-use crate::decide::significance;
-use crate::decide::verdict::Judgement;
 use crate::fit::solver::assemble;
 use crate::fit::windows::Models;
 use crate::model::discrepancy::{Place, Scope};
@@ -20,13 +20,8 @@ use crate::write::predictions::Predicted;
 
 /// Two-sided 95 % quantile of the normal distribution.
 const NORMAL_95: f64 = 1.96;
-/// Standard errors of the whitened fit, which knows neither the wrong form of a law nor the last colour of the disturbances, are
-/// widened by this factor, set so that the 90 % intervals of some twenty simulated cases hold the truth in more than four of
-/// five; `railgrip gap blind` prints the coverage.
-const WIDENING: f64 = 3.0;
-
 /// 95 % intervals of every parameter of the extended model.
-pub(crate) fn intervals(selection: &Selection, models: &Models) -> Vec<Interval> {
+pub(crate) fn intervals(selection: &Selection, models: &Models, widening: f64) -> Vec<Interval> {
     let best = &selection.best.fitted;
     let shape = &models.extended_shape;
     let wide = |i: usize| {
@@ -46,7 +41,7 @@ pub(crate) fn intervals(selection: &Selection, models: &Models) -> Vec<Interval>
     (0..n)
         .map(|i| {
             let p = &best.shape.parameters()[i];
-            let sigma = WIDENING * inverse[(i, i)].max(0.0).sqrt() * p.scale;
+            let sigma = widening * inverse[(i, i)].max(0.0).sqrt() * p.scale;
             // The two fits see different noise: where they differ, both belong into the interval.
             let (a, b) = (models.extended[i], best.fit.theta[i]);
             let half = NORMAL_95 * sigma;
@@ -61,6 +56,7 @@ pub(crate) fn detail(
     judgement: &Judgement,
     models: &Models,
     report: &Report,
+    criteria: &Criteria,
 ) -> Detail {
     let vehicle = &case.vehicle;
     Detail {
@@ -71,17 +67,18 @@ pub(crate) fn detail(
             vehicle.wheelsets()
         ),
         notes: notes(case),
-        parameters: parameters(selection, models),
+        rule: judgement.decision.rule.words.to_owned(),
+        parameters: parameters(selection, models, criteria.report.widening),
         candidates: candidate_details(selection, report),
         ties: ties(report),
         freed: freed(selection, report),
         missing_curve: missing_curve(judgement, report),
         alarm: judgement.chance.as_ref().map(|chance| Alarm {
             statistic: "log-likelihood of whitened innovations gained by the best candidate".into(),
-            level: significance::LEVEL,
+            level: criteria.significance.level,
             threshold: chance.threshold(),
             observed: selection.rounds[0].gains.iter().map(|g| g.gain).fold(0.0, f64::max),
-            replicates: significance::REPLICATES,
+            replicates: criteria.significance.replicates,
         }),
         ..Detail::default()
     }
@@ -95,9 +92,9 @@ fn notes(case: &Case) -> Vec<String> {
     notes
 }
 
-fn parameters(selection: &Selection, models: &Models) -> Vec<ParameterRow> {
+fn parameters(selection: &Selection, models: &Models, widening: f64) -> Vec<ParameterRow> {
     let shape = &models.extended_shape;
-    let intervals = intervals(selection, models);
+    let intervals = intervals(selection, models, widening);
     let owner = |i: usize| {
         (0..shape.effects.len())
             .find(|e| shape.range_of(*e).contains(&i))
@@ -287,6 +284,7 @@ pub(crate) fn effect_curves(
     models: &Models,
     calibrated: &Built,
     report: &Report,
+    widening: f64,
 ) -> Vec<Curve> {
     let best = &selection.best.fitted;
     if best.fit.theta.len() != models.extended.len() {
@@ -296,7 +294,7 @@ pub(crate) fn effect_curves(
         shape: &models.extended_shape,
         theta: &models.extended,
         blocks: &best.fit.blocks,
-        widening: WIDENING,
+        widening,
     };
     report.effects.iter().filter_map(|effect| effect_curve(case, &fitted, calibrated, &effect.id)).collect()
 }

@@ -44,8 +44,14 @@ fn errors(case: &Case, built: &Built) -> Errors {
     Errors { squares, from }
 }
 
-/// Gap of both models by region, and the region in which the first one's stands out.
-pub fn locate(case: &Case, calibrated: &Built, extended: &Built) -> (HeatMap, Option<Regime>) {
+/// Gap of both models by region, and the region in which the first one's stands out; it must hold a share of the samples
+/// between the two of `region_share`.
+pub fn locate(
+    case: &Case,
+    calibrated: &Built,
+    extended: &Built,
+    region_share: [f64; 2],
+) -> (HeatMap, Option<Regime>) {
     let (before, after) = (errors(case, calibrated), errors(case, extended));
     let mut groups = Vec::new();
     let mut best: Option<(f64, Regime)> = None;
@@ -56,7 +62,7 @@ pub fn locate(case: &Case, calibrated: &Built, extended: &Built) -> (HeatMap, Op
         let Some(edges) = edges(&values) else { continue };
         let region = |x: f64| edges[1..edges.len() - 1].iter().filter(|edge| x >= **edge).count();
         let group = group(variable, &edges, &values, &region, &before, &after);
-        if let Some((score, regime)) = stand_out(variable, &edges, &group)
+        if let Some((score, regime)) = stand_out(variable, &edges, &group, region_share)
             && best.as_ref().is_none_or(|(s, _)| score > *s)
         {
             best = Some((score, regime));
@@ -113,7 +119,12 @@ fn group(
 }
 
 /// The contiguous regions whose gap stands out most from the rest.
-fn stand_out(variable: Covariate, edges: &[f64], group: &HeatGroup) -> Option<(f64, Regime)> {
+fn stand_out(
+    variable: Covariate,
+    edges: &[f64],
+    group: &HeatGroup,
+    [least, most]: [f64; 2],
+) -> Option<(f64, Regime)> {
     let count = group.samples.len();
     let square = |k: usize| {
         group.calibrated.iter().map(|row| row[k] * row[k]).sum::<f64>() / OUTPUTS as f64
@@ -124,14 +135,14 @@ fn stand_out(variable: Covariate, edges: &[f64], group: &HeatGroup) -> Option<(f
     for from in 0..count {
         for to in from..count {
             let inside: usize = group.samples[from..=to].iter().sum();
-            if inside * 10 < n || inside * 10 > 7 * n {
+            let held = inside as f64 / n as f64;
+            if held < least || held > most {
                 continue;
             }
             let sum: f64 = (from..=to).map(square).sum();
             let (gap_inside, gap_outside) =
                 ((sum / inside as f64).sqrt(), ((total - sum).max(0.0) / (n - inside) as f64).sqrt());
-            let share = inside as f64 / n as f64;
-            let score = (gap_inside - gap_outside) * (share * (1.0 - share)).sqrt();
+            let score = (gap_inside - gap_outside) * (held * (1.0 - held)).sqrt();
             if best.as_ref().is_none_or(|(s, _)| score > *s) {
                 let range = [edges[from], edges[to + 1]];
                 let variable = variable.name().to_owned();

@@ -7,11 +7,14 @@ use crate::answer::schema::{
 };
 use crate::data::case::{Case, OUTPUT_NAMES, OUTPUTS};
 use crate::decide::confidence::{self, Standing};
-use crate::decide::selection::{Gain, Selection};
-use crate::decide::verdict::Judgement;
+use crate::decide::criteria::Criteria;
+use crate::decide::evidence::Judgement;
+use crate::decide::round::Gain;
+use crate::decide::selection::Selection;
+use crate::decide::verdict::Decision;
 use crate::fit::windows::Models;
 use crate::model::discrepancy::Place;
-use crate::predict::localise;
+use crate::model::places;
 use crate::predict::open_loop::{self, Tally, sigmas};
 use crate::write::details;
 use crate::write::predictions::{self, Predicted};
@@ -26,22 +29,28 @@ pub(crate) fn report(
     models: &Models,
     [fit, holdout]: [&[Predicted]; 2],
     regime: Option<Regime>,
+    criteria: &Criteria,
 ) -> Report {
+    let Decision { verdict, rule } = judgement.decision;
     let fit_totals = predictions::totals(fit);
-    let effects = if judgement.names_effects() { effects(selection, judgement, models) } else { Vec::new() };
-    let term = match judgement.verdict {
+    let effects = if judgement.decision.names_effects() {
+        effects(selection, judgement, models, criteria)
+    } else {
+        Vec::new()
+    };
+    let term = match verdict {
         Verdict::None => None,
         Verdict::Unknown => judgement.missing.as_ref().map(|m| m.discrepancy.term.name().to_owned()),
         _ => effects.first().map(|e| e.term.clone()),
     };
     Report {
         schema: SCHEMA.to_owned(),
-        verdict: judgement.verdict,
-        rule: String::new(),
+        verdict,
+        rule: rule.name.to_owned(),
         location: Location {
             term,
-            signals: signals(&fit_totals[1], &fit_totals[2]),
-            regime: regime.filter(|_| judgement.verdict != Verdict::None),
+            signals: signals(&fit_totals[1], &fit_totals[2], criteria.report.floor_gap),
+            regime: regime.filter(|_| verdict != Verdict::None),
             runs: fit
                 .iter()
                 .map(|p| RunGap { name: p.name.clone(), gap: Tally::total(&p.tallies[1]).gap() })
@@ -63,9 +72,9 @@ pub(crate) fn report(
     }
 }
 
-fn signals(calibrated: &Tally, extended: &Tally) -> Vec<SignalShare> {
+fn signals(calibrated: &Tally, extended: &Tally, [least, most]: [f64; 2]) -> Vec<SignalShare> {
     // What the best model still misses is not what is being located; a gap of one is the sensors'.
-    let floor = |j: usize| extended.signal(j).clamp(1.0, 2.0).powi(2);
+    let floor = |j: usize| extended.signal(j).clamp(least, most).powi(2);
     let mut excess: Vec<f64> =
         (0..OUTPUTS).map(|j| (calibrated.signal(j).powi(2) - floor(j)).max(0.0)).collect();
     let total: f64 = excess.iter().sum();
@@ -80,7 +89,12 @@ fn signals(calibrated: &Tally, extended: &Tally) -> Vec<SignalShare> {
     excess.into_iter().enumerate().map(share).collect()
 }
 
-fn effects(selection: &Selection, judgement: &Judgement, models: &Models) -> Vec<FoundEffect> {
+fn effects(
+    selection: &Selection,
+    judgement: &Judgement,
+    models: &Models,
+    criteria: &Criteria,
+) -> Vec<FoundEffect> {
     let shape = &models.extended_shape;
     let total = (selection.base.evidence_cost() - selection.best.evidence_cost()).max(1.0);
     let mut effects: Vec<(f64, FoundEffect)> = (0..shape.effects.len())
@@ -89,7 +103,7 @@ fn effects(selection: &Selection, judgement: &Judgement, models: &Models) -> Vec
             // The round that accepted the effect tried it against its rivals.
             let round = &selection.rounds[e.min(selection.rounds.len() - 1)];
             let rivals = confidence::rivals(round, spec.id);
-            let equivalent = confidence::equivalents(round, spec.id, spec.twins);
+            let equivalent = confidence::equivalents(round, spec, &criteria.ties);
             let rival = rivals
                 .iter()
                 .filter(|(g, _)| !equivalent.iter().any(|id| id == g.id))
@@ -98,7 +112,7 @@ fn effects(selection: &Selection, judgement: &Judgement, models: &Models) -> Vec
                 .unwrap_or(0.0);
             let gain = round.own_filter_gain(spec.id).unwrap_or(total);
             let range = shape.range_of(e);
-            let intervals = details::intervals(selection, models);
+            let intervals = details::intervals(selection, models, criteria.report.widening);
             let fitted = shape.effects[e].parameters.iter().zip(range).map(|(p, i)| {
                 (p.name.clone(), ParameterEstimate { value: models.extended[i], ci95: intervals[i] })
             });
@@ -107,18 +121,19 @@ fn effects(selection: &Selection, judgement: &Judgement, models: &Models) -> Vec
             let chosen =
                 chosen.map(|(p, v)| (p.name.to_owned(), ParameterEstimate { value: *v, ci95: [*v, *v] }));
             let parameters = fitted.chain(chosen).collect();
+            let standing = Standing {
+                recovered: judgement.evidence.recovered(),
+                left: judgement.evidence.left,
+                rival,
+                gain,
+                at_same_place: shape.effects[..e]
+                    .iter()
+                    .any(|before| places::may_share(before.spec.term, spec.term)),
+            };
             let found = FoundEffect {
                 id: spec.id.to_owned(),
                 term: spec.term.name().to_owned(),
-                confidence: confidence::confidence(Standing {
-                    recovered: judgement.recovered,
-                    left: judgement.left,
-                    rival,
-                    gain,
-                    mends: shape.effects[..e]
-                        .iter()
-                        .any(|before| localise::may_share_place(before.spec.term, spec.term)),
-                }),
+                confidence: confidence::confidence(standing, &criteria.confidence),
                 equivalent,
                 parameters,
             };

@@ -1,6 +1,6 @@
 //! Effects on the adhesion available and on its shape over slip.
 
-use super::{Effect, EffectSpec, Operating, ParameterSpec, Term, window_share};
+use super::{Effect, EffectSpec, Operating, ParameterSpec, Term, Twin, window_share};
 use crate::adhesion::{ASYMPTOTE_SHARE, SPEED_DECAY_S_PER_M, share_of_standstill};
 use crate::wagon::Constants;
 
@@ -30,7 +30,7 @@ pub static FALLING: EffectSpec = EffectSpec {
         },
     ],
     hidden: &[],
-    twins: &["adhesion_speed", "self_cleaning"],
+    twins: &[Twin::look_alike("adhesion_speed"), Twin::look_alike("self_cleaning")],
     separated_by: "deep slides at constant speed: a law of slip velocity retraces its path, cleaning makes a loop",
 };
 
@@ -84,7 +84,7 @@ pub static SELF_CLEANING: EffectSpec = EffectSpec {
         },
     ],
     hidden: &[],
-    twins: &["load_transfer", "falling_friction"],
+    twins: &[Twin::look_alike("load_transfer"), Twin::look_alike("falling_friction")],
     separated_by: "the same braking with the other end leading, or on dry rail where there is nothing to clean",
 };
 
@@ -154,7 +154,7 @@ pub static PATCH: EffectSpec = EffectSpec {
         },
     ],
     hidden: &[],
-    twins: &["grade"],
+    twins: &[Twin::look_alike("grade")],
     separated_by: "a second pass over the stretch at another speed, and one without braking: only a grade acts then",
 };
 
@@ -216,7 +216,7 @@ pub static SPEED: EffectSpec = EffectSpec {
         },
     ],
     hidden: &[],
-    twins: &["falling_friction"],
+    twins: &[Twin::look_alike("falling_friction")],
     separated_by: "slides of the same depth at high and at low speed",
 };
 
@@ -274,7 +274,7 @@ pub static SANDING: EffectSpec = EffectSpec {
         },
     ],
     hidden: &["sand on the rail, 0 to 1"],
-    twins: &["self_cleaning"],
+    twins: &[Twin::look_alike("self_cleaning")],
     separated_by: "the same slide with and without sand",
 };
 

@@ -1,7 +1,7 @@
 //! Effects between measured cylinder pressure and the force on the pad.
 
 use super::delay::DelayLine;
-use super::{Effect, EffectSpec, Operating, ParameterSpec, Term};
+use super::{Effect, EffectSpec, Operating, ParameterSpec, Term, Twin};
 use crate::MAX_WHEELSETS;
 
 /// Longest dead time that can be fitted, s.
@@ -36,7 +36,11 @@ pub static LAG: EffectSpec = EffectSpec {
         },
     ],
     hidden: &["delayed and lagged pad force of each wheelset, N"],
-    twins: &["brake_wet_delay", "speed_latency", "rigging_hysteresis"],
+    twins: &[
+        Twin::look_alike("brake_wet_delay"),
+        Twin::look_alike("speed_latency"),
+        Twin::look_alike("rigging_hysteresis"),
+    ],
     separated_by: "several applications and releases at two rates; a torque cell shows force without torque",
 };
 
@@ -112,7 +116,7 @@ pub static HYSTERESIS: EffectSpec = EffectSpec {
         },
     ],
     hidden: &["pad force of each wheelset, N"],
-    twins: &["brake_lag"],
+    twins: &[Twin::look_alike("brake_lag")],
     separated_by: "pressure ramps up and down at two rates: the loop of hysteresis does not depend on the rate",
 };
 
@@ -173,7 +177,7 @@ pub static OFFSET: EffectSpec = EffectSpec {
         ..ParameterSpec::PLAIN
     }],
     hidden: &[],
-    twins: &["brake_friction_pressure"],
+    twins: &[Twin::look_alike("brake_friction_pressure")],
     separated_by: "very light brake applications around the threshold, and steady braking at three levels",
 };
 
@@ -221,7 +225,7 @@ pub static DRAGGING: EffectSpec = EffectSpec {
         WHEELSET,
     ],
     hidden: &[],
-    twins: &["running_resistance"],
+    twins: &[Twin::look_alike("running_resistance")],
     separated_by: "coasting with one wheelset on a low-adhesion rail or lifted: only the dragging one slows by itself",
 };
 

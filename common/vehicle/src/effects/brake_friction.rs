@@ -1,6 +1,6 @@
 //! Effects on the coefficient between pad and disc.
 
-use super::{Effect, EffectSpec, Operating, ParameterSpec, Term};
+use super::{Effect, EffectSpec, Operating, ParameterSpec, Term, Twin};
 use crate::constants::{DISC_HEAT_CAPACITY_J_PER_K, DRY_RAIL_ADHESION, FRICTION_RING_COOLING_S};
 use crate::wagon::Constants;
 use crate::{MAX_WHEELSETS, PerWheelset};
@@ -33,7 +33,7 @@ pub static SPEED: EffectSpec = EffectSpec {
         },
     ],
     hidden: &[],
-    twins: &["brake_fade"],
+    twins: &[Twin::look_alike("brake_fade")],
     separated_by: "stops from two initial speeds: a law of speed gives the same friction at the same speed in both",
 };
 
@@ -107,7 +107,7 @@ pub static FADE: EffectSpec = EffectSpec {
         },
     ],
     hidden: &["temperature rise of each wheelset's discs, K"],
-    twins: &["brake_friction_speed", "brake_wet_delay"],
+    twins: &[Twin::look_alike("brake_friction_speed"), Twin::look_alike("brake_wet_delay")],
     separated_by: "two stops from the same speed in quick succession, and one after a long cool-down",
 };
 
@@ -175,7 +175,7 @@ pub static PRESSURE: EffectSpec = EffectSpec {
         },
     ],
     hidden: &[],
-    twins: &["pressing_force_offset"],
+    twins: &[Twin::look_alike("pressing_force_offset")],
     separated_by: "steady braking at three or more pressing forces from light to full",
 };
 
@@ -245,7 +245,7 @@ pub static WET_DELAY: EffectSpec = EffectSpec {
         },
     ],
     hidden: &["energy braked since the run began, of each wheelset, J"],
-    twins: &["brake_lag", "brake_fade"],
+    twins: &[Twin::look_alike("brake_lag"), Twin::look_alike("brake_fade")],
     separated_by: "two brake applications in one run: dry pads grip at once in the second, a lag returns in both",
 };
 

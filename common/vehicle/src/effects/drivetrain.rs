@@ -1,6 +1,6 @@
 //! Effects between brake or motor and wheel.
 
-use super::{Effect, EffectSpec, Observation, Operating, ParameterSpec, Term};
+use super::{Effect, EffectSpec, Observation, Operating, ParameterSpec, Term, Twin};
 use crate::MAX_WHEELSETS;
 
 /// The axle twists.
@@ -37,7 +37,7 @@ pub static TORSION: EffectSpec = EffectSpec {
         },
     ],
     hidden: &["twist and its rate of each wheelset, rad and rad/s"],
-    twins: &["wheel_encoder_eccentricity"],
+    twins: &[Twin::look_alike("wheel_encoder_eccentricity")],
     separated_by: "abrupt torque at two speeds: a resonance keeps its frequency, an encoder's ripple follows the angle",
 };
 

@@ -87,6 +87,36 @@ impl ParameterSpec {
     };
 }
 
+/// How much alike two effects are in recordings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Likeness {
+    /// They look alike in some runs; others separate them.
+    LookAlike,
+    /// They span the same model over the range of a train, so that either name is right.
+    SameModel,
+}
+
+/// Another effect that recordings may not tell from this one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Twin {
+    /// Its id.
+    pub id: &'static str,
+    /// How much alike the two are.
+    pub likeness: Likeness,
+}
+
+impl Twin {
+    /// An effect that looks alike in some runs.
+    pub const fn look_alike(id: &'static str) -> Self {
+        Self { id, likeness: Likeness::LookAlike }
+    }
+
+    /// An effect that spans the same model.
+    pub const fn same_model(id: &'static str) -> Self {
+        Self { id, likeness: Likeness::SameModel }
+    }
+}
+
 /// What the catalogue says about an effect.
 #[derive(Debug, PartialEq)]
 pub struct EffectSpec {
@@ -103,7 +133,7 @@ pub struct EffectSpec {
     /// Names of hidden states, with units.
     pub hidden: &'static [&'static str],
     /// Ids that look alike, and what separates them is in `separated_by`.
-    pub twins: &'static [&'static str],
+    pub twins: &'static [Twin],
     /// The run that tells the effect from its twins, in words.
     pub separated_by: &'static str,
 }

@@ -1,6 +1,6 @@
 //! Effects on mass and moments of inertia.
 
-use super::{Effect, EffectSpec, ParameterSpec, Term};
+use super::{Effect, EffectSpec, ParameterSpec, Term, Twin};
 use crate::wagon::Constants;
 
 /// Another mass than the file says.
@@ -19,7 +19,7 @@ pub static MASS: EffectSpec = EffectSpec {
         ..ParameterSpec::PLAIN
     }],
     hidden: &[],
-    twins: &["rotating_inertia"],
+    twins: &[Twin::look_alike("rotating_inertia")],
     separated_by: "coasting over a known grade, slides (where load sets the force), and a run at another payload",
 };
 
@@ -62,7 +62,7 @@ pub static ROTATING: EffectSpec = EffectSpec {
         ..ParameterSpec::PLAIN
     }],
     hidden: &[],
-    twins: &["mass_error"],
+    twins: &[Twin::look_alike("mass_error")],
     separated_by: "slides, in which the wheelset's own inertia decides how fast it falls out and back",
 };
 

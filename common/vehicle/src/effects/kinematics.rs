@@ -1,7 +1,7 @@
 //! Effects on wheel geometry.
 
 use super::brake_actuation::WHEELSET;
-use super::{Effect, EffectSpec, ParameterSpec, Term};
+use super::{Effect, EffectSpec, ParameterSpec, Term, Twin};
 use crate::MAX_WHEELSETS;
 use crate::wagon::Constants;
 
@@ -23,7 +23,7 @@ pub static WHEEL_RADIUS: EffectSpec = EffectSpec {
         WHEELSET,
     ],
     hidden: &[],
-    twins: &["speed_scale"],
+    twins: &[Twin::look_alike("speed_scale")],
     separated_by: "coasting without brake or traction: the two wheelset speeds differ by a constant ratio",
 };
 

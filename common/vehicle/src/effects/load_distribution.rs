@@ -1,6 +1,6 @@
 //! Effects on the normal loads of the wheelsets.
 
-use super::{Effect, EffectSpec, ParameterSpec, Term};
+use super::{Effect, EffectSpec, ParameterSpec, Term, Twin};
 use crate::wagon::Constants;
 
 /// More or less load transfer than the height of the centre of mass says.
@@ -19,7 +19,7 @@ pub static LOAD_TRANSFER: EffectSpec = EffectSpec {
         ..ParameterSpec::PLAIN
     }],
     hidden: &[],
-    twins: &["self_cleaning"],
+    twins: &[Twin::look_alike("self_cleaning")],
     separated_by: "traction at the adhesion limit, where the transfer changes its sign",
 };
 

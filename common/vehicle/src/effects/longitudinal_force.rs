@@ -1,6 +1,6 @@
 //! Forces along the track that do not come from the wagon itself.
 
-use super::{Effect, EffectSpec, Operating, ParameterSpec, Term};
+use super::{Effect, EffectSpec, Operating, ParameterSpec, Term, Twin};
 use crate::resistance::grade_acceleration;
 
 /// A neighbour in the train pushes and pulls.
@@ -64,7 +64,7 @@ pub static COUPLER: EffectSpec = EffectSpec {
         },
     ],
     hidden: &["x, m", "dx/dt, m/s", "b, m/s^2"],
-    twins: &["grade", "running_resistance"],
+    twins: &[Twin::look_alike("grade"), Twin::look_alike("running_resistance")],
     separated_by: "the wagon alone, uncoupled, in the same braking",
 };
 

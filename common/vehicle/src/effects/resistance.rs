@@ -1,6 +1,6 @@
 //! Effects on running resistance, wind and grade.
 
-use super::{Effect, EffectSpec, Operating, ParameterSpec, Term, window_share};
+use super::{Effect, EffectSpec, Operating, ParameterSpec, Term, Twin, window_share};
 use crate::GRAVITY_M_S2;
 use crate::resistance::rolling_resistance;
 use crate::wagon::Constants;
@@ -42,7 +42,7 @@ pub static GRADE: EffectSpec = EffectSpec {
         },
     ],
     hidden: &[],
-    twins: &["running_resistance", "low_adhesion_patch"],
+    twins: &[Twin::look_alike("running_resistance"), Twin::look_alike("low_adhesion_patch")],
     separated_by: "coasting over the stretch in both directions",
 };
 
@@ -114,7 +114,7 @@ pub static RUNNING: EffectSpec = EffectSpec {
         },
     ],
     hidden: &[],
-    twins: &["headwind", "dragging_brake", "grade"],
+    twins: &[Twin::same_model("headwind"), Twin::look_alike("dragging_brake"), Twin::look_alike("grade")],
     separated_by: "coasting in both directions: wind changes its sign with the direction, resistance does not",
 };
 
@@ -160,7 +160,7 @@ pub static HEADWIND: EffectSpec = EffectSpec {
         ..ParameterSpec::PLAIN
     }],
     hidden: &[],
-    twins: &["running_resistance"],
+    twins: &[Twin::same_model("running_resistance")],
     separated_by: "the same coasting run in both directions",
 };
 

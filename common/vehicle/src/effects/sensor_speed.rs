@@ -1,7 +1,7 @@
 //! Effects on the measurement of vehicle speed.
 
 use super::delay::DelayLine;
-use super::{Effect, EffectSpec, Observation, Operating, ParameterSpec, Term};
+use super::{Effect, EffectSpec, Observation, Operating, ParameterSpec, Term, Twin};
 
 /// Longest latency that can be fitted, s.
 const LONGEST_LATENCY_S: f64 = 1.5;
@@ -23,7 +23,11 @@ pub static LATENCY: EffectSpec = EffectSpec {
         ..ParameterSpec::PLAIN
     }],
     hidden: &["past vehicle speed relative to now, m/s"],
-    twins: &["clock_skew", "wheel_encoder_window", "brake_lag"],
+    twins: &[
+        Twin::look_alike("clock_skew"),
+        Twin::look_alike("wheel_encoder_window"),
+        Twin::look_alike("brake_lag"),
+    ],
     separated_by: "abrupt changes of deceleration at known times, with wheelset speeds beside",
 };
 
@@ -91,7 +95,7 @@ pub static SCALE: EffectSpec = EffectSpec {
         ..ParameterSpec::PLAIN
     }],
     hidden: &[],
-    twins: &["wheel_radius"],
+    twins: &[Twin::look_alike("wheel_radius")],
     separated_by: "coasting past two points of known distance",
 };
 

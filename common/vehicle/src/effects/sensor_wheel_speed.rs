@@ -1,7 +1,7 @@
 //! Effects on the measurement of wheelset speeds.
 
 use super::delay::DelayLine;
-use super::{Effect, EffectSpec, Observation, Operating, ParameterSpec, Term};
+use super::{Effect, EffectSpec, Observation, Operating, ParameterSpec, Term, Twin};
 use crate::MAX_WHEELSETS;
 
 /// Once-per-revolution error of an encoder.
@@ -52,7 +52,7 @@ pub static ECCENTRICITY: EffectSpec = EffectSpec {
         },
     ],
     hidden: &[],
-    twins: &["axle_torsion"],
+    twins: &[Twin::look_alike("axle_torsion")],
     separated_by: "coasting down slowly: the ripple follows the wheel angle, a resonance keeps its frequency",
 };
 
@@ -109,7 +109,11 @@ pub static WINDOW: EffectSpec = EffectSpec {
         ..ParameterSpec::PLAIN
     }],
     hidden: &["past wheelset speeds, rad/s"],
-    twins: &["clock_skew", "speed_latency", "brake_lag"],
+    twins: &[
+        Twin::look_alike("clock_skew"),
+        Twin::look_alike("speed_latency"),
+        Twin::look_alike("brake_lag"),
+    ],
     separated_by: "WSP cycles: a mean over a window blunts the peaks, a shift in time does not",
 };
 
@@ -198,7 +202,7 @@ pub static CLOCK_SKEW: EffectSpec = EffectSpec {
         },
     ],
     hidden: &["past wheelset speeds, rad/s"],
-    twins: &["wheel_encoder_window", "speed_latency"],
+    twins: &[Twin::look_alike("wheel_encoder_window"), Twin::look_alike("speed_latency")],
     separated_by: "one long run: a skew grows with time, a latency does not",
 };
 

@@ -1,0 +1,132 @@
+//! Whether one more effect is taken into the model, and why the selection stops.
+
+use crate::decide::criteria::{Acceptance, Criteria, Localisation, Pursuit, VerdictLimits};
+use crate::decide::mending::Relation;
+use crate::decide::round::{Round, Standpoint};
+use crate::fit::candidate::Fitted;
+use crate::fit::frozen::{self, FrozenFit};
+use crate::predict::localise::{self, PlaceEvidence};
+
+/// Why the selection stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// As many effects are named as may be.
+    EnoughEffects,
+    /// The model leaves nothing to explain.
+    Quiet,
+    /// The effects leave most of a gross misfit where it was: something else is wrong.
+    Hopeless,
+    /// The library is used up.
+    NoCandidate,
+    /// No candidate fitted well enough to get a filter of its own.
+    NoFinalist,
+    /// What the best candidate gains lies in a few stretches only.
+    Event,
+    /// The best candidate gains too little.
+    GainsLittle,
+    /// The best candidate fails on runs left out.
+    FailsLeftOut,
+    /// The best candidate is no further effect: it mends one before it, sits on its bound, or lies where little is wrong.
+    NotOneMore,
+}
+
+/// Whether a model leaves nothing to explain.
+pub(crate) fn is_quiet(frozen: &FrozenFit, rest: &[PlaceEvidence], localisation: &Localisation) -> bool {
+    let expected = 0.5 * frozen.fitted.residuals.len() as f64;
+    let white = frozen.fitted.fit.cost < localisation.white_cost * expected;
+    let quiet = rest.first().is_none_or(|place| place.evidence < localisation.quiet_evidence);
+    frozen.tolerance == 0 && white && quiet
+}
+
+/// Whether named effects leave most of a gross misfit, at their own place or more than there was: then what is wrong is
+/// something else, and further names would only decorate it.
+pub(crate) fn is_hopeless(
+    frozen: &FrozenFit,
+    before: &[PlaceEvidence],
+    rest: &[PlaceEvidence],
+    criteria: &Criteria,
+) -> bool {
+    let (pursuit, limits): (&Pursuit, &VerdictLimits) = (&criteria.pursuit, &criteria.verdict);
+    let left = localise::share_left(before, rest);
+    let likely = localise::likely(rest, criteria.localisation.likely_share);
+    let same = frozen.fitted.shape.effects.iter().any(|e| localise::may_act_at(e.spec.term, likely));
+    frozen.tolerance >= pursuit.gross_tolerance && (left > 1.0 || (left > limits.most_left && same))
+}
+
+/// Why the best of a round, `next`, is not taken into the model; `None` if it is.
+pub(crate) fn why_not(at: &Standpoint, next: &FrozenFit, round: &Round, criteria: &Criteria) -> Option<Stop> {
+    let acceptance = &criteria.acceptance;
+    if is_an_event(at.current, next, round, criteria) {
+        return Some(Stop::Event);
+    }
+    let gain = at.current.evidence_cost() - next.evidence_cost();
+    let predictive = at.current.fitted.predictive_cost() - next.fitted.predictive_cost();
+    let sure = gain > acceptance.certain_gain || next.tolerance != at.current.tolerance;
+    if gain < acceptance.gain {
+        return Some(Stop::GainsLittle);
+    }
+    let predicts = predictive >= acceptance.predictive;
+    if !predicts && !sure {
+        return Some(Stop::FailsLeftOut);
+    }
+    (!is_one_more(at, next, gain, predictive, criteria)).then_some(Stop::NotOneMore)
+}
+
+/// Whether the last effect of `next` is one more effect: beside one at the same place it must gain a good share of what that
+/// gained, see [`mending`](crate::decide::mending); elsewhere little is enough if runs left out agree, or if that is where
+/// the model before errs most. The first effect, too, must be one or the other; a further one whose strength runs into its
+/// bound is none.
+fn is_one_more(at: &Standpoint, next: &FrozenFit, gain: f64, predictive: f64, criteria: &Criteria) -> bool {
+    let acceptance = &criteria.acceptance;
+    let Some((last, before)) = next.fitted.shape.effects.split_last() else { return false };
+    if !before.is_empty() && is_on_bound(&next.fitted, before.len()) {
+        return false;
+    }
+    let all: f64 = at.accepted.iter().sum();
+    match at.relation(next, criteria) {
+        None | Some(Relation::Mends) => false,
+        Some(Relation::Beside) => gain >= acceptance.in_place_share * all,
+        Some(Relation::Apart) => {
+            let likely = localise::likely(at.rest, criteria.localisation.likely_share);
+            let in_place = localise::may_act_at(last.spec.term, likely);
+            let least = if before.is_empty() { 0.0 } else { least_elsewhere(all, acceptance) };
+            (gain >= acceptance.in_place_share * all && in_place)
+                || (gain >= least && predictive >= acceptance.elsewhere_predictive_share * gain)
+        }
+    }
+}
+
+/// Least evidence of a further effect that the likeliest place does not speak for, beside effects that gained `all`.
+fn least_elsewhere(all: f64, acceptance: &Acceptance) -> f64 {
+    (acceptance.elsewhere_share * all).max(acceptance.elsewhere_gain)
+}
+
+/// Whether what the last effect of `next` gains is next to nothing outside of a few stretches, by the filter that both
+/// share: a wheelset at the edge between holding and sliding that falls the other way once is no effect.
+fn is_an_event(current: &FrozenFit, next: &FrozenFit, round: &Round, criteria: &Criteria) -> bool {
+    let acceptance = &criteria.acceptance;
+    let gain = current.evidence_cost() - next.evidence_cost();
+    let last = next.fitted.shape.effects.last().map_or("", |effect| effect.spec.id);
+    let own = round.gains.iter().find(|gain| gain.id == last);
+    if gain > acceptance.certain_gain || next.tolerance != current.tolerance {
+        return false;
+    }
+    own.is_none_or(|own| {
+        let length = current.whitening.stretch(criteria.significance.stretch_s);
+        let stretches = |fitted: &Fitted| frozen::costs_of_stretches(&fitted.residuals, length);
+        let (before, after) = (stretches(&current.fitted), stretches(&own.fitted));
+        let lasting = localise::evidence(&before, &after, criteria.localisation.event_share);
+        own.gain < acceptance.gain || lasting < acceptance.lasting_share * acceptance.gain
+    })
+}
+
+/// Whether the strength of an effect sits on a bound that is not its neutral value.
+pub(crate) fn is_on_bound(fitted: &Fitted, effect: usize) -> bool {
+    let Some(own) = fitted.shape.effects.get(effect) else { return false };
+    let values = &fitted.fit.theta[fitted.shape.range_of(effect)];
+    own.parameters.iter().zip(values).any(|(p, v)| {
+        let neutral = own.spec.parameters.iter().find(|s| s.name == p.name).and_then(|s| s.neutral);
+        let near = |bound: f64| (v - bound).abs() < 1e-6 * (p.upper - p.lower);
+        neutral.is_some_and(|n| (near(p.lower) && n != p.lower) || (near(p.upper) && n != p.upper))
+    })
+}

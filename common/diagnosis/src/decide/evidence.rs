@@ -1,0 +1,112 @@
+//! Evidence for the verdict: what chance would gain, what the effects leave, and what a curve would explain beside them or
+//! instead of them.
+
+use crate::data::case::Case;
+use crate::decide::acceptance::{is_on_bound, is_quiet};
+use crate::decide::criteria::Criteria;
+use crate::decide::selection::Selection;
+use crate::decide::significance::Chance;
+use crate::decide::verdict::{Decision, Evidence, Missing, decide};
+use crate::fit::discrepancies::{self, FittedDiscrepancy};
+use crate::predict::localise;
+
+/// What was concluded, and from what.
+#[derive(Debug)]
+pub struct Judgement {
+    /// The verdict, and the rule that led to it.
+    pub decision: Decision,
+    /// What it rests on.
+    pub evidence: Evidence,
+    /// What is missing, for unknown and for effects with a rest.
+    pub missing: Option<FittedDiscrepancy>,
+    /// The test against chance.
+    pub chance: Option<Chance>,
+    /// Flexible discrepancies on top of the best model, strongest first.
+    pub beside: Vec<FittedDiscrepancy>,
+    /// Flexible discrepancies at likely places on top of the nuisances alone, strongest first; empty unless in doubt.
+    pub instead: Vec<FittedDiscrepancy>,
+}
+
+/// Judges the outcome of the selection: gathers evidence and decides.
+pub fn judge(case: &Case, selection: &Selection, criteria: &Criteria, seed: u64) -> Judgement {
+    let chance = selection.rounds.first().map(|round| {
+        let nuisances = selection.base.fitted.shape.nuisance_count();
+        Chance::new(round, nuisances, &selection.best, &criteria.significance, seed)
+    });
+    let quiet = is_quiet(&selection.best, &selection.rest, &criteria.localisation);
+    let beside = if quiet {
+        Vec::new()
+    } else {
+        discrepancies::beside_effects(case, &selection.best, &criteria.pursuit)
+    };
+    let mut evidence =
+        without_instead(selection, criteria, chance.as_ref().map_or(0.0, Chance::threshold), &beside);
+    let likely = localise::likely(&selection.places, criteria.localisation.likely_share);
+    let instead = if is_doubtful(selection, &evidence, criteria) {
+        discrepancies::instead_of_effects(case, &selection.base, likely, &criteria.pursuit)
+    } else {
+        Vec::new()
+    };
+    evidence.instead_evidence = instead.first().map(|(_, evidence)| *evidence);
+    let decision = decide(&evidence, criteria);
+    let (missing, beside, instead) = missing(decision.rule.missing, beside, instead);
+    Judgement { decision, evidence, missing, chance, beside, instead }
+}
+
+/// All evidence but that of curves instead of the effects, which cost most to fit.
+fn without_instead(
+    selection: &Selection,
+    criteria: &Criteria,
+    alarm: f64,
+    beside: &[FittedDiscrepancy],
+) -> Evidence {
+    let (base, best) = (&selection.base, &selection.best);
+    let effects = &best.fitted.shape.effects;
+    let likely = localise::likely(&selection.places, criteria.localisation.likely_share);
+    let strongest = beside.first();
+    let mut evidence = Evidence {
+        effects: effects.len(),
+        gain: (base.evidence_cost() - best.evidence_cost()).max(0.0),
+        alarm,
+        on_bound: (0..effects.len()).any(|e| is_on_bound(&best.fitted, e)),
+        at_likely_place: effects.iter().any(|e| localise::may_act_at(e.spec.term, likely)),
+        discrepancy_gain: strongest.map_or(0.0, |discrepancy| discrepancy.gain),
+        discrepancy_predictive: strongest.map_or(0.0, |discrepancy| discrepancy.predictive),
+        place_evidence: selection.places.first().map_or(0.0, |place| place.evidence),
+        left: 1.0,
+        instead_evidence: None,
+    };
+    if evidence.is_named() {
+        evidence.left = localise::share_left(&selection.places, &selection.rest);
+    }
+    evidence
+}
+
+/// Whether curves instead of the effects are worth fitting: where something is wrong without a name, and where named effects
+/// are several, leave something, need a tolerant filter or are as strong as they may be.
+fn is_doubtful(selection: &Selection, evidence: &Evidence, criteria: &Criteria) -> bool {
+    let structure = evidence.has_structure(criteria);
+    if evidence.is_named() {
+        structure || selection.best.tolerance > 0 || evidence.effects > 1 || evidence.on_bound
+    } else {
+        structure || evidence.has_place_alone(criteria)
+    }
+}
+
+/// Takes what is missing out of the discrepancies.
+fn missing(
+    which: Missing,
+    mut beside: Vec<FittedDiscrepancy>,
+    instead: Vec<(FittedDiscrepancy, f64)>,
+) -> (Option<FittedDiscrepancy>, Vec<FittedDiscrepancy>, Vec<FittedDiscrepancy>) {
+    // What makes the recordings less likely is no discrepancy, even at the likeliest place.
+    let gains = instead.iter().any(|(_, evidence)| *evidence > 0.0);
+    let kept = instead.into_iter().filter(|(_, evidence)| !gains || *evidence > 0.0);
+    let mut instead: Vec<FittedDiscrepancy> = kept.map(|(discrepancy, _)| discrepancy).collect();
+    let missing = match which {
+        Missing::InsteadOfEffects if !instead.is_empty() => Some(instead.remove(0)),
+        Missing::InsteadOfEffects | Missing::BesideEffects if !beside.is_empty() => Some(beside.remove(0)),
+        _ => None,
+    };
+    (missing, beside, instead)
+}

@@ -1,0 +1,232 @@
+//! One round of the selection: every candidate on top of the model so far, and the best of them with filters of their own.
+
+use crate::data::case::Case;
+use crate::decide::acceptance::is_on_bound;
+use crate::decide::criteria::Criteria;
+use crate::decide::mending::{Relation, relation};
+use crate::fit::candidate::{self, Fitted};
+use crate::fit::frozen::{self, FrozenFit};
+use crate::model::candidates::Candidate;
+use crate::model::parameters::{FittedEffect, Shape};
+use crate::model::places;
+use crate::predict::localise::{self, PlaceEvidence};
+use crate::predict::one_step::DisturbanceModel;
+use railgrip_vehicle::effects::Term;
+use rayon::prelude::*;
+
+/// What one round tried on top of the model before it.
+#[derive(Debug)]
+pub struct Round {
+    /// Log-likelihood gained by each candidate over the round's base, in the order of the library.
+    pub gains: Vec<Gain>,
+    /// Evidence that those carried to a filter of their own gained over the round's base.
+    pub own_filter_gains: Vec<(&'static str, f64)>,
+}
+
+impl Round {
+    /// Evidence that a candidate gained with a filter of its own, if it was carried so far.
+    pub fn own_filter_gain(&self, id: &str) -> Option<f64> {
+        let own = self.own_filter_gains.iter().filter(|(carried, _)| *carried == id);
+        own.map(|(_, gain)| *gain).max_by(f64::total_cmp)
+    }
+
+    /// Without the large tables that only the test against chance needs.
+    pub(crate) fn lighter(mut self) -> Self {
+        for gain in &mut self.gains {
+            gain.fitted.columns = Vec::new();
+            gain.fitted.residuals = Vec::new();
+        }
+        self
+    }
+}
+
+/// How a candidate did.
+#[derive(Clone, Debug)]
+pub struct Gain {
+    /// Id.
+    pub id: &'static str,
+    /// Decrease of the cost.
+    pub gain: f64,
+    /// Decrease of the leave-one-run-out cost.
+    pub predictive: f64,
+    /// The same, run by run.
+    pub by_run: Vec<f64>,
+    /// What candidates are ranked by, see [`candidate::score`].
+    pub score: f64,
+    /// Whether the fit settled.
+    pub converged: bool,
+    /// The fitted model.
+    pub fitted: Fitted,
+}
+
+impl Gain {
+    /// The candidate's effect and its fitted values.
+    pub fn own(&self) -> Option<(&FittedEffect, Vec<f64>)> {
+        let shape = &self.fitted.shape;
+        let effect = shape.effects.last().filter(|effect| effect.spec.id == self.id)?;
+        Some((effect, self.fitted.fit.theta.get(shape.range_of(shape.effects.len() - 1))?.to_vec()))
+    }
+
+    /// The term of the candidate's effect.
+    fn term(&self) -> Option<Term> {
+        self.own().map(|(effect, _)| effect.spec.term)
+    }
+}
+
+/// Later rounds start from where a candidate ended before, and from its first start.
+pub(crate) fn start_from(candidate: &mut Candidate, before: &Round) {
+    let ended = before.gains.iter().find(|gain| gain.id == candidate.spec.id);
+    let Some((effect, values)) = ended.and_then(Gain::own) else { return };
+    let mut effect = effect.clone();
+    for (parameter, value) in effect.parameters.iter_mut().zip(values) {
+        parameter.start = value;
+    }
+    candidate.starts.truncate(1);
+    candidate.starts.push(effect);
+}
+
+/// Fits every candidate on top of `current` with its filter.
+pub(crate) fn try_all(
+    current: &FrozenFit,
+    candidates: &[Candidate],
+    criteria: &Criteria,
+    progress: &(dyn Fn(&'static str) + Sync),
+) -> Round {
+    let fits =
+        candidate::fit_all(&current.whitening, &current.fitted, candidates, &criteria.pursuit, progress);
+    let gains = candidates.iter().zip(fits).map(|(candidate, fitted)| {
+        let left_out = current.fitted.left_out.iter().zip(&fitted.left_out);
+        let by_run: Vec<f64> = left_out.map(|(before, after)| before - after).collect();
+        let gain = current.fitted.fit.total() - fitted.fit.total();
+        let predictive = by_run.iter().sum();
+        Gain {
+            id: candidate.spec.id,
+            gain,
+            predictive,
+            by_run,
+            score: candidate::score(gain, predictive, &criteria.pursuit),
+            converged: fitted.fit.converged,
+            fitted,
+        }
+    });
+    Round { gains: gains.collect(), own_filter_gains: Vec::new() }
+}
+
+/// What a round stands on: the model so far, what freeing places gains over it, and what each of its effects gained.
+pub(crate) struct Standpoint<'b, 'a> {
+    /// The model so far.
+    pub current: &'b FrozenFit<'a>,
+    /// What freeing places gains over it.
+    pub rest: &'b [PlaceEvidence],
+    /// Evidence that each of its effects gained when it was accepted.
+    pub accepted: &'b [f64],
+}
+
+impl Standpoint<'_, '_> {
+    /// How the last effect of `next` relates to those before it; `None` without an effect.
+    pub(crate) fn relation(&self, next: &FrozenFit, criteria: &Criteria) -> Option<Relation> {
+        let (last, before) = next.fitted.shape.effects.split_last()?;
+        let gain = self.current.evidence_cost() - next.evidence_cost();
+        let before: Vec<(Term, f64)> =
+            before.iter().zip(self.accepted).map(|(effect, gained)| (effect.spec.term, *gained)).collect();
+        Some(relation(last.spec.term, gain, &before, &criteria.acceptance))
+    }
+}
+
+/// Gives the best candidates of a round filters frozen at themselves, and returns the most likely one, with what each
+/// gained.
+pub(crate) fn refit_finalists<'a>(
+    case: &'a Case,
+    disturbances: &DisturbanceModel,
+    at: &Standpoint<'_, 'a>,
+    candidates: &[Candidate],
+    round: &Round,
+    criteria: &Criteria,
+) -> (Option<FrozenFit<'a>>, Vec<(&'static str, f64)>) {
+    let (current, pursuit) = (at.current, &criteria.pursuit);
+    let finalists = finalists(at, round, criteria);
+    let refit = |g: &&Gain| {
+        frozen::freeze(case, &g.fitted.shape, disturbances, &g.fitted.fit.theta, current.tolerance)
+    };
+    let mut refitted: Vec<FrozenFit<'a>> = finalists.par_iter().map(refit).collect();
+    if current.tolerance >= pursuit.gross_tolerance {
+        let strict = frozen::strict_trials(
+            case,
+            &current.fitted,
+            disturbances,
+            candidates,
+            pursuit.strict_finalists,
+            pursuit,
+        );
+        let refit = |(_, shape, theta): &(usize, Shape, Vec<f64>)| {
+            frozen::freeze_upwards(case, shape, disturbances, theta, current.tolerance)
+        };
+        refitted.extend(strict.par_iter().map(refit).collect::<Vec<_>>());
+    }
+    let gained = |frozen: &FrozenFit| {
+        let last = frozen.fitted.shape.effects.last()?;
+        Some((last.spec.id, current.evidence_cost() - frozen.evidence_cost()))
+    };
+    let gains: Vec<(&str, f64)> = refitted.iter().filter_map(gained).collect();
+    let stands_back = |frozen: &FrozenFit| stands_back(at, frozen, criteria);
+    let cost = |frozen: &FrozenFit| cost(current, frozen, criteria);
+    let first =
+        |a: &FrozenFit, b: &FrozenFit| stands_back(a).cmp(&stands_back(b)).then(cost(a).total_cmp(&cost(b)));
+    (refitted.into_iter().min_by(first), gains)
+}
+
+/// The candidates that get filters of their own.
+fn finalists<'r>(at: &Standpoint, round: &'r Round, criteria: &Criteria) -> Vec<&'r Gain> {
+    let pursuit = &criteria.pursuit;
+    let mut order: Vec<&Gain> = round.gains.iter().collect();
+    order.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let Some(best) = order.first() else { return Vec::new() };
+    let share =
+        if at.current.tolerance > 0 { pursuit.tolerant_finalist_share } else { pursuit.finalist_share };
+    let promising = |g: &&&Gain| g.gain > pursuit.finalist_gain && g.score > share * best.score;
+    let mut finalists: Vec<&Gain> = order.iter().filter(promising).take(pursuit.finalists).copied().collect();
+    // What is left of an effect whose form is not quite right may hide a smaller one where the model errs most now.
+    let likely = localise::likely(at.rest, criteria.localisation.likely_share);
+    let errs_there = |g: &Gain| g.term().is_some_and(|term| localise::may_act_at(term, likely));
+    let hidden = |g: &&&Gain| g.gain > pursuit.finalist_gain && !shares_place(at.current, g) && errs_there(g);
+    let elsewhere = order.iter().find(hidden).copied();
+    if let Some(other) = elsewhere
+        && finalists.iter().all(|g| shares_place(at.current, g))
+    {
+        finalists.push(other);
+    }
+    finalists
+}
+
+/// Whether a candidate shows at a place at which an effect of the model does already.
+fn shares_place(current: &FrozenFit, candidate: &Gain) -> bool {
+    let Some(term) = candidate.term() else { return true };
+    current.fitted.shape.effects.iter().any(|e| places::may_share(e.spec.term, term))
+}
+
+/// Whether a finalist stands back behind others: it only mends an effect before it, or lies where the model errs little.
+fn stands_back(at: &Standpoint, frozen: &FrozenFit, criteria: &Criteria) -> bool {
+    let Some(last) = frozen.fitted.shape.effects.last() else { return false };
+    match at.relation(frozen, criteria) {
+        Some(Relation::Mends) => true,
+        Some(Relation::Apart) => {
+            let likely = localise::likely(at.rest, criteria.localisation.likely_share);
+            !localise::may_act_at(last.spec.term, likely)
+        }
+        Some(Relation::Beside) | None => false,
+    }
+}
+
+/// Cost by which finalists are compared: a law with more to adjust must earn it, and a further one whose strength runs into
+/// its bound imitates something else.
+fn cost(current: &FrozenFit, frozen: &FrozenFit, criteria: &Criteria) -> f64 {
+    let acceptance = &criteria.acceptance;
+    let effects = &frozen.fitted.shape.effects;
+    let last = effects.len().saturating_sub(1);
+    let adjusted = effects.last().map_or(0, |effect| effect.parameters.len());
+    let imitates = last > 0 && is_on_bound(&frozen.fitted, last);
+    let gain = (current.evidence_cost() - frozen.evidence_cost()).max(0.0);
+    frozen.evidence_cost()
+        + acceptance.per_parameter * adjusted as f64
+        + if imitates { acceptance.on_bound_share * gain } else { 0.0 }
+}
