@@ -204,3 +204,46 @@ fn draw_panel(area: &Area<'_>, panel: &Panel) -> Result<(), Box<dyn std::error::
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Vertical places of the points of all curves, and the vertical place of a label, in pixels from the top.
+    fn places(svg: &str, label: &str) -> (Vec<f64>, f64) {
+        let attribute = |element: &str, name: &str| {
+            let (_, rest) = element.split_once(&format!("{name}=\"")).expect("attribute");
+            rest.split('"').next().expect("an end").to_owned()
+        };
+        let curves = svg.split("<polyline ").skip(1).map(|element| attribute(element, "points"));
+        // The samples in the legend have two points.
+        let curves = curves.filter(|points| points.split_whitespace().count() > 2);
+        let heights = curves.flat_map(|points| {
+            let ends =
+                points.split_whitespace().map(|point| point.split_once(',').expect("x,y").1.to_owned());
+            ends.map(|y| y.parse().expect("a number")).collect::<Vec<f64>>()
+        });
+        let text = svg.split("<text ").skip(1).find(|text| text.contains(label)).expect("the label");
+        (heights.collect(), attribute(text, " y").parse().expect("a number"))
+    }
+
+    #[test]
+    fn legends_stand_above_every_curve() {
+        let curve = |height: f64| (0..50).map(|x| (f64::from(x), height)).collect::<Vec<_>>();
+        let labels =
+            ["a label of some length", "another label of some length", "a third one, which needs a row"];
+        let mut panel = Panel::new("Legends", "x", "y").y(0.0, 1.0);
+        for (number, label) in labels.iter().enumerate() {
+            panel = panel.with(Series::new(*label, number, Mark::Bold, curve(1.0 - 0.5 * number as f64)));
+        }
+        let path = std::env::temp_dir().join(format!("railgrip-legends-{}.svg", std::process::id()));
+        write_svg(&path, 1, (360, 240), &[panel]).expect("drawn");
+        let svg = std::fs::read_to_string(&path).expect("svg");
+        std::fs::remove_file(&path).expect("removed");
+        for label in labels {
+            let (curves, label_y) = places(&svg, label);
+            let top = curves.iter().copied().fold(f64::INFINITY, f64::min);
+            assert!(curves.len() >= 150 && label_y < top, "{label}: {label_y} px, curves from {top} px");
+        }
+    }
+}
