@@ -15,13 +15,13 @@ use std::collections::{BTreeMap, VecDeque};
 
 /// Fewer live wagons say nothing about each other.
 const LEAST_WAGONS: usize = 3;
-/// The train must have braked for so long, s: cylinders do not fill at the same instant.
+/// The train must have braked for this long, s: cylinders do not fill at the same instant.
 const AFTER_S: f64 = 4.0;
 /// Less than this share of the median is no pressing force.
 const NONE_SHARE: f64 = 0.15;
 /// Braking behind a verdict, s.
 const LEAST_BRAKING_S: f64 = 3.0;
-/// Beginnings within so long belong to one application of the train, ns.
+/// Beginnings within this time belong to one application of the train, ns.
 const TOGETHER_NS: u64 = 12_000_000_000;
 /// Delays that are kept, and how many a verdict needs.
 const KEPT: usize = 7;

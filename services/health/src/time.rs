@@ -8,7 +8,7 @@ const DAY_S: i64 = 86_400;
 
 /// What [`instant_s`] takes, in words.
 pub const INSTANT_ALLOWED: &str = "an RFC 3339 instant from 1970 on such as 2026-03-01T12:00:00Z, Unix seconds, now, or \
-    so long ago as a whole number with s, m, h or d, such as 7d or -7d";
+    an age as a whole number with s, m, h or d, such as 7d or -7d";
 /// What [`span_s`] takes, in words.
 pub const SPAN_ALLOWED: &str =
     "a whole number of seconds, or one with s, m, h or d, at most 9999999s, 999999m, 99999h or 9999d";
@@ -28,7 +28,7 @@ pub(crate) fn unix_s() -> i64 {
     i64::try_from(since.as_secs()).unwrap_or(i64::MAX)
 }
 
-/// Unix seconds of an instant as people write it: RFC 3339, Unix seconds, `now`, or so long ago, with or without a minus.
+/// Unix seconds of an instant as people write it: RFC 3339, Unix seconds, `now`, or an age such as `7d`, with or without a minus.
 #[must_use]
 pub fn instant_s(text: &str, now_unix_s: i64) -> Option<i64> {
     if text == "now" {

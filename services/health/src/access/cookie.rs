@@ -19,7 +19,7 @@ pub(super) fn session(headers: &HeaderMap, tls: bool) -> Option<String> {
     })
 }
 
-/// Has a browser keep a session for so long; an empty one for 0 s has it forget.
+/// Has a browser keep a session for this long; an empty one for 0 s has it forget.
 pub(super) fn set_cookie(response: &mut Response, session: &str, lasts_s: u64, tls: bool) {
     let secure = if tls { "; Secure" } else { "" };
     let name = cookie_name(tls);

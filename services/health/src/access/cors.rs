@@ -9,7 +9,7 @@ const METHODS: HeaderValue = HeaderValue::from_static("GET, HEAD, POST");
 const HEADERS: HeaderValue =
     HeaderValue::from_static("authorization, content-type, if-none-match, last-event-id");
 const EXPOSED: HeaderValue = HeaderValue::from_static("etag, link, retry-after, content-disposition");
-/// A browser asks again after so long, s.
+/// A browser asks again after this time, s.
 const MAX_AGE: HeaderValue = HeaderValue::from_static("600");
 
 /// The origin that a request names, if it is one that the config lists.

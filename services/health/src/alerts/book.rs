@@ -17,7 +17,7 @@ use std::path::PathBuf;
 pub(super) const REMEMBERED: usize = 200;
 /// A cause that comes back again and again must stay away at most so many times longer.
 const MOST_PATIENCE: u32 = 5;
-/// While the journal refuses, it is tried again after so long, ns.
+/// While the journal refuses, it is tried again after this time, ns.
 const JOURNAL_PAUSE_NS: u64 = 5_000_000_000;
 /// Recordings of mismatches, which are written while an alert is raised, are looked for so often, ns.
 const RECORDING_PAUSE_NS: u64 = 2_000_000_000;

@@ -10,9 +10,9 @@ use std::time::UNIX_EPOCH;
 
 /// Lines that an alert's history keeps.
 const LINES: usize = 50;
-/// Evidence begins so long before the alert, s, and ends so long after.
+/// Evidence begins this time before the alert, s, and ends this time after it.
 const EVIDENCE_S: i64 = 600;
-/// A recording of a mismatch is written at most so long before its alert is raised, ns.
+/// A recording of a mismatch is written at most this time before its alert is raised, ns.
 const RECORDED_BEFORE_NS: i64 = 600_000_000_000;
 
 impl Alert {

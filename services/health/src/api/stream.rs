@@ -12,7 +12,7 @@ use tokio::sync::broadcast::Receiver;
 use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::watch;
 
-/// A comment is sent when nothing else was for so long, so that both ends notice a dead connection.
+/// A comment is sent when nothing else was for this long, so that both ends notice a dead connection.
 const KEEP_ALIVE: Duration = Duration::from_secs(10);
 
 struct Client {

@@ -66,9 +66,9 @@ impl From<NumberedEvent> for EventView {
 /// What happened, newest first, page by page.
 #[utoipa::path(get, path = "/api/v1/events", tag = "history",
     params(
-        ("from" = Option<String>, Query, description = "Begin: RFC 3339, Unix seconds, or so long ago such as `7d`; default: the first",
+        ("from" = Option<String>, Query, description = "Begin: RFC 3339, Unix seconds, or an age such as `7d`; default: the first",
             pattern = "instant"),
-        ("to" = Option<String>, Query, description = "End, exclusive: RFC 3339, Unix seconds, so long ago, or `now`, the default",
+        ("to" = Option<String>, Query, description = "End, exclusive: RFC 3339, Unix seconds, an age such as `7d`, or `now`, the default",
             pattern = "instant"),
         ("wagon" = Option<u32>, Query, minimum = 1, description = "Only of this wagon"),
         ("kind" = Option<String>, Query, max_length = 40, pattern = "^[a-z_]+$",

@@ -60,9 +60,9 @@ pub(crate) async fn overview(State(shared): State<Shared>) -> Result<Json<Histor
     params(
         ("id" = u32, Path, minimum = 1, description = "Number of the wagon, 1 first"),
         ("from" = Option<String>, Query, pattern = "instant",
-            description = "Begin: RFC 3339, Unix seconds, or so long ago such as `7d`; default: an hour before `to`"),
+            description = "Begin: RFC 3339, Unix seconds, or an age such as `7d`; default: an hour before `to`"),
         ("to" = Option<String>, Query, pattern = "instant", 
-            description = "End, exclusive: RFC 3339, Unix seconds, so long ago, or `now`, the default"),
+            description = "End, exclusive: RFC 3339, Unix seconds, an age such as `7d`, or `now`, the default"),
         ("step" = Option<String>, Query, pattern = "step",
             description = "Width of a step: seconds, or a number with s, m, h or d; default: one that gives up to 500 steps"),
         ("fields" = Option<String>, Query, pattern = "fields", description = "Indicators, separated by commas; default: all"),

@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 
 /// Slides of a wheelset that follow each other so closely are one event, ns.
 const PAUSE_NS: u64 = 3_000_000_000;
-/// Slides that go on and on are told after so long, ns.
+/// Slides that go on and on are told after this time, ns.
 const LONGEST_NS: u64 = 60_000_000_000;
-/// A process that has been quiet for so long is gone, ns.
+/// A process that has been quiet for this long is gone, ns.
 const GONE_NS: u64 = 10_000_000_000;
 
 /// What a wheelset had slid when it was last told, and what it does now.

@@ -8,7 +8,7 @@ use railgrip_settings::{TrainSettings, WagonSettings};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A process that has been quiet for so long is no longer listed, s.
+/// A process that has been quiet for this long is no longer listed, s.
 const PROCESS_GONE_S: f64 = 30.0;
 
 /// The latest of everything that arrived.
