@@ -34,6 +34,6 @@ pub use error::HistoryError;
 pub use event::{Event, EventFilter, NumberedEvent};
 pub use query::{Point, Reader};
 pub use retention::{Limits, Retention};
-pub use schema::SCHEMA_VERSION;
+pub use schema::{FormerName, SCHEMA_VERSION};
 pub use store::{Flushed, Store};
 pub use tier::Tier;

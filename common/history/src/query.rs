@@ -1,6 +1,7 @@
 //! The reading side of the history.
 
 use crate::block::{Buckets, Cell, decode};
+use crate::schema::FormerName;
 use crate::stored::{load, merge_into, newest_start, take_larger};
 use crate::{Bucket, HistoryError, Tier, key};
 use rusqlite::{Connection, OpenFlags, params};
@@ -22,6 +23,7 @@ pub struct Point {
 pub struct Reader {
     connection: Connection,
     path: PathBuf,
+    former: Vec<FormerName>,
 }
 
 /// The columns that a query reads, and where coarse tiers end.
@@ -52,7 +54,13 @@ impl Reader {
             open(Path::new(&uri), OpenFlags::SQLITE_OPEN_NO_MUTEX | OpenFlags::SQLITE_OPEN_URI)
                 .map_err(|_| error)
         });
-        Ok(Self { connection: connection.map_err(fail)?, path: path.to_owned() })
+        Ok(Self { connection: connection.map_err(fail)?, path: path.to_owned(), former: Vec::new() })
+    }
+
+    /// Reads columns of older versions under the names of today; what is written by this version needs no such help.
+    #[must_use]
+    pub fn with_names(self, former: &[FormerName]) -> Self {
+        Self { former: former.to_vec(), ..self }
     }
 
     pub(crate) fn connection(&self) -> &Connection {
@@ -183,7 +191,15 @@ impl Reader {
             let mut select = self.connection.prepare_cached("SELECT name FROM column ORDER BY place")?;
             select.query_map([], |row| row.get(0))?.collect()
         };
-        names().map_err(|source| self.fail(source))
+        let mut names = names().map_err(|source| self.fail(source))?;
+        for FormerName { then, now } in &self.former {
+            if let Some(place) = names.iter().position(|name| name == then)
+                && !names.contains(now)
+            {
+                names[place].clone_from(now);
+            }
+        }
+        Ok(names)
     }
 
     /// Numbers of all wagons of which something is stored, ascending.

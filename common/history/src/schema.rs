@@ -53,6 +53,25 @@ pub(crate) fn migrate(connection: &Connection, path: &Path) -> Result<(), Histor
     Ok(())
 }
 
+/// A column that older versions of the program knew by another name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FormerName {
+    /// Its name then.
+    pub then: String,
+    /// Its name now.
+    pub now: String,
+}
+
+/// Gives columns of older versions the names of today; one that is there under both names stays as it is.
+pub(crate) fn rename_columns(connection: &Connection, former: &[FormerName]) -> rusqlite::Result<()> {
+    let mut rename = connection.prepare("UPDATE OR IGNORE column SET name = ?2 WHERE name = ?1")?;
+    connection.execute_batch("BEGIN")?;
+    for FormerName { then, now } in former {
+        rename.execute([then, now])?;
+    }
+    connection.execute_batch("COMMIT")
+}
+
 /// Gives each column its place, new ones behind those that are there. Also says what is kept of each place.
 pub(crate) fn register_columns(
     connection: &Connection,

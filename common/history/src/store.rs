@@ -2,7 +2,7 @@
 
 use crate::block::{Bucket, Buckets, Cell, Keep, decode, encode};
 use crate::event::{self, Event, WAITING_EVENTS};
-use crate::schema;
+use crate::schema::{self, FormerName};
 use crate::stored::{load, merge_into, newest_start, take_larger};
 use crate::track_cell::{self, Cells};
 use crate::{HistoryError, Tier, key};
@@ -64,8 +64,20 @@ impl Store {
     /// # Errors
     /// The file cannot be opened or created, a newer program wrote it, or another process writes it.
     pub fn open(path: &Path, columns: &[(&str, Keep)]) -> Result<Self, HistoryError> {
+        Self::open_renamed(path, columns, &[])
+    }
+
+    /// The same where older versions of the program gave some columns other names: from now on they have those of today.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn open_renamed(
+        path: &Path,
+        columns: &[(&str, Keep)],
+        former: &[FormerName],
+    ) -> Result<Self, HistoryError> {
         let lock = claim(path)?;
-        match Self::open_once(path, columns, &lock) {
+        match Self::open_once(path, columns, former, &lock) {
             Err(error) if error.is_damage() => {
                 let aside = free_name(path);
                 if std::fs::rename(path, &aside).is_err() {
@@ -75,7 +87,7 @@ impl Store {
                     // They may not exist, and without their database they mean nothing to the new one.
                     let _ = std::fs::rename(with_suffix(path, suffix), with_suffix(&aside, suffix));
                 }
-                let mut store = Self::open_once(path, columns, &lock)?;
+                let mut store = Self::open_once(path, columns, former, &lock)?;
                 store.set_aside = Some(aside);
                 Ok(store)
             }
@@ -83,12 +95,18 @@ impl Store {
         }
     }
 
-    fn open_once(path: &Path, columns: &[(&str, Keep)], lock: &File) -> Result<Self, HistoryError> {
+    fn open_once(
+        path: &Path,
+        columns: &[(&str, Keep)],
+        former: &[FormerName],
+        lock: &File,
+    ) -> Result<Self, HistoryError> {
         let fail = |source| HistoryError::Database { path: path.to_owned(), source };
         let lock = lock.try_clone().map_err(|source| HistoryError::Lock { path: path.to_owned(), source })?;
         let connection = Connection::open(path).map_err(fail)?;
         schema::prepare(&connection).map_err(fail)?;
         schema::migrate(&connection, path)?;
+        schema::rename_columns(&connection, former).map_err(fail)?;
         let (places, keep) = schema::register_columns(&connection, columns).map_err(fail)?;
         let mut store = Self {
             connection,

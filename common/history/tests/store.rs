@@ -1,7 +1,9 @@
 //! The history over restarts, clock jumps, damage and a full disk.
 #![allow(clippy::print_stdout, reason = "tests print what they measure")]
 
-use railgrip_history::{Event, EventFilter, HistoryError, Keep, Limits, Reader, Retention, Store, Tier};
+use railgrip_history::{
+    Event, EventFilter, FormerName, HistoryError, Keep, Limits, Reader, Retention, Store, Tier,
+};
 use std::path::Path;
 
 const START: i64 = 1_700_000_000 / 86_400 * 86_400;
@@ -318,4 +320,28 @@ fn the_tier_follows_the_step() {
         [1, 59, 60, 3599, 3600, 86_400].map(Reader::tier),
         [Tier::Second, Tier::Second, Tier::Minute, Tier::Minute, Tier::Hour, Tier::Hour]
     );
+}
+
+#[test]
+fn columns_of_an_older_version_go_on_under_their_names_of_today() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("history.db");
+    let mut store = Store::open(&path, &[("speed", Keep::Extremes), ("slip", Keep::Mean)]).expect("open");
+    (0..120).for_each(|t| store.push(1, START + t, &[20.0, 0.1]).expect("push"));
+    store.flush(true).expect("flush");
+    drop(store);
+    let former = [FormerName { then: "speed".to_owned(), now: "v_m_s".to_owned() }];
+    let mean = |from_s: i64, former: &[FormerName]| {
+        let reader = Reader::open(&path).expect("open").with_names(former);
+        reader.query(1, &["v_m_s"], from_s, from_s + 60, 60).expect("query")[0].cells[0].mean
+    };
+    assert!(mean(START, &[]).is_nan(), "nobody told the reader");
+    assert_eq!(mean(START, &former), 20.0, "as it was written, on a medium that nobody may write");
+    let columns = [("v_m_s", Keep::Extremes), ("slip", Keep::Mean)];
+    let mut store = Store::open_renamed(&path, &columns, &former).expect("open again");
+    (120..240).for_each(|t| store.push(1, START + t, &[30.0, 0.1]).expect("push"));
+    store.flush(true).expect("flush");
+    drop(store);
+    assert_eq!((mean(START, &[]), mean(START + 180, &[])), (20.0, 30.0), "one column goes on");
+    assert_eq!(Reader::open(&path).expect("open").columns().expect("columns"), ["v_m_s", "slip"]);
 }

@@ -1,47 +1,41 @@
-//! The health indicators of a wagon: pure arithmetic from samples and estimates, no clock, no channel, no file.
+//! The health indicators of a wagon and of its train: pure arithmetic from samples and estimates, no clock, no channel, no
+//! file. README.md beside this crate says what an indicator is, how to add one, and what none of them can see.
 //!
-//! [`WagonIndicators`] takes each sample with its estimate at full rate and gives a [`railgrip_messages::Health`] on
-//! demand: figures with 95 % intervals, a grade each, and the reason in words.
-//!
-//! | indicator | what it is | what it cannot see |
-//! | --- | --- | --- |
-//! | brake friction | mean over braking; of a wheelset only where the filter calls it observable | errors of mass and radii (declared as `systematic_share`) |
-//! | asymmetry | front minus rear over their mean | anything while both wheelsets merely roll |
-//! | adhesion utilised | largest magnitude in a window | – |
-//! | adhesion available | what a slide showed; else a lower bound: what was utilised without sliding | the limit while rolling |
-//! | rail | probability of dry, wet, low, very low ([`belief`]) | the cause of low adhesion |
-//! | slides | count and energy: friction force times slip velocity, over time | the form of the wheel |
-//! | slide protection | share of the braking time with the protection active | – |
-//! | sensors | share of values missing or refused | a bias that all sensors share |
-//! | filter | mean normalised innovation squared over its degrees of freedom, 1 when model and data agree | a mismatch that another state absorbs |
+//! * [`INDICATORS`] – the one table; each entry is an [`IndicatorSpec`] in a file of its own below [`indicator`];
+//! * `measure` – the quantities behind them, at full rate;
+//! * [`Observed`] – all that was measured of one wagon; [`WagonIndicators`] takes each sample with its estimate and gives a
+//!   [`railgrip_messages::Health`] on demand: figures with 95 % intervals, a grade each, and the reason in words;
+//! * [`train`] – what only the wagons together show: who brakes late, who not at all, how far the train runs, where the
+//!   rail is low;
+//! * [`signals`] – figures that are remembered and not judged;
+//! * [`trend`] – where an indicator is going.
 //!
 //! # Glossary
-//! *Utilised* and *available* as in the vehicle crate. *Memory*: older data count less, by a factor e per memory.
+//! *Utilised* and *available* adhesion as in the vehicle crate. *Memory*: older data count less, by a factor e per memory.
 
-mod applications;
 pub mod belief;
-mod brakes;
-mod dead;
-mod dragging;
-mod isolation;
-mod judge;
-mod judge_brakes;
-mod mean;
-mod rail_view;
-mod report;
-mod sanding;
+pub mod indicator;
+mod measure;
+mod nominal;
+mod observed;
 mod settings;
-mod slides;
-mod standard;
-pub mod stopping;
-pub mod track;
+pub mod signals;
+mod spec;
+mod table;
+pub mod train;
 pub mod trend;
 mod wagon;
-mod window;
 
+pub use nominal::Nominal;
+pub use observed::{IndicatorState, Instant, Memory, Observed};
 pub use settings::{
     AdhesionSettings, AsymmetrySettings, BrakeFrictionSettings, DraggingSettings, FilterSettings,
     IndicatorSettings, IsolatedSettings, ResponseSettings, SandingSettings, SensorSettings, SettingError,
     SlideSettings, StandardSettings, WspSettings,
 };
-pub use wagon::{IndicatorState, Nominal, WagonIndicators};
+pub use spec::{
+    Advice, AlertRule, Form, IndicatorSpec, Judge, JudgeAmong, JudgeTrain, JudgeWagon, JudgeWheelset, Limit,
+    Meaning, Metric, Reach, Stored, Unit,
+};
+pub use table::{INDICATORS, Judged, Table};
+pub use wagon::WagonIndicators;

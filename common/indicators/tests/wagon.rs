@@ -1,6 +1,10 @@
 //! Indicators on synthetic estimates whose answers are known.
 #![allow(clippy::unwrap_used, reason = "a test may end at what it does not expect")]
 
+use railgrip_indicators::indicator::{
+    ADHESION_AVAILABLE, ADHESION_UTILISED, ASYMMETRY, BRAKE_FRICTION, FILTER, RAIL, SENSORS, SLIDES,
+    WSP_SHARE,
+};
 use railgrip_indicators::{IndicatorSettings, IndicatorState, Nominal, WagonIndicators};
 use railgrip_messages::{Condition, Estimate, Event, EventKind, Grade, Sample, flags, valid};
 
@@ -83,21 +87,27 @@ fn braking() -> Estimate {
 fn a_sound_wagon_is_ok_in_every_respect() {
     let mut bench = Bench::new();
     let health = bench.run(60.0, |_, _| {}).indicators.health();
-    for indicator in
-        [health.brake_friction, health.asymmetry, health.rail, health.slides, health.sensors, health.filter]
-    {
+    for indicator in [
+        BRAKE_FRICTION.of(&health),
+        ASYMMETRY.of(&health),
+        RAIL.of(&health),
+        SLIDES.of(&health),
+        SENSORS.of(&health),
+        FILTER.of(&health),
+    ] {
         println!("{:?}: {}", indicator.grade(), indicator.reason);
         assert_eq!(indicator.grade(), Grade::Ok, "{}", indicator.reason);
     }
     assert_eq!((health.grade(), health.wagon, health.samples, health.missed), (Grade::Ok, 3, 6000, 0));
-    assert!((health.brake_friction.value - 0.35).abs() < 1e-9);
+    assert!((BRAKE_FRICTION.of(&health).value - 0.35).abs() < 1e-9);
     assert!(
-        health.brake_friction.low < 0.35 && health.brake_friction.high - health.brake_friction.low < 0.03
+        BRAKE_FRICTION.of(&health).low < 0.35
+            && BRAKE_FRICTION.of(&health).high - BRAKE_FRICTION.of(&health).low < 0.03
     );
     assert!((health.braking_s - 60.0).abs() < 0.02);
-    assert_eq!((health.wsp_share.value, health.adhesion_available_is_bound), (0.0, 1));
-    assert!((health.adhesion_utilised.value - 0.10).abs() < 0.001);
-    assert!(health.adhesion_available.value > 0.09 && health.adhesion_available.value < 0.10);
+    assert_eq!((WSP_SHARE.of(&health).value, health.adhesion_available_is_bound), (0.0, 1));
+    assert!((ADHESION_UTILISED.of(&health).value - 0.10).abs() < 0.001);
+    assert!(ADHESION_AVAILABLE.of(&health).value > 0.09 && ADHESION_AVAILABLE.of(&health).value < 0.10);
 }
 
 #[test]
@@ -108,13 +118,17 @@ fn a_weak_rear_brake_is_found_on_the_rear() {
         estimate.mu_b_mean = 0.28;
     });
     let health = bench.indicators.health();
-    let [front, rear, ..] = health.wheelset;
-    println!("{}\n{}\n{}", front.brake_friction.reason, rear.brake_friction.reason, health.asymmetry.reason);
-    assert_eq!(front.brake_friction.grade(), Grade::Ok);
-    assert_eq!(rear.brake_friction.grade(), Grade::Act);
-    assert!((rear.brake_friction_ratio - 0.6).abs() < 1e-6);
-    assert!((health.asymmetry.value - 0.5).abs() < 1e-6 && health.asymmetry.low > 0.3);
-    assert_eq!((health.asymmetry.grade(), health.grade()), (Grade::Act, Grade::Act));
+    println!(
+        "{}\n{}\n{}",
+        BRAKE_FRICTION.of_wheelset(&health, 0).reason,
+        BRAKE_FRICTION.of_wheelset(&health, 1).reason,
+        ASYMMETRY.of(&health).reason
+    );
+    assert_eq!(BRAKE_FRICTION.of_wheelset(&health, 0).grade(), Grade::Ok);
+    assert_eq!(BRAKE_FRICTION.of_wheelset(&health, 1).grade(), Grade::Act);
+    assert!((health.wheelset[1].brake_friction_ratio - 0.6).abs() < 1e-6);
+    assert!((ASYMMETRY.of(&health).value - 0.5).abs() < 1e-6 && ASYMMETRY.of(&health).low > 0.3);
+    assert_eq!((ASYMMETRY.of(&health).grade(), health.grade()), (Grade::Act, Grade::Act));
 }
 
 #[test]
@@ -125,10 +139,14 @@ fn what_is_not_observable_stays_unknown_whatever_the_estimate_says() {
         estimate.mu_b = [0.5, 0.1, 0.0, 0.0];
     });
     let health = bench.indicators.health();
-    assert_eq!(health.wheelset[0].brake_friction.grade(), Grade::Unknown);
-    assert_eq!(health.wheelset[0].brake_friction.figure(), None);
-    assert_eq!(health.asymmetry.grade(), Grade::Unknown);
-    assert_eq!(health.brake_friction.grade(), Grade::Ok, "the mean of the wagon is observable all the same");
+    assert_eq!(BRAKE_FRICTION.of_wheelset(&health, 0).grade(), Grade::Unknown);
+    assert_eq!(BRAKE_FRICTION.of_wheelset(&health, 0).figure(), None);
+    assert_eq!(ASYMMETRY.of(&health).grade(), Grade::Unknown);
+    assert_eq!(
+        BRAKE_FRICTION.of(&health).grade(),
+        Grade::Ok,
+        "the mean of the wagon is observable all the same"
+    );
 }
 
 #[test]
@@ -144,16 +162,35 @@ fn a_slide_on_low_adhesion_tells_the_rail_and_is_counted() {
     });
     bench.run(1.0, |_, estimate| estimate.mu_w = -0.05);
     let health = bench.indicators.health();
-    let [front, rear, ..] = health.wheelset;
-    println!("{}\n{}\n{}", health.rail.reason, front.adhesion_available.reason, front.slides.reason);
-    assert_eq!((health.condition, health.rail.grade()), (Condition::Low.code(), Grade::Watch));
-    assert_eq!((front.slides.value, rear.slides.value, health.slides.value), (1.0, 0.0, 1.0));
+    let front = &health.wheelset[0];
+    println!(
+        "{}\n{}\n{}",
+        RAIL.of(&health).reason,
+        ADHESION_AVAILABLE.of_wheelset(&health, 0).reason,
+        SLIDES.of_wheelset(&health, 0).reason
+    );
+    assert_eq!((health.condition, RAIL.of(&health).grade()), (Condition::Low.code(), Grade::Watch));
+    assert_eq!(
+        (
+            SLIDES.of_wheelset(&health, 0).value,
+            SLIDES.of_wheelset(&health, 1).value,
+            SLIDES.of(&health).value
+        ),
+        (1.0, 0.0, 1.0)
+    );
     let expected_j = 0.055 * 200e3 * 0.2 * 20.0 * 4.0;
     assert!((front.slide_energy_j / expected_j - 1.0).abs() < 1e-6);
     assert_eq!(front.adhesion_available_is_bound, 0);
-    assert!((front.adhesion_available.value - 0.055).abs() < 0.002);
-    assert!(front.adhesion_available.low <= 0.055 && front.adhesion_available.high >= 0.055);
-    assert!((front.wsp_share.value - 0.4).abs() < 0.02, "{}", front.wsp_share.value);
+    assert!((ADHESION_AVAILABLE.of_wheelset(&health, 0).value - 0.055).abs() < 0.002);
+    assert!(
+        ADHESION_AVAILABLE.of_wheelset(&health, 0).low <= 0.055
+            && ADHESION_AVAILABLE.of_wheelset(&health, 0).high >= 0.055
+    );
+    assert!(
+        (WSP_SHARE.of_wheelset(&health, 0).value - 0.4).abs() < 0.02,
+        "{}",
+        WSP_SHARE.of_wheelset(&health, 0).value
+    );
     use EventKind::{ConditionChanged, SlideBegan, SlideEnded, WspBegan, WspEnded};
     let kinds = bench.kinds();
     println!("{kinds:?}");
@@ -185,13 +222,13 @@ fn slide_protection_is_judged_on_good_rail_only() {
     };
     bench.run(20.0, |_, _| {}).run(40.0, slide(0.055));
     let health = bench.indicators.health();
-    println!("{}", health.wsp_share.reason);
-    assert!(health.wsp_share.value > 0.6 && health.wsp_share.grade() == Grade::Ok);
+    println!("{}", WSP_SHARE.of(&health).reason);
+    assert!(WSP_SHARE.of(&health).value > 0.6 && WSP_SHARE.of(&health).grade() == Grade::Ok);
     let mut bench = Bench::new();
     bench.run(20.0, |_, _| {}).run(40.0, slide(0.25));
     let health = bench.indicators.health();
-    println!("{}", health.wsp_share.reason);
-    assert_eq!(health.wsp_share.grade(), Grade::Watch);
+    println!("{}", WSP_SHARE.of(&health).reason);
+    assert_eq!(WSP_SHARE.of(&health).grade(), Grade::Watch);
 }
 
 #[test]
@@ -203,9 +240,9 @@ fn a_wheelset_that_neither_brakes_nor_drives_cannot_slide() {
         (estimate.mu_w, estimate.mu_w_wheelset) = (-0.01, [-0.01, -0.01, 0.0, 0.0]);
     });
     let health = bench.indicators.health();
-    println!("{}", health.rail.reason);
-    assert_eq!((health.slides.value, health.wheelset[0].slide_s), (0.0, 0.0));
-    assert_ne!(health.rail.grade(), Grade::Act);
+    println!("{}", RAIL.of(&health).reason);
+    assert_eq!((SLIDES.of(&health).value, health.wheelset[0].slide_s), (0.0, 0.0));
+    assert_ne!(RAIL.of(&health).grade(), Grade::Act);
 }
 
 #[test]
@@ -215,14 +252,14 @@ fn another_run_is_on_another_rail() {
         estimate.sliding = BOTH;
         estimate.mu_w_wheelset = [-0.055, -0.055, 0.0, 0.0];
     });
-    assert_eq!(bench.indicators.health().rail.grade(), Grade::Watch);
+    assert_eq!(RAIL.of(&bench.indicators.health()).grade(), Grade::Watch);
     bench.run(DT_S, |_, estimate| {
         estimate.flags = flags::RESTARTED;
         estimate.mu_w_wheelset = [0.0; 4];
     });
     let health = bench.indicators.health();
-    assert_eq!((health.rail.grade(), health.adhesion_available_is_bound), (Grade::Unknown, 1));
-    assert!(health.brake_friction.known == 1, "what is known about the brakes stays");
+    assert_eq!((RAIL.of(&health).grade(), health.adhesion_available_is_bound), (Grade::Unknown, 1));
+    assert!(BRAKE_FRICTION.of(&health).known == 1, "what is known about the brakes stays");
 }
 
 #[test]
@@ -233,21 +270,21 @@ fn missing_values_and_a_wrong_model_are_seen() {
         estimate.nis = 30.0;
     });
     let health = bench.indicators.health();
-    assert!((health.sensors.value - 0.2).abs() < 1e-9);
-    assert_eq!((health.sensors.grade(), health.filter.grade()), (Grade::Watch, Grade::Act));
-    assert!((health.filter.value - 10.0).abs() < 1e-9);
+    assert!((SENSORS.of(&health).value - 0.2).abs() < 1e-9);
+    assert_eq!((SENSORS.of(&health).grade(), FILTER.of(&health).grade()), (Grade::Watch, Grade::Act));
+    assert!((FILTER.of(&health).value - 10.0).abs() < 1e-9);
 }
 
 #[test]
 fn a_train_that_comes_to_rest_says_nothing_against_its_filter() {
     let mut bench = Bench::new();
     bench.run(20.0, |_, _| {});
-    let before = bench.indicators.health().filter;
+    let before = *FILTER.of(&bench.indicators.health());
     bench.run(20.0, |_, estimate| {
         estimate.v_m_s = 0.4;
         estimate.nis = 30.0;
     });
-    let filter = bench.indicators.health().filter;
+    let filter = *FILTER.of(&bench.indicators.health());
     assert_eq!((filter.value, filter.grade()), (before.value, Grade::Ok));
 }
 
@@ -274,7 +311,7 @@ fn a_snapshot_goes_on_where_it_stopped_and_nonsense_is_refused() {
     assert!(resumed.restore(bench.indicators.state()));
     resumed.update(&sample(), &Estimate { sequence: 3001, time_s: 30.01, ..braking() }, &mut |_| {});
     let (before, after) = (bench.indicators.health(), resumed.health());
-    assert!((before.brake_friction.value - after.brake_friction.value).abs() < 1e-4);
+    assert!((BRAKE_FRICTION.of(&before).value - BRAKE_FRICTION.of(&after).value).abs() < 1e-4);
     assert!((after.braking_s - before.braking_s - DT_S).abs() < 1e-6);
     println!("{} bytes of state", size_of::<IndicatorState>());
     let nonsense: IndicatorState = bytemuck::Zeroable::zeroed();
@@ -286,5 +323,5 @@ fn a_snapshot_goes_on_where_it_stopped_and_nonsense_is_refused() {
 fn nothing_is_claimed_before_the_first_sample() {
     let health = WagonIndicators::new(1, IndicatorSettings::default(), NOMINAL).health();
     assert_eq!((health.grade(), health.samples), (Grade::Unknown, 0));
-    assert_eq!(health.brake_friction.figure(), None);
+    assert_eq!(BRAKE_FRICTION.of(&health).figure(), None);
 }

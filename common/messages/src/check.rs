@@ -135,43 +135,13 @@ impl Checked for Health {
             self.sanding_now,
         ];
         plain.into_iter().try_for_each(not_infinite)?;
-        indicators(self).into_iter().try_for_each(indicator)?;
+        self.indicator.iter().try_for_each(indicator)?;
         self.wheelset[..self.wheelset_count()].iter().try_for_each(wheelset)
     }
 }
 
-/// Every judged figure of a wagon.
-fn indicators(health: &Health) -> [&Indicator; 15] {
-    [
-        &health.brake_friction,
-        &health.asymmetry,
-        &health.adhesion_utilised,
-        &health.adhesion_available,
-        &health.rail,
-        &health.slides,
-        &health.wsp_share,
-        &health.sensors,
-        &health.filter,
-        &health.brake_friction_standard,
-        &health.response,
-        &health.dragging,
-        &health.isolated,
-        &health.sanding,
-        &health.model,
-    ]
-}
-
 fn wheelset(health: &WheelsetHealth) -> Result<(), Refusal> {
-    let judged = [
-        &health.brake_friction,
-        &health.brake_friction_standard,
-        &health.isolated,
-        &health.adhesion_utilised,
-        &health.adhesion_available,
-        &health.slides,
-        &health.wsp_share,
-    ];
-    judged.into_iter().try_for_each(indicator)?;
+    health.indicator.iter().try_for_each(indicator)?;
     [health.adhesion_available_is_bound, health.observable, health.sliding, health.wsp_active]
         .into_iter()
         .try_for_each(flag)?;
@@ -350,7 +320,11 @@ mod tests {
     fn a_sound_message_passes_and_unknown_figures_may_be_nan() {
         assert_eq!(refusal(|_| {}), None);
         assert_eq!(refusal(|health| health.v_m_s = f64::NAN), None);
-        assert_eq!(refusal(|health| health.rail.value = f64::NAN), None, "it does not say that it is known");
+        assert_eq!(
+            refusal(|health| health.indicator[9].value = f64::NAN),
+            None,
+            "it does not say that it is known"
+        );
         assert_eq!(refusal(|health| health.condition = u32::MAX), None);
         assert_eq!(refusal(|health| health.mu_w = 5e-324), None);
     }
@@ -359,7 +333,7 @@ mod tests {
     fn each_fault_has_its_word() {
         use Refusal::*;
         let known = |health: &mut Health, value, low, high| {
-            let judged = &mut health.adhesion_available;
+            let judged = &mut health.indicator[8];
             (judged.known, judged.value, judged.low, judged.high) = (1, value, low, high);
         };
         assert_eq!(refusal(|health| health.acquired.monotonic_ns = u64::MAX), Some(FutureStamp));

@@ -6,7 +6,13 @@ use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 use crate::{Grade, MAX_WHEELSETS, Stamp, Text, payload, zero_default};
 
-/// One judged figure with its 95 % interval, its grade and the reason in words.
+/// Places for indicators of a wagon.
+pub const MAX_INDICATORS: usize = 20;
+/// Places for indicators of a wheelset.
+pub const MAX_WHEELSET_INDICATORS: usize = 10;
+
+/// One judged figure with its 95 % interval, its grade and the reason in words. Which indicator stands in which place of
+/// [`Health`] says the table of indicators, `INDICATORS` in the crate of the indicators.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("railgrip/Indicator/v1")]
@@ -46,23 +52,11 @@ impl Indicator {
 /// The part of [`Health`] that belongs to one wheelset.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("railgrip/WheelsetHealth/v2")]
+#[type_name("railgrip/WheelsetHealth/v3")]
 pub struct WheelsetHealth {
-    /// Pad friction, mean over braking.
-    pub brake_friction: Indicator,
-    /// Pad friction referred to standard conditions: speed, pressing force, disc temperature.
-    pub brake_friction_standard: Indicator,
-    /// Share of the latest braking during which this wheelset had no brake while the others had, 0 to 1.
-    pub isolated: Indicator,
-    /// Largest adhesion utilised (magnitude) in the window.
-    pub adhesion_utilised: Indicator,
-    /// Adhesion available; a lower bound unless `adhesion_available_is_bound` is 0.
-    pub adhesion_available: Indicator,
-    /// Slides counted.
-    pub slides: Indicator,
-    /// Share of the braking time during which the slide protection acts, 0 to 1.
-    pub wsp_share: Indicator,
-    /// `brake_friction` over its nominal value.
+    /// Its indicators, in the places that the table of indicators gives them.
+    pub indicator: [Indicator; MAX_WHEELSET_INDICATORS],
+    /// Pad friction, mean over braking, over its nominal value.
     pub brake_friction_ratio: f64,
     /// Energy dissipated by sliding, J.
     pub slide_energy_j: f64,
@@ -80,7 +74,7 @@ pub struct WheelsetHealth {
     pub slip: f64,
     /// Pressing force now, N.
     pub pressing_force_n: f64,
-    /// 1 if `adhesion_available` is only a lower bound.
+    /// 1 if the adhesion available is only a lower bound.
     pub adhesion_available_is_bound: u32,
     /// 1 if the pad friction is observable now.
     pub observable: u32,
@@ -94,7 +88,7 @@ zero_default!(WheelsetHealth);
 /// The indicators of one wagon (channel `health/N`, about 5 Hz; late joiners get the last one).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("railgrip/Health/v2")]
+#[type_name("railgrip/Health/v3")]
 pub struct Health {
     /// Sequence of the last sample that went in.
     pub sequence: u64,
@@ -134,36 +128,8 @@ pub struct Health {
     pub missed: u64,
     /// Outputs refused by the gate.
     pub rejected: u64,
-    /// Pad friction of the wagon, mean over braking.
-    pub brake_friction: Indicator,
-    /// Pad friction front minus rear, over their mean.
-    pub asymmetry: Indicator,
-    /// Largest adhesion utilised (magnitude) in the window.
-    pub adhesion_utilised: Indicator,
-    /// Adhesion available, the best that is known.
-    pub adhesion_available: Indicator,
-    /// Rail condition; the value is the probability of the most probable one.
-    pub rail: Indicator,
-    /// Slides counted on all wheelsets.
-    pub slides: Indicator,
-    /// Share of the braking time during which any slide protection acts, 0 to 1.
-    pub wsp_share: Indicator,
-    /// Share of sensor values that are missing or refused, 0 to 1.
-    pub sensors: Indicator,
-    /// Mean normalised innovation squared over its degrees of freedom; 1 is ideal.
-    pub filter: Indicator,
-    /// Pad friction of the wagon referred to standard conditions: speed, pressing force, disc temperature.
-    pub brake_friction_standard: Indicator,
-    /// Time from the first pressing force to 90 % of its level, s, median of the latest brake applications.
-    pub response: Indicator,
-    /// Retarding force while the brakes are released, beyond running resistance, N.
-    pub dragging: Indicator,
-    /// Share of the latest braking during which the worst wheelset had no brake while others had, 0 to 1.
-    pub isolated: Indicator,
-    /// Adhesion in slides with sand over adhesion in slides without.
-    pub sanding: Indicator,
-    /// Whether the model explains the data for long: mean normalised innovation squared over its degrees of freedom.
-    pub model: Indicator,
+    /// Its indicators, in the places that the table of indicators gives them.
+    pub indicator: [Indicator; MAX_INDICATORS],
     /// When the latest brake application began; zeros before the first.
     pub brake_applied: Stamp,
     /// Brake applications so far.
@@ -174,12 +140,12 @@ pub struct Health {
     pub sanding_now: f64,
     /// By wheelset.
     pub wheelset: [WheelsetHealth; MAX_WHEELSETS],
-    /// 1 if `adhesion_available` is only a lower bound.
+    /// 1 if the adhesion available is only a lower bound.
     pub adhesion_available_is_bound: u32,
     /// Sensors that are missing, refused or dead, bits as in [`crate::valid`].
     pub faulty_sensors: u32,
 }
-payload!(Health, "railgrip/Health/v2");
+payload!(Health, "railgrip/Health/v3");
 
 impl Health {
     /// Wheelsets in use, never more than there are places.

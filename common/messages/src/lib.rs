@@ -44,7 +44,7 @@ pub use check::{Checked, Refusal, Validated};
 pub use codes::{Condition, EstimateState, EventKind, Grade, HearingState, ProcessKind};
 pub use estimate::{Estimate, Innovation, MAX_OUTPUTS, flags};
 pub use event::{Event, NO_WHEELSET};
-pub use health::{Health, Indicator, WheelsetHealth};
+pub use health::{Health, Indicator, MAX_INDICATORS, MAX_WHEELSET_INDICATORS, WheelsetHealth};
 pub use heartbeat::Heartbeat;
 pub use motor::{MotorSample, motor_valid};
 pub use sample::{Sample, sample_flags, valid};

@@ -21,8 +21,8 @@ fn layouts_belong_to_their_versions() {
         (Event::TYPE_NAME, size_of::<Event>(), "railgrip/Event/v1", 208),
         (Heartbeat::TYPE_NAME, size_of::<Heartbeat>(), "railgrip/Heartbeat/v1", 112),
         ("railgrip/Indicator/v1", size_of::<Indicator>(), "railgrip/Indicator/v1", 160),
-        ("railgrip/WheelsetHealth/v2", size_of::<WheelsetHealth>(), "railgrip/WheelsetHealth/v2", 1208),
-        (Health::TYPE_NAME, size_of::<Health>(), "railgrip/Health/v2", 7448),
+        ("railgrip/WheelsetHealth/v3", size_of::<WheelsetHealth>(), "railgrip/WheelsetHealth/v3", 1688),
+        (Health::TYPE_NAME, size_of::<Health>(), "railgrip/Health/v3", 10168),
     ];
     for (name, size, expected_name, expected_size) in sizes {
         println!("{name}: {size} bytes");

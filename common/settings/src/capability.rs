@@ -2,6 +2,7 @@
 
 use crate::SettingsError;
 use crate::place::ConfigText;
+use railgrip_indicators::train::capability::FullBraking;
 use serde::Deserialize;
 
 /// What full braking of this train is, for the braking capability.
@@ -21,6 +22,14 @@ pub struct CapabilitySettings {
     pub map_save_s: f64,
     /// Most cells that are kept.
     pub most_cells: u32,
+}
+
+impl CapabilitySettings {
+    /// What full braking of this train is.
+    #[must_use]
+    pub const fn full_braking(&self) -> FullBraking {
+        FullBraking { deceleration_m_s2: self.full_deceleration_m_s2, response_s: self.response_s }
+    }
 }
 
 #[derive(Debug, Deserialize)]

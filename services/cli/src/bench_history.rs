@@ -7,6 +7,10 @@ use std::time::{Duration, Instant};
 use railgrip_health::history::query::Span;
 use railgrip_health::history::{History, columns};
 use railgrip_history::Store;
+use railgrip_indicators::indicator::{
+    ADHESION_AVAILABLE, ADHESION_UTILISED, ASYMMETRY, BRAKE_FRICTION, BRAKE_FRICTION_STANDARD, DRAGGING,
+    FILTER, MODEL, RESPONSE, SENSORS, SLIDES, WSP_SHARE,
+};
 use railgrip_messages::{Grade, Health, Indicator, Stamp};
 
 use crate::CliError;
@@ -202,27 +206,31 @@ fn health(wagon: u32, at_s: f64) -> Health {
         mu_b_mean_sigma: 0.004,
         position_m: at_s * 25.0,
         pressing_force_n: 20_000.0 + 5000.0 * slow(3.0),
-        brake_friction: judged(5.0, 0.35),
-        asymmetry: judged(6.0, 0.02),
-        adhesion_utilised: judged(7.0, 0.08),
-        adhesion_available: judged(8.0, 0.2),
-        slides: judged(9.0, 3.0),
-        wsp_share: judged(10.0, 0.1),
-        sensors: judged(11.0, 0.001),
-        filter: judged(12.0, 1.0),
-        brake_friction_standard: judged(13.0, 0.34),
-        response: judged(14.0, 2.1),
-        dragging: judged(15.0, 40.0),
-        model: judged(16.0, 1.0),
         condition_probability: [0.6 + 0.2 * slow(4.0), 0.3 - 0.2 * slow(4.0), 0.08, 0.02],
         ..Health::default()
     };
-    for (index, wheelset) in health.wheelset[..2].iter_mut().enumerate() {
+    for (spec, indicator) in [
+        (&BRAKE_FRICTION, judged(5.0, 0.35)),
+        (&ASYMMETRY, judged(6.0, 0.02)),
+        (&ADHESION_UTILISED, judged(7.0, 0.08)),
+        (&ADHESION_AVAILABLE, judged(8.0, 0.2)),
+        (&SLIDES, judged(9.0, 3.0)),
+        (&WSP_SHARE, judged(10.0, 0.1)),
+        (&SENSORS, judged(11.0, 0.001)),
+        (&FILTER, judged(12.0, 1.0)),
+        (&BRAKE_FRICTION_STANDARD, judged(13.0, 0.34)),
+        (&RESPONSE, judged(14.0, 2.1)),
+        (&DRAGGING, judged(15.0, 40.0)),
+        (&MODEL, judged(16.0, 1.0)),
+    ] {
+        spec.put(&mut health, indicator);
+    }
+    for index in 0..2 {
         let seed = 20.0 + index as f64;
-        wheelset.brake_friction = judged(seed, 0.35);
-        wheelset.adhesion_available = judged(seed + 2.0, 0.2);
-        wheelset.slip = -0.004 * (1.0 + noise(seed + 4.0));
-        wheelset.slides = judged(seed + 6.0, 2.0);
+        BRAKE_FRICTION.put_wheelset(&mut health, index, judged(seed, 0.35));
+        ADHESION_AVAILABLE.put_wheelset(&mut health, index, judged(seed + 2.0, 0.2));
+        SLIDES.put_wheelset(&mut health, index, judged(seed + 6.0, 2.0));
+        health.wheelset[index].slip = -0.004 * (1.0 + noise(seed + 4.0));
     }
     health
 }

@@ -11,6 +11,7 @@ use railgrip_health::access::{self, Access};
 use railgrip_health::api;
 use railgrip_health::shared::Shared;
 use railgrip_health::store::Store;
+use railgrip_indicators::indicator::{ADHESION_AVAILABLE, ASYMMETRY, BRAKE_FRICTION};
 use railgrip_messages::{Grade, Health, Indicator};
 use railgrip_settings::{Overrides, TrainSettings};
 use tokio::net::TcpListener;
@@ -161,13 +162,13 @@ fn health(wagon: u32) -> Health {
         v_m_s: 20.123,
         mu_w: -0.0812,
         grade: Grade::Ok.code(),
-        brake_friction: judged(0.35615),
-        asymmetry: judged(-0.0254),
-        adhesion_available: judged(0.2123),
         ..Health::default()
     };
-    for wheelset in &mut health.wheelset[..2] {
-        wheelset.brake_friction = judged(0.351);
+    BRAKE_FRICTION.put(&mut health, judged(0.35615));
+    ASYMMETRY.put(&mut health, judged(-0.0254));
+    ADHESION_AVAILABLE.put(&mut health, judged(0.2123));
+    for index in 0..2 {
+        BRAKE_FRICTION.put_wheelset(&mut health, index, judged(0.351));
     }
     health
 }

@@ -5,9 +5,11 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use railgrip_health::history::columns;
 use railgrip_health::history::export::{self, ExportError, Form, Wanted};
 use railgrip_health::time::{self, rfc3339};
 use railgrip_history::{EventFilter, Reader};
+use railgrip_messages::MAX_WHEELSETS;
 
 use crate::CliError;
 use crate::output::{note, say};
@@ -93,7 +95,8 @@ impl Place {
             let said = format!("{}: there is no such database; name one with --database", database.display());
             return Err(CliError::bad_input(said));
         }
-        Reader::open(&database).map_err(CliError::failed)
+        let former = columns::former(&columns::all(MAX_WHEELSETS));
+        Ok(Reader::open(&database).map_err(CliError::failed)?.with_names(&former))
     }
 }
 

@@ -88,7 +88,7 @@ fn row(wagon: &Value) -> String {
         figure(&wagon["age_s"], 1.0, 1),
         word(&wagon["grade"]),
         figure(&wagon["v_m_s"], 3.6, 1),
-        figure(&wagon["adhesion_utilised"], 1.0, 3),
+        figure(&wagon["adhesion"].as_f64().map(f64::abs).into(), 1.0, 3),
         available,
         word(&wagon["condition"]).replace('_', " "),
         figure(&wagon["brake_friction"], 1.0, 3),
@@ -234,7 +234,7 @@ mod tests {
         let train = serde_json::json!({ "grade": "watch" });
         let wagons = serde_json::json!({ "train": "demo", "wagons": [
             { "id": 1, "name": "coach-1", "state": "live", "age_s": 0.12, "grade": "watch", "v_m_s": 10.0,
-              "adhesion_utilised": 0.0812, "adhesion_available": 0.1, "adhesion_available_is_lower_bound": true,
+              "adhesion": -0.0812, "adhesion_available": 0.1, "adhesion_available_is_lower_bound": true,
               "condition": "very_low", "brake_friction": 0.35, "asymmetry": -0.051, "reason": "asymmetry" },
             { "id": 2, "name": "coach-2", "state": "silent", "age_s": null, "grade": "unknown", "reason": "" },
         ]});

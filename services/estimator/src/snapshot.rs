@@ -13,7 +13,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// First line of the file: its form. Changes whenever the layout of the state does.
-const FORM: &[u8] = b"railgrip snapshot 2\n";
+const FORM: &[u8] = b"railgrip snapshot 3\n";
 const CHECKSUM_BYTES: usize = 8;
 
 /// Why a snapshot was not used or not written.

@@ -4,9 +4,10 @@ use crate::convert;
 use crate::gap_watch::{GapWatch, Mismatch};
 use crate::timing::Histogram;
 use railgrip_filter::{Estimator, EstimatorConfig, EstimatorInput, FilterError, Plant};
-use railgrip_indicators::{IndicatorSettings, Nominal, WagonIndicators};
+use railgrip_indicators::indicator::{ADHESION_AVAILABLE, FILTER, MODEL, judging};
+use railgrip_indicators::{INDICATORS, IndicatorSettings, WagonIndicators};
 use railgrip_messages::{
-    BogieSample, Condition, Estimate, EstimateState, Event, EventKind, Grade, Health, Innovation,
+    BogieSample, Condition, Estimate, EstimateState, Event, EventKind, Grade, Health, Indicator, Innovation,
     MotorSample, NO_WHEELSET, Sample, Stamp, Text, flags, sample_flags,
 };
 use railgrip_settings::TrainSettings;
@@ -88,20 +89,7 @@ impl Worker {
         plant: Plant,
     ) -> Result<Self, FilterError> {
         let vehicle = plant.as_vehicle();
-        let nominal = Nominal {
-            brake_friction: vehicle.brake.friction_coefficient,
-            rail: [vehicle.rail.dry, vehicle.rail.wet, vehicle.rail.low],
-            wheelsets: vehicle.wheelsets(),
-            mass_kg: vehicle.body.mass_kg,
-            inertia_kg_m2: vehicle.wheelset.inertia_kg_m2,
-            wheel_radius_m: vehicle.wheelset.radius_m,
-            brake_radius_m: vehicle.brake.radius_m,
-            resistance: [
-                vehicle.resistance.constant_n,
-                vehicle.resistance.linear_n_s_per_m,
-                vehicle.resistance.drag_n_s2_per_m2,
-            ],
-        };
+        let nominal = railgrip_settings::nominal(&vehicle);
         Ok(Self {
             wagon,
             config: config.clone(),
@@ -221,30 +209,20 @@ impl Worker {
         let mut health = self.indicators.health();
         self.name_state(&mut health);
         self.watch_gap(&mut health);
-        let named = [
-            ("brake friction", health.brake_friction),
-            ("asymmetry", health.asymmetry),
-            ("rail", health.rail),
-            ("slides", health.slides),
-            ("slide protection", health.wsp_share),
-            ("sensors", health.sensors),
-            ("filter", health.filter),
-            ("brake response", health.response),
-            ("dragging", health.dragging),
-            ("isolated brake", health.isolated),
-            ("sanding", health.sanding),
-        ];
         let known = !self.grades.is_empty();
-        self.grades.resize(named.len(), Grade::Unknown);
-        for (index, (name, indicator)) in named.iter().enumerate() {
+        let judged = INDICATORS.of_wagon().zip(&health.indicator);
+        let judged: Vec<_> = judged.filter(|(spec, _)| spec.alert.is_some()).collect();
+        self.grades.resize(judged.len(), Grade::Unknown);
+        for (index, (spec, indicator)) in judged.into_iter().enumerate() {
             let (old, new) = (self.grades[index], indicator.grade());
             if old == new {
                 continue;
             }
             self.grades[index] = new;
-            if known {
+            // The watch over the model tells its mismatches itself.
+            if known && spec.id != MODEL.id {
                 let values = [f64::from(old.code()), f64::from(new.code()), indicator.value, 0.0];
-                let text = format!("{name} {new}: {}", indicator.reason);
+                let text = format!("{} {new}: {}", spec.words(), indicator.reason);
                 self.event(EventKind::GradeChanged, health.acquired, health.time_s, new, values, &text);
             }
         }
@@ -262,18 +240,20 @@ impl Worker {
                 true => format!("μ0 {value:.3} ± {:.3}: {state}", last.adhesion_peak_sigma),
                 false => format!("no figure: {state}"),
             };
-            for available in [&mut health.adhesion_available, &mut health.wheelset[0].adhesion_available] {
-                available.known = u32::from(known);
-                (available.value, available.low, available.high) =
-                    if known { (value, value - reach, value + reach) } else { (0.0, 0.0, 0.0) };
-                available.reason = Text::new(&text);
-            }
+            let (value, low, high) =
+                if known { (value, value - reach, value + reach) } else { (0.0, 0.0, 0.0) };
+            let reason = Text::new(&text);
+            let grade = ADHESION_AVAILABLE.of(health).grade;
+            let available = Indicator { value, low, high, grade, known: u32::from(known), reason };
+            ADHESION_AVAILABLE.put(health, available);
+            ADHESION_AVAILABLE.put_wheelset(health, 0, available);
             health.wheelset[0].adhesion_available_is_bound = 0;
         }
         if last.state.is_fault() {
-            let grade = health.filter.grade().max(Grade::Watch);
-            health.filter.grade = grade.code();
-            health.filter.reason = Text::new(&format!("the input is bad: {state}"));
+            let mut filter = *FILTER.of(health);
+            let grade = filter.grade().max(Grade::Watch);
+            (filter.grade, filter.reason) = (grade.code(), Text::new(&format!("the input is bad: {state}")));
+            FILTER.put(health, filter);
             health.grade = health.grade().max(grade).code();
         }
     }
@@ -285,9 +265,7 @@ impl Worker {
             let words = format!(
                 "the model explains the data: innovation ratio {ratio:.2} over the latest minute, ideal 1"
             );
-            (health.model.value, health.model.low, health.model.high) = (ratio, ratio, ratio);
-            (health.model.known, health.model.grade) = (1, Grade::Ok.code());
-            health.model.reason = Text::new(&words);
+            MODEL.put(health, judging::known(ratio, ratio, ratio, Grade::Ok, &words));
         }
         let Some(found) = self.gap.mismatch().cloned() else {
             self.told = None;
@@ -298,8 +276,9 @@ impl Worker {
             found.ratio, found.place, found.term
         );
         let grade = Grade::Watch;
-        health.model.grade = grade.code();
-        health.model.reason = Text::new(&text);
+        let mut model = *MODEL.of(health);
+        (model.grade, model.reason) = (grade.code(), Text::new(&text));
+        MODEL.put(health, model);
         health.grade = health.grade().max(grade).code();
         if self.told.as_ref().is_none_or(|told| told.term != found.term) {
             let values = [found.ratio, found.seconds, 0.0, 0.0];

@@ -4,6 +4,7 @@
 use railgrip_estimator::gap_record;
 use railgrip_estimator::snapshot::{self, SnapshotError};
 use railgrip_estimator::worker::Worker;
+use railgrip_indicators::indicator::{BRAKE_FRICTION, FILTER, RAIL, SLIDES};
 use railgrip_messages::{Checked, Condition, EventKind, Grade, Sample, Stamp, flags, sample_flags, valid};
 use railgrip_recording::{Recording, Strictness};
 use railgrip_settings::{Overrides, Source, TrainSettings};
@@ -70,13 +71,13 @@ fn the_default_train_is_understood_from_its_samples_alone() {
         }
     }
     let health = worker.health();
-    println!("brake friction: {}", health.brake_friction.reason);
-    println!("rail: {}", health.rail.reason);
-    println!("slides: {}", health.slides.reason);
-    println!("filter: {}", health.filter.reason);
+    println!("brake friction: {}", BRAKE_FRICTION.of(&health).reason);
+    println!("rail: {}", RAIL.of(&health).reason);
+    println!("slides: {}", SLIDES.of(&health).reason);
+    println!("filter: {}", FILTER.of(&health).reason);
     assert_eq!(worker.estimates.len(), 8000);
-    assert_eq!(health.brake_friction.grade(), Grade::Ok);
-    assert!(health.slides.value >= 1.0, "the scenario slides on its low stretch within 80 s");
+    assert_eq!(BRAKE_FRICTION.of(&health).grade(), Grade::Ok);
+    assert!(SLIDES.of(&health).value >= 1.0, "the scenario slides on its low stretch within 80 s");
     let low = [Condition::Low.code(), Condition::VeryLow.code()];
     let told = worker.events.iter().any(|event| {
         event.kind() == Some(EventKind::ConditionChanged) && low.contains(&(event.values[1] as u32))
@@ -108,7 +109,7 @@ fn a_successor_goes_on_bit_for_bit_from_the_snapshot() {
         assert_eq!(resumed.mu_b_mean.to_bits(), straight.mu_b_mean.to_bits(), "at {} s", straight.time_s);
         assert_eq!(resumed.mu_w.to_bits(), straight.mu_w.to_bits(), "at {} s", straight.time_s);
     }
-    assert_eq!(one.health().brake_friction, two.health().brake_friction);
+    assert_eq!(BRAKE_FRICTION.of(&one.health()), BRAKE_FRICTION.of(&two.health()));
 }
 
 fn snapshot_of(settings: &TrainSettings, wagon: u32) -> (tempfile::TempDir, PathBuf) {
@@ -218,15 +219,14 @@ fn intervals_of_brake_friction_hold_the_truth() {
             (indicator.low..=indicator.high).contains(&truth)
         };
         claims += 1;
-        held += usize::from(holds(&health.brake_friction, wagon.mean()));
+        held += usize::from(holds(BRAKE_FRICTION.of(&health), wagon.mean()));
         if seed <= 3 {
-            println!("seed {seed}: {:.4} true {:.4}", health.brake_friction.value, wagon.mean());
+            println!("seed {seed}: {:.4} true {:.4}", BRAKE_FRICTION.of(&health).value, wagon.mean());
         }
-        for (view, truth) in
-            health.wheelset.iter().zip(&wheelsets).filter(|(view, _)| view.brake_friction.known != 0)
-        {
-            wheelset_claims += 1;
-            wheelset_held += usize::from(holds(&view.brake_friction, truth.mean()));
+        for (index, truth) in wheelsets.iter().enumerate() {
+            let friction = BRAKE_FRICTION.of_wheelset(&health, index);
+            wheelset_claims += usize::from(friction.known != 0);
+            wheelset_held += usize::from(friction.known != 0 && holds(friction, truth.mean()));
         }
     }
     println!(

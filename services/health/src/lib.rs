@@ -10,7 +10,6 @@ pub mod api;
 mod collect;
 pub mod history;
 pub mod limits;
-mod neighbours;
 pub mod page;
 pub mod shared;
 pub mod store;

@@ -4,6 +4,7 @@ use crate::history::{History, columns};
 use crate::limits::Limits;
 use crate::store::Snapshot;
 use axum::body::Bytes;
+use railgrip_indicators::Table;
 use railgrip_messages::Stamp;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, PoisonError, RwLock};
@@ -41,6 +42,7 @@ struct Inner {
     history: std::sync::OnceLock<Arc<History>>,
     limits: std::sync::OnceLock<Limits>,
     receiver_states: crate::alerts::notify::ReceiverStates,
+    table: Table,
 }
 
 impl Shared {
@@ -48,6 +50,7 @@ impl Shared {
     #[must_use]
     pub fn new(first: Snapshot, clock: fn() -> Stamp) -> Self {
         let inner = Inner {
+            table: first.table,
             latest: RwLock::new(Arc::new(first)),
             stream: broadcast::Sender::new(WAITING_EVENTS),
             closing: watch::Sender::new(false),
@@ -92,9 +95,14 @@ impl Shared {
 
     /// Names of the indicators that the history holds, or would hold.
     pub(crate) fn fields(&self) -> Vec<String> {
-        let wagons = || columns::all(railgrip_messages::MAX_WHEELSETS);
+        let wagons = || columns::of(self.table(), railgrip_messages::MAX_WHEELSETS);
         let columns = self.history().map_or_else(wagons, |history| history.columns().to_vec());
         columns.into_iter().map(|column| column.name).collect()
+    }
+
+    /// The indicators.
+    pub(crate) fn table(&self) -> Table {
+        self.inner.table
     }
 
     /// True if somebody listens.
@@ -150,7 +158,7 @@ impl Shared {
 
     /// The limits that the pages draw.
     pub(crate) fn limits(&self) -> &Limits {
-        self.inner.limits.get_or_init(Limits::default)
+        self.inner.limits.get_or_init(|| Limits::default().with(self.table()))
     }
 
     /// How the receivers of notifications are.

@@ -7,6 +7,7 @@ use http_body_util::BodyExt;
 use railgrip_health::api::router;
 use railgrip_health::shared::{Shared, StreamEvent};
 use railgrip_health::store::Store;
+use railgrip_indicators::indicator::{BRAKE_FRICTION, RAIL, SLIDES};
 use railgrip_messages::{Grade, Health, Heartbeat, Indicator, ProcessKind, Stamp};
 use railgrip_settings::{Overrides, TrainSettings};
 use serde_json::Value;
@@ -49,13 +50,13 @@ fn health(wagon: u32, acquired: Stamp) -> Health {
         mu_w: -0.1,
         grade: Grade::Ok.code(),
         condition_probability: [0.7, 0.3, 0.0, 0.0],
-        brake_friction: indicator(0.35, Grade::Ok, "as it should be"),
-        rail: indicator(0.7, Grade::Ok, "adhesion is not low"),
         ..Health::default()
     };
-    for wheelset in &mut health.wheelset[..2] {
-        wheelset.brake_friction = indicator(0.35, Grade::Ok, "as it should be");
-        wheelset.slides = indicator(0.0, Grade::Ok, "none");
+    BRAKE_FRICTION.put(&mut health, indicator(0.35, Grade::Ok, "as it should be"));
+    RAIL.put(&mut health, indicator(0.7, Grade::Ok, "adhesion is not low"));
+    for index in 0..2 {
+        BRAKE_FRICTION.put_wheelset(&mut health, index, indicator(0.35, Grade::Ok, "as it should be"));
+        SLIDES.put_wheelset(&mut health, index, indicator(0.0, Grade::Ok, "none"));
     }
     health
 }
@@ -99,7 +100,7 @@ async fn a_sound_train_is_ready_and_shown_as_present() {
     let wagon = &list["wagons"][2];
     assert_eq!(list["wagons"].as_array().unwrap().len(), 8);
     assert_eq!((&wagon["id"], &wagon["state"], &wagon["age_s"]), (&3.into(), &"live".into(), &0.1.into()));
-    assert_eq!((&wagon["v_m_s"], &wagon["adhesion_utilised"]), (&20.0.into(), &0.1.into()));
+    assert_eq!((&wagon["v_m_s"], &wagon["adhesion"]), (&20.0.into(), &(-0.1).into()));
     assert_eq!((&wagon["condition"], &wagon["brake_friction"]), (&"dry".into(), &0.35.into()));
     let wagon = get_json(&router, "/api/v1/wagons/3").await;
     assert_eq!(wagon["wheelsets"].as_array().unwrap().len(), 2);
@@ -127,8 +128,7 @@ async fn a_silent_and_a_stale_wagon_are_named_and_never_shown_as_present() {
         (&stale["state"], &stale["age_s"], &stale["grade"]),
         (&"stale".into(), &12.3.into(), &"unknown".into())
     );
-    for present in ["v_m_s", "adhesion_utilised", "adhesion_available", "condition", "sliding", "wsp_active"]
-    {
+    for present in ["v_m_s", "adhesion", "adhesion_available", "condition", "sliding", "wsp_active"] {
         assert_eq!(stale[present], Value::Null, "{present}");
     }
     let stale = get_json(&router, "/api/v1/wagons/7").await;
@@ -154,7 +154,7 @@ async fn a_bad_brake_becomes_one_alert_with_advice() {
         for wagon in 1..=8 {
             let mut health = health(wagon, now);
             if wagon == 5 {
-                health.wheelset[1].brake_friction = indicator(0.2, Grade::Act, "far too low: 0.200");
+                BRAKE_FRICTION.put_wheelset(&mut health, 1, indicator(0.2, Grade::Act, "far too low: 0.200"));
                 health.grade = Grade::Act.code();
             }
             assert!(store.receive_health(wagon, &health, now).is_some());

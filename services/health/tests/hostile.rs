@@ -14,6 +14,7 @@ use proptest::prelude::*;
 use railgrip_health::api::router;
 use railgrip_health::shared::Shared;
 use railgrip_health::store::Store;
+use railgrip_indicators::indicator::{ADHESION_AVAILABLE, BRAKE_FRICTION, RAIL};
 use railgrip_messages::{
     Condition, Grade, Health, Heard, HearingState, Heartbeat, Indicator, ProcessKind, Stamp,
 };
@@ -72,13 +73,13 @@ fn health(wagon: u32, at: Stamp) -> Health {
         position_m: 1000.0,
         grade: Grade::Ok.code(),
         condition_probability: [0.7, 0.3, 0.0, 0.0],
-        brake_friction: judged(0.35),
-        adhesion_available: judged(0.2),
-        rail: judged(0.7),
         adhesion_available_is_bound: 1,
         ..Health::default()
     };
-    health.wheelset[..2].iter_mut().for_each(|one| one.brake_friction = judged(0.35));
+    for (spec, value) in [(&BRAKE_FRICTION, 0.35), (&ADHESION_AVAILABLE, 0.2), (&RAIL, 0.7)] {
+        spec.put(&mut health, judged(value));
+    }
+    (0..2).for_each(|index| BRAKE_FRICTION.put_wheelset(&mut health, index, judged(0.35)));
     health
 }
 
@@ -200,7 +201,9 @@ fn refused(store: &mut Store, at: Stamp) -> Vec<(String, String, u64)> {
 fn an_interval_that_is_not_a_number_is_refused_and_nothing_panics() {
     let mut store = sound();
     let mut bad = health(3, NOW);
-    (bad.adhesion_available.low, bad.adhesion_available.high) = (f64::NAN, f64::NAN);
+    let mut available = *ADHESION_AVAILABLE.of(&bad);
+    (available.low, available.high) = (f64::NAN, f64::NAN);
+    ADHESION_AVAILABLE.put(&mut bad, available);
     assert!(store.receive_health(3, &bad, NOW).is_none());
     assert_eq!(refused(&mut store, NOW), [("health".to_owned(), "not_finite".to_owned(), 1)]);
     let (all, metrics) = said(&mut store, NOW);
@@ -260,7 +263,7 @@ fn what_a_sound_message_does_not_know_stays_empty() {
     for empty in ["v_m_s", "position_m", "adhesion"] {
         assert_eq!(wagon["now"][empty], Value::Null, "{empty}");
     }
-    assert_eq!((&wagon["rail"]["dry"], &wagon["rail"]["condition"]), (&Value::Null, &Value::Null));
+    assert_eq!((&wagon["rail_dry"], &wagon["condition"]), (&Value::Null, &Value::Null));
     assert!(!metrics.contains("railgrip_wagon_speed_meters_per_second{wagon=\"3\"}"), "{metrics}");
     assert!(!metrics.contains("railgrip_rail_condition_probability_ratio{wagon=\"3\""), "{metrics}");
 }

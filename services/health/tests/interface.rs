@@ -303,7 +303,7 @@ async fn what_happened_is_told_newest_first() {
 #[tokio::test]
 async fn stored_data_leave_as_csv_and_as_parquet() {
     let train = train();
-    let csv = train.get("/api/v1/history/export?step=60&fields=speed,brake_friction&wagon=1,3", &[]).await;
+    let csv = train.get("/api/v1/history/export?step=60&fields=v_m_s,brake_friction&wagon=1,3", &[]).await;
     let text = String::from_utf8(csv.body.clone()).unwrap();
     println!("{text}");
     assert_eq!(csv.header("content-type"), "text/csv; charset=utf-8");
@@ -311,7 +311,7 @@ async fn stored_data_leave_as_csv_and_as_parquet() {
     let lines: Vec<&str> = text.lines().collect();
     assert!(
         lines[0]
-            .starts_with("time,wagon,samples,speed,speed_min,speed_max,brake_friction,brake_friction_low")
+            .starts_with("time,wagon,samples,v_m_s,v_m_s_min,v_m_s_max,brake_friction,brake_friction_low")
     );
     assert_eq!(lines[1], "2026-03-01T11:58:00Z,1,60,29.5,0,59,,,,,");
     assert_eq!(lines.len(), 5);
@@ -363,7 +363,7 @@ async fn the_interface_is_described_for_people_and_for_programs() {
     let fields = api["paths"]["/api/v1/wagons/{id}/history"]["get"]["parameters"].as_array().unwrap();
     let fields =
         fields.iter().find(|one| one["name"] == "fields").unwrap()["schema"]["pattern"].as_str().unwrap();
-    assert!(fields.contains("|dragging|") && fields.contains("|wheelset_2\\.slides|"), "{fields}");
+    assert!(fields.contains("|dragging_n|") && fields.contains("|wheelset_2\\.slides|"), "{fields}");
     for (path, method, route) in routes(&api) {
         for (status, answer) in route["responses"].as_object().unwrap() {
             let said = format!("{method} {path} {status}: {answer}");
@@ -394,7 +394,7 @@ async fn the_interface_is_described_for_people_and_for_programs() {
             .as_array()
             .unwrap()
             .iter()
-            .any(|one| one["name"] == "dragging" && one["unit"] == "N")
+            .any(|one| one["name"] == "dragging_n" && one["unit"] == "N")
     );
     let metrics = String::from_utf8(train.get("/metrics", &[]).await.body).unwrap();
     assert!(

@@ -5,9 +5,10 @@ use super::group::{Group, group};
 use super::journal::Journal;
 use super::model::{Alert, AlertPlace, AlertState, Change, Scope};
 use super::nflog::Notification;
-use super::rule;
+use super::rule::Rules;
 use crate::api::grade::Grade;
 use crate::api::train::model::AlertCounts;
+use railgrip_indicators::{INDICATORS, Table};
 use railgrip_messages::Stamp;
 use railgrip_settings::AlertSettings;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -25,6 +26,7 @@ const RECORDING_PAUSE_NS: u64 = 2_000_000_000;
 /// All alerts of a train.
 #[derive(Debug)]
 pub struct AlertBook {
+    rules: Rules,
     settings: AlertSettings,
     wagons: u32,
     gaps: PathBuf,
@@ -47,7 +49,14 @@ impl AlertBook {
     /// No alert yet of a train of so many wagons; recordings of mismatches lie in `gaps`.
     #[must_use]
     pub fn new(settings: AlertSettings, wagons: u32, gaps: PathBuf) -> Self {
+        Self::with(INDICATORS, settings, wagons, gaps)
+    }
+
+    /// The same by the rules of another table of indicators.
+    #[must_use]
+    pub fn with(table: Table, settings: AlertSettings, wagons: u32, gaps: PathBuf) -> Self {
         Self {
+            rules: Rules(table),
             settings,
             wagons,
             gaps,
@@ -75,7 +84,7 @@ impl AlertBook {
                 continue;
             }
             for place in alert.places.iter().filter(|place| place.wagon <= self.wagons) {
-                let Some(rule) = rule::RULES.iter().find(|rule| **rule == place.indicator) else {
+                let Some(rule) = self.rules.known(&place.indicator) else {
                     continue;
                 };
                 let symptom = Symptom { wagon: place.wagon, wheelset: place.wheelset, rule };
@@ -92,13 +101,14 @@ impl AlertBook {
     /// Takes in how a symptom is judged now. `Unknown` neither raises nor clears.
     pub fn judge(&mut self, symptom: Symptom, grade: Grade, reason: &str, now: Stamp) {
         let clear_s = self.clear_after_s(&symptom);
-        let patience = Patience { raise_s: self.settings.raise_after_s, clear_s };
+        let raise_s = self.settings.raise_after_s * self.rules.patience(symptom.rule, grade);
+        let patience = Patience { raise_s, clear_s };
         self.evaluation.judge(symptom, grade, reason, patience, now.monotonic_ns);
     }
 
     /// What comes back again and again must stay away longer: twice as long each time.
     fn clear_after_s(&self, symptom: &Symptom) -> f64 {
-        let name = rule::cause_of(symptom.rule);
+        let name = self.rules.cause_of(symptom.rule);
         let alert = [Some(symptom.wagon), None]
             .into_iter()
             .find_map(|wagon| self.open.get(&(name.to_owned(), wagon)));
@@ -108,7 +118,8 @@ impl AlertBook {
 
     /// Turns the symptoms that fire into alerts; to be called after all were judged.
     pub fn settle(&mut self, now: Stamp) {
-        let mut shown = group(self.evaluation.firing(), |cause, wagons| self.is_common(cause, wagons));
+        let is_common = |cause: &str, wagons| self.is_common(cause, wagons);
+        let mut shown = group(self.rules, self.evaluation.firing(), is_common);
         let gone: Vec<Group> = self.open.keys().filter(|key| !shown.contains_key(*key)).cloned().collect();
         for key in gone {
             let into = shown.contains_key(&(key.0.clone(), None)) && key.1.is_some();
@@ -134,7 +145,10 @@ impl AlertBook {
             return;
         }
         self.looked_ns = now.monotonic_ns;
-        for alert in self.open.values_mut().filter(|alert| alert.evidence.recording.is_none()) {
+        let rules = self.rules;
+        let lacks =
+            |alert: &&mut Alert| alert.evidence.recording.is_none() && rules.is_recorded(&alert.cause);
+        for alert in self.open.values_mut().filter(lacks) {
             alert.find_recording(&self.gaps);
             if alert.evidence.recording.is_some() {
                 self.version += 1;
@@ -171,13 +185,16 @@ impl AlertBook {
             }
             None => {
                 self.last_id += 1;
-                let mut alert = Alert::new(self.last_id, &key.0, scope, places, now);
+                let advice = self.rules.advice(&key.0, scope);
+                let mut alert = Alert::new(self.last_id, &key.0, scope, advice, places, now);
                 let said = alert.reason.clone();
                 alert.note(Change::Raised, None, Some(said), now);
                 (alert, Change::Raised)
             }
         };
-        alert.find_recording(&self.gaps);
+        if self.rules.is_recorded(&alert.cause) {
+            alert.find_recording(&self.gaps);
+        }
         self.tell(&alert, change, now);
         self.open.insert(key, alert);
     }

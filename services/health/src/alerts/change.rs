@@ -1,7 +1,7 @@
 //! What happens to one alert, and its line in the history.
 
 use super::model::{Alert, AlertEvent, AlertPlace, AlertState, Change, Evidence, Scope};
-use super::{place, rule};
+use super::place;
 use crate::api::grade::Grade;
 use crate::time::rfc3339;
 use railgrip_messages::Stamp;
@@ -17,7 +17,14 @@ const RECORDED_BEFORE_NS: i64 = 600_000_000_000;
 
 impl Alert {
     /// A new alert.
-    pub(super) fn new(id: u64, cause: &str, scope: Scope, places: Vec<AlertPlace>, now: Stamp) -> Self {
+    pub(super) fn new(
+        id: u64,
+        cause: &str,
+        scope: Scope,
+        advice: &str,
+        places: Vec<AlertPlace>,
+        now: Stamp,
+    ) -> Self {
         let grade = place::grade(&places);
         let mut alert = Self {
             id,
@@ -30,7 +37,7 @@ impl Alert {
             grade,
             grade_now: grade,
             reason: String::new(),
-            advice: rule::advice(cause, scope).to_owned(),
+            advice: advice.to_owned(),
             evidence: Evidence { history: String::new(), recording: None },
             active: true,
             state: AlertState::Active,
@@ -65,11 +72,8 @@ impl Alert {
         );
     }
 
-    /// Names the latest recording that was kept of its wagon, if its cause is one that a recording explains.
+    /// Names the latest recording that was kept of its wagon.
     pub(super) fn find_recording(&mut self, gaps: &Path) {
-        if self.cause != "filter" {
-            return;
-        }
         // One of another day explains nothing of today.
         let since_ns = self.unix_ns.saturating_sub(RECORDED_BEFORE_NS);
         let fresh = |path: &Path| {

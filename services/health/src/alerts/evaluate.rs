@@ -1,7 +1,6 @@
 //! Rules, evaluated: which symptoms fire. A symptom fires when its rule has been broken for long enough, and stops when
 //! it has been kept for long enough.
 
-use super::rule;
 use crate::api::grade::Grade;
 use std::collections::BTreeMap;
 
@@ -12,7 +11,7 @@ pub struct Symptom {
     pub wagon: u32,
     /// The wheelset, 1 leading.
     pub wheelset: Option<u32>,
-    /// Name of the rule: an indicator, or `silent`, `no_pressure`, `late`, `storage`.
+    /// Name of the rule: an indicator, or `silent`, `storage`, `history`.
     pub rule: &'static str,
 }
 
@@ -51,9 +50,8 @@ impl Evaluation {
             Grade::Unknown => {}
             Grade::Ok => self.good(&symptom, patience, now_ns),
             Grade::Watch | Grade::Act => {
-                let raise_s = patience.raise_s * rule::patience(symptom.rule, grade);
                 let watched = self.watched.entry(symptom).or_default();
-                watched.bad(grade, reason, Patience { raise_s, ..patience }, now_ns);
+                watched.bad(grade, reason, patience, now_ns);
             }
         }
     }

@@ -2,7 +2,8 @@
 
 use super::evaluate::Symptom;
 use super::model::AlertPlace;
-use super::{inhibit, place, rule};
+use super::place;
+use super::rule::Rules;
 use crate::api::grade::Grade;
 use std::collections::BTreeMap;
 
@@ -14,12 +15,13 @@ type Places<'a> = BTreeMap<&'a str, BTreeMap<u32, Vec<AlertPlace>>>;
 
 /// Groups what fires. `is_common(cause, wagons)` says whether so many wagons mean that the cause is the train's.
 pub(super) fn group<'a>(
+    rules: Rules,
     firing: impl Iterator<Item = (&'a Symptom, Grade, &'a str)>,
     is_common: impl Fn(&str, usize) -> bool,
 ) -> BTreeMap<Group, Vec<AlertPlace>> {
     let mut causes: Places<'_> = BTreeMap::new();
     for (symptom, grade, reason) in firing {
-        let wagons = causes.entry(rule::cause_of(symptom.rule)).or_default();
+        let wagons = causes.entry(rules.cause_of(symptom.rule)).or_default();
         wagons.entry(symptom.wagon).or_default().push(AlertPlace {
             wagon: symptom.wagon,
             wheelset: symptom.wheelset,
@@ -32,11 +34,11 @@ pub(super) fn group<'a>(
     for (cause, wagons) in &causes {
         let left: BTreeMap<u32, Vec<AlertPlace>> = wagons
             .iter()
-            .filter(|(wagon, _)| !is_inhibited(&causes, cause, **wagon))
+            .filter(|(wagon, _)| !is_inhibited(rules, &causes, cause, **wagon))
             .map(|(wagon, places)| (*wagon, places.clone()))
             .collect();
         let name = (*cause).to_owned();
-        if !left.is_empty() && (rule::is_of_the_train(cause) || is_common(cause, left.len())) {
+        if !left.is_empty() && (rules.is_of_the_train(cause) || is_common(cause, left.len())) {
             groups.insert((name, None), left.into_values().flatten().collect());
         } else {
             groups.extend(left.into_iter().map(|(wagon, places)| ((name.clone(), Some(wagon)), places)));
@@ -45,10 +47,11 @@ pub(super) fn group<'a>(
     groups
 }
 
-fn is_inhibited(causes: &Places<'_>, cause: &str, wagon: u32) -> bool {
+/// True if a cause that explains this one, by its rule, needs action on the same wagon.
+fn is_inhibited(rules: Rules, causes: &Places<'_>, cause: &str, wagon: u32) -> bool {
     let acts = |source: &str| {
         let places = causes.get(source).and_then(|wagons| wagons.get(&wagon));
         places.is_some_and(|places| place::grade(places) == Grade::Act)
     };
-    inhibit::SOURCES.iter().any(|source| inhibit::inhibits(source, cause) && acts(source))
+    rules.inhibited_by(cause).iter().any(|source| acts(source))
 }

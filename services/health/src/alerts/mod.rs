@@ -4,9 +4,9 @@
 //!
 //! | step | file | what happens |
 //! | --- | --- | --- |
-//! | rule | `rule`, `evaluate` | a *symptom* is a rule broken at one place; it fires when it has lasted, and stops when it has stayed away: twice as long each time it comes back |
+//! | rule | `rule` (from the table of indicators), `evaluate` | a *symptom* is a rule broken at one place; it fires when it has lasted, and stops when it has stayed away: twice as long each time it comes back |
 //! | group | `group` | symptoms of one *cause* make one alert: pad friction and asymmetry of a wagon, all its wheelsets; a cause that most wagons share (a low rail) makes one alert of the train that lists them |
-//! | inhibit | `inhibit` | what a worse symptom explains raises nothing of its own: a dead sensor explains a filter that disagrees |
+//! | inhibit | `rule`, `group` | what a worse symptom explains raises nothing of its own: a dead sensor explains a filter that disagrees |
 //! | silence | `operator` | people acknowledge an alert, or silence it for a time; what becomes worse comes back by itself |
 //! | notify | [`notify`] | receivers are told of what was raised, became worse, came back or is over |
 //!
@@ -17,7 +17,6 @@ mod book;
 mod change;
 mod evaluate;
 mod group;
-mod inhibit;
 pub mod journal;
 pub mod model;
 pub mod nflog;

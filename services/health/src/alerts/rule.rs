@@ -1,106 +1,114 @@
-//! Alert rules: which there are, how long each must be broken, which cause it points to, and what to do about that.
+//! Alert rules: which there are, how long each must be broken, which cause it points to, what inhibits that, and what to do.
 
 use super::model::Scope;
 use crate::api::grade::Grade;
+use railgrip_indicators::{Advice, AlertRule, Reach, Table};
 
-/// All rules, by the names that a journal may hold.
-pub(super) const RULES: &[&str] = &[
-    "asymmetry",
-    "brake_friction",
-    "brake_friction_standard",
-    "capability",
-    "dragging",
-    "filter",
-    "history",
-    "isolated",
-    "late",
-    "model",
-    "no_pressure",
-    "rail",
-    "response",
-    "sanding",
-    "sensors",
-    "silent",
-    "slides",
-    "storage",
-    "wsp_share",
+/// A rule of the service itself, for what is no indicator: symptom and rule.
+type OwnRule = (&'static str, AlertRule);
+
+/// Rules of the service itself.
+const OWN: [OwnRule; 3] = [
+    ("silent", of_train("silent", "Check the data connection and the processes of these wagons.")),
+    // A disk that is full or read-only takes neither indicators nor alerts.
+    ("storage", of_train("storage", STORAGE)),
+    ("history", of_train("storage", STORAGE)),
 ];
 
-/// The cause that a rule points to: its symptoms make one alert.
-pub(super) fn cause_of(rule: &'static str) -> &'static str {
-    match rule {
-        "brake_friction" | "brake_friction_standard" | "asymmetry" => "brake_friction",
-        "no_pressure" | "isolated" => "isolated",
-        "late" | "response" => "response",
-        // A disk that is full or read-only takes neither indicators nor alerts.
-        "history" | "storage" => "storage",
-        // What the filter shows within seconds, the watch over minutes shows with the term to suspect.
-        "model" | "filter" => "filter",
-        other => other,
+const STORAGE: &str = "Free space on the disk, make it writable or replace it; live figures go on, what is remembered has a gap.";
+
+const fn of_train(cause: &'static str, advice: &'static str) -> AlertRule {
+    AlertRule { of_train: true, ..AlertRule::of(cause, Reach::Nowhere, Advice::same(advice)) }
+}
+
+/// All rules: those of the table of indicators, and those of the service itself.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rules(pub Table);
+
+impl Rules {
+    fn of(self, rule: &str) -> Option<AlertRule> {
+        let own = || OWN.iter().find(|(name, _)| *name == rule).map(|(_, rule)| *rule);
+        self.0.find(rule).and_then(|spec| spec.alert).or_else(own)
+    }
+
+    /// The name of today of a rule that a journal holds; `None` if there is no such rule any more.
+    pub fn known(self, name: &str) -> Option<&'static str> {
+        let is = |alert: AlertRule, id: &str| id == name || alert.formerly.contains(&name);
+        let of_table = self.0.iter().find(|spec| spec.alert.is_some_and(|alert| is(alert, spec.id)));
+        let own = || OWN.iter().find(|(id, _)| *id == name).map(|(id, _)| *id);
+        of_table.map(|spec| spec.id).or_else(own)
+    }
+
+    /// The cause that a rule points to: its symptoms make one alert.
+    pub fn cause_of(self, rule: &'static str) -> &'static str {
+        self.of(rule).map_or(rule, |rule| rule.cause)
+    }
+
+    /// How much longer than others a rule must be broken until its symptom fires.
+    pub fn patience(self, rule: &str, grade: Grade) -> f64 {
+        let [watch, act] = self.of(rule).map_or([1.0; 2], |rule| rule.patience);
+        if grade == Grade::Watch { watch } else { act }
+    }
+
+    /// True for causes that lie in the rail, the train, the data path or this service, never in one wagon.
+    pub fn is_of_the_train(self, cause: &str) -> bool {
+        self.of(cause).is_some_and(|rule| rule.of_train)
+    }
+
+    /// Causes that explain this one: while one of them needs action on the same wagon, this one is inhibited.
+    pub fn inhibited_by(self, cause: &str) -> &'static [&'static str] {
+        self.of(cause).map_or(&[], |rule| rule.inhibited_by)
+    }
+
+    /// True if a recording of the latest minutes explains the cause.
+    pub fn is_recorded(self, cause: &str) -> bool {
+        self.of(cause).is_some_and(|rule| rule.recorded)
+    }
+
+    /// What to do about a cause.
+    pub fn advice(self, cause: &str, scope: Scope) -> &'static str {
+        let advice = self.of(cause).map_or(Advice::LOOK, |rule| rule.advice);
+        if scope == Scope::Train { advice.train } else { advice.wagon }
     }
 }
 
-/// How much longer than others a rule must be broken until its symptom fires. A share of refused values and a filter that disagrees
-/// come with every slide and go with it; a sensor that is dead does not.
-pub(super) fn patience(rule: &str, grade: Grade) -> f64 {
-    match (rule, grade) {
-        ("filter", Grade::Watch) => 60.0,
-        ("filter", _) | ("sensors", Grade::Watch) => 15.0,
-        _ => 1.0,
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use railgrip_indicators::INDICATORS;
+
+    #[test]
+    fn journals_of_older_versions_are_understood() {
+        let rules = Rules(INDICATORS);
+        let known = [
+            ("late", "brake_delay"),
+            ("no_pressure", "isolated"),
+            ("silent", "silent"),
+            ("filter", "filter"),
+        ];
+        for (then, now) in known {
+            assert_eq!(rules.known(then), Some(now));
+        }
+        assert_eq!(rules.known("nothing of the kind"), None);
     }
-}
 
-/// True for causes that lie in the rail, the data path or this service, never in one wagon.
-pub(super) fn is_of_the_train(cause: &str) -> bool {
-    matches!(cause, "rail" | "silent" | "storage" | "capability")
-}
-
-/// What to do about a cause.
-pub(super) fn advice(cause: &str, scope: Scope) -> &'static str {
-    match (cause, scope) {
-        ("brake_friction", Scope::Train) => {
-            "Most wagons at once: suspect water, ice or snow on the discs, or the loads that the train was given, before \
-             any single pad. Brake early until it has gone."
+    #[test]
+    fn what_shares_a_cause_is_grouped_and_what_explains_it_inhibits() {
+        let rules = Rules(INDICATORS);
+        for (rule, cause) in [
+            ("asymmetry", "brake_friction"),
+            ("brake_delay", "response"),
+            ("model", "filter"),
+            ("history", "storage"),
+            ("stopping_distance", "stopping_distance"),
+        ] {
+            assert_eq!(rules.cause_of(rule), cause);
         }
-        ("brake_friction", _) => "Check pads, discs and rigging of this wagon: wear, glazing, water or oil.",
-        ("isolated", _) => {
-            "Check the isolating cock, the brake cylinder and the rigging here; count this brake as missing until then."
-        }
-        ("response", Scope::Train) => {
-            "The whole train brakes late: check brake pipe, driver's valve and settings (G/P)."
-        }
-        ("response", _) => {
-            "Check distributor, chokes and brake cylinder of this wagon, and its G/P changeover."
-        }
-        ("dragging", Scope::Train) => {
-            "Most wagons run hard: suspect an applied brake, a wrong gradient or a headwind before any single wagon."
-        }
-        ("dragging", _) => "Look for a brake that does not release: hot discs, handbrake, release valve.",
-        ("rail", _) => "Expect long braking distances here; sand or reduce speed, and tell those who follow.",
-        ("sanding", _) => "Check sand level, nozzles and heating: sand does not raise adhesion.",
-        ("slides", Scope::Train) => {
-            "The train slid hard: inspect the treads of all listed wheelsets for flats."
-        }
-        ("slides", _) => "Listen for wheel flats and inspect the treads of this wagon.",
-        ("wsp_share", _) => {
-            "If other wagons do not slide here, check slide protection and pad friction of this wagon."
-        }
-        ("sensors", Scope::Train) => {
-            "Many sensors at once: check what they share, supply and data bus, first."
-        }
-        ("sensors", _) => "Check the named sensors and their wiring on this wagon.",
-        ("filter", Scope::Train) => {
-            "The model explains no wagon: check vehicle file, loads and gradient of the train, then diagnose the gap."
-        }
-        ("filter", _) => {
-            "The model does not explain this wagon: run `railgrip gap diagnose` on the recording that was kept."
-        }
-        ("silent", _) => "Check the data connection and the processes of these wagons.",
-        ("storage", _) => {
-            "Free space on the disk, make it writable or replace it; live figures go on, what is remembered has a gap."
-        }
-        ("capability", _) => "Reduce speed: the train needs more than its nominal braking distance.",
-        (_, Scope::Train) => "Have a look at these wagons.",
-        _ => "Have a look at this wagon.",
+        assert_eq!(rules.inhibited_by("response"), ["isolated"]);
+        assert_eq!(rules.inhibited_by("filter"), ["sensors"]);
+        assert!(rules.is_of_the_train("rail") && rules.is_of_the_train("stopping_distance"));
+        assert!(!rules.is_of_the_train("dragging") && rules.is_recorded("filter"));
+        assert_eq!(rules.patience("filter", Grade::Watch), 60.0);
+        assert_eq!(rules.patience("sensors", Grade::Act), 1.0);
     }
 }

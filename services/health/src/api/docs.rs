@@ -6,6 +6,7 @@ use axum::extract::State;
 use axum::http::{HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 use maud::{DOCTYPE, Markup, html};
+use railgrip_indicators::{IndicatorSpec, Table};
 use serde_json::{Value, json};
 use utoipa::openapi::OpenApi;
 
@@ -36,9 +37,11 @@ const REFUSALS: [(&str, &str); 6] = [
 ];
 
 /// The description as JSON, with what access control adds to every route, where one route leads to others, and the form of
-/// whatever is refused. `fields` are the indicators that the history holds.
-pub(crate) fn describe(api: &OpenApi, fields: &[String]) -> Vec<u8> {
+/// whatever is refused. `fields` are the indicators that the history holds, `table` those of wagons and wheelsets.
+pub(crate) fn describe(api: &OpenApi, fields: &[String], table: Table) -> Vec<u8> {
     let mut api = serde_json::to_value(api).unwrap_or_default();
+    add_figures(&mut api["components"]["schemas"]["WagonView"], of_wagon(table));
+    add_figures(&mut api["components"]["schemas"]["WheelsetView"], table.of_wheelset());
     let fields = fields.join("|").replace('.', "\\.");
     expand_patterns(&mut api, &format!("^({fields})(,({fields}))*$"));
     api["components"]["securitySchemes"] = json!({
@@ -77,6 +80,22 @@ pub(crate) fn describe(api: &OpenApi, fields: &[String]) -> Vec<u8> {
         api["paths"][path][method]["responses"]["200"]["links"] = links.into();
     }
     serde_json::to_vec(&api).unwrap_or_default()
+}
+
+/// Entries of the table that a wagon shows.
+fn of_wagon(table: Table) -> impl Iterator<Item = &'static IndicatorSpec> {
+    table.iter().filter(|spec| spec.judge.wagon.is_some() || spec.judge.among.is_some())
+}
+
+/// Adds the indicators to the form of a wagon or a wheelset, as its figures are written.
+fn add_figures(schema: &mut Value, table: impl Iterator<Item = &'static IndicatorSpec>) {
+    for spec in table {
+        let form = json!({ "$ref": "#/components/schemas/Figure", "description": spec.meaning.definition });
+        schema["properties"][spec.field()] = form;
+        if let Some(required) = schema["required"].as_array_mut() {
+            required.push(spec.field().into());
+        }
+    }
 }
 
 fn problem() -> Value {

@@ -1,5 +1,6 @@
 //! Prometheus metrics. Names carry base units; what is stale is left out, but for its age.
 
+use crate::api::figures::Figures;
 use crate::api::grade::{Condition, DataState, Grade};
 use crate::api::processes::ProcessView;
 use crate::api::wagons::model::WagonView;
@@ -15,6 +16,8 @@ use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::family::Family;
 use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::registry::Registry;
+use railgrip_indicators::train::capability::Capability;
+use railgrip_indicators::{IndicatorSpec, Metric};
 use std::sync::atomic::AtomicU64;
 
 type Gauges<L> = Family<L, Gauge<f64, AtomicU64>>;
@@ -50,6 +53,11 @@ struct OfQuantile {
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct OfSpeed {
+    speed_km_h: String,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
 struct OfGrade {
     grade: &'static str,
 }
@@ -77,6 +85,8 @@ pub fn text(snapshot: &Snapshot, requests: u64, history: Option<&HistoryStatus>)
     let mut registry = Registry::with_prefix("railgrip");
     let mut wagons = OfWagons::register(&mut registry);
     snapshot.wagons.iter().for_each(|wagon| wagons.fill(wagon));
+    of_table(&mut registry, snapshot);
+    of_stops(&mut registry, &snapshot.whole.found);
     let processes = OfProcesses::register(&mut registry);
     snapshot.train.processes.iter().for_each(|process| processes.fill(process));
     let alerts: Gauges<OfGrade> = Family::default();
@@ -101,6 +111,19 @@ pub fn text(snapshot: &Snapshot, requests: u64, history: Option<&HistoryStatus>)
     // Writing into a string cannot fail.
     let _ = encode(&mut text, &registry);
     text
+}
+
+/// Stopping distances by speed; what rests on assumptions alone is no figure of this train.
+fn of_stops(registry: &mut Registry, found: &Capability) {
+    let stops: Gauges<OfSpeed> = Family::default();
+    registry.register("stopping_distance_meters", "Stopping distance now from a speed", stops.clone());
+    for stop in found.stops.iter().filter(|_| found.known_wagons > 0) {
+        let [distance_m, ..] = stop.distance_m;
+        if distance_m.is_finite() {
+            let speed_km_h = format!("{:.0}", stop.speed_km_h);
+            stops.get_or_create(&OfSpeed { speed_km_h }).set(distance_m);
+        }
+    }
 }
 
 /// How well the train remembers.
@@ -128,24 +151,16 @@ fn of_history(registry: &mut Registry, status: &HistoryStatus) {
     }
 }
 
+/// What the service itself says of wagons, beside the indicators.
 struct OfWagons {
     up: Gauges<OfWagon>,
     age: Gauges<OfWagon>,
     grade: Gauges<OfWagon>,
     speed: Gauges<OfWagon>,
-    utilised: Gauges<OfWagon>,
-    available: Gauges<OfWagon>,
     condition: Gauges<OfCondition>,
-    friction: Gauges<OfWagon>,
-    asymmetry: Gauges<OfWagon>,
-    faulty: Gauges<OfWagon>,
-    nis: Gauges<OfWagon>,
-    wsp: Gauges<OfWagon>,
     heard_wet: Gauges<OfWagon>,
     samples: Counters<OfWagon>,
     missed: Counters<OfWagon>,
-    wheelset_friction: Gauges<OfWheelset>,
-    slides: Counters<OfWheelset>,
     slide_energy: Counters<OfWheelset>,
     slide_seconds: Counters<OfWheelset>,
 }
@@ -174,27 +189,14 @@ impl OfWagons {
             age: gauge(r, "wagon_data_age_seconds", "Age of the last sample of the wagon"),
             grade: gauge(r, "wagon_grade", "Worst grade: 0 unknown, 1 ok, 2 watch, 3 act"),
             speed: gauge(r, "wagon_speed_meters_per_second", "Speed over ground"),
-            utilised: gauge(r, "adhesion_utilised_ratio", "Adhesion utilised now, magnitude"),
-            available: gauge(r, "adhesion_available_ratio", "Adhesion available, or a lower bound of it"),
             condition: gauge(
                 r,
                 "rail_condition_probability_ratio",
                 "Probability of each condition of the rail",
             ),
-            friction: gauge(r, "brake_friction_ratio", "Pad friction of the wagon, mean over braking"),
-            asymmetry: gauge(r, "brake_asymmetry_ratio", "Pad friction front minus rear over their mean"),
-            faulty: gauge(r, "sensor_faulty_ratio", "Share of sensor values missing or refused"),
-            nis: gauge(
-                r,
-                "filter_innovation_ratio",
-                "Mean normalised innovation squared over its degrees of freedom",
-            ),
             heard_wet: gauge(r, "heard_wet_probability_ratio", "Probability by ear that the rail is wet"),
-            wsp: gauge(r, "wsp_active_ratio", "Share of the latest braking with slide protection"),
             samples: counter(r, "samples_received", "Samples taken in"),
             missed: counter(r, "samples_missed", "Samples that never arrived"),
-            wheelset_friction: gauge(r, "wheelset_brake_friction_ratio", "Pad friction, mean over braking"),
-            slides: counter(r, "slides", "Slides"),
             slide_energy: counter(r, "slide_energy_joules", "Energy of slides"),
             slide_seconds: counter(r, "slide_seconds", "Time of slides"),
         }
@@ -215,31 +217,19 @@ impl OfWagons {
         self.missed.get_or_create(&wagon).inc_by(view.samples_missed as f64);
         for wheelset in &view.wheelsets {
             let label = OfWheelset { wagon: view.id, wheelset: wheelset.id };
-            self.slides.get_or_create(&label).inc_by(wheelset.slides.value.unwrap_or(0.0));
             self.slide_energy.get_or_create(&label).inc_by(wheelset.slide_energy_j);
             self.slide_seconds.get_or_create(&label).inc_by(wheelset.slide_s);
-            if let Some(value) = wheelset.brake_friction.value.filter(|_| live) {
-                self.wheelset_friction.get_or_create(&label).set(value);
-            }
         }
         set(&self.heard_wet, view.acoustic.as_ref().and_then(|acoustic| acoustic.wet_probability));
         if !live {
             return;
         }
         set(&self.speed, view.now.as_ref().and_then(|now| now.v_m_s));
-        set(&self.utilised, view.now.as_ref().and_then(|now| now.adhesion).map(f64::abs));
-        set(&self.available, view.adhesion_available.value);
-        set(&self.friction, view.brake_friction.value);
-        set(&self.asymmetry, view.asymmetry.value);
-        set(&self.faulty, view.sensors.value);
-        set(&self.nis, view.filter.value);
-        set(&self.wsp, view.wsp_share.value);
-        let rail = &view.rail;
         let conditions = [
-            (Condition::Dry, rail.dry),
-            (Condition::Wet, rail.wet),
-            (Condition::Low, rail.low),
-            (Condition::VeryLow, rail.very_low),
+            (Condition::Dry, view.rail_dry),
+            (Condition::Wet, view.rail_wet),
+            (Condition::Low, view.rail_low),
+            (Condition::VeryLow, view.rail_very_low),
         ];
         for (condition, probability) in conditions {
             let label = OfCondition { wagon: view.id, condition: condition.word() };
@@ -247,6 +237,70 @@ impl OfWagons {
                 self.condition.get_or_create(&label).set(probability);
             }
         }
+    }
+}
+
+/// Registers the metrics of the indicators, as the table names them, with what is known now.
+fn of_table(registry: &mut Registry, snapshot: &Snapshot) {
+    // What rests on assumptions alone is no figure of this train.
+    let told = snapshot.whole.found.known_wagons > 0;
+    for spec in snapshot.table.iter() {
+        let Some(metric) = spec.metric else { continue };
+        if spec.judge.train.is_some() {
+            let judged = snapshot.whole.judged.iter().find(|(own, _)| own.id == spec.id);
+            let gauge = Gauge::<f64, AtomicU64>::default();
+            if let Some(value) =
+                judged.and_then(|(_, indicator)| indicator.figure()).filter(|value| told && value.is_finite())
+            {
+                gauge.set(value);
+                registry.register(metric.name, metric.help, gauge);
+            }
+            continue;
+        }
+        if metric.reach.wagon() {
+            let of_wagon = |view: &WagonView| {
+                let value = figure(view, &view.indicators, spec, metric)?;
+                Some((OfWagon { wagon: view.id }, value))
+            };
+            let values = snapshot.wagons.iter().filter_map(of_wagon);
+            register(registry, metric.name.to_owned(), metric, values);
+        }
+        if metric.reach.wheelsets() {
+            let values = snapshot.wagons.iter().flat_map(|view| {
+                view.wheelsets.iter().filter_map(move |wheelset| {
+                    let value = figure(view, &wheelset.indicators, spec, metric)?;
+                    Some((OfWheelset { wagon: view.id, wheelset: wheelset.id }, value))
+                })
+            });
+            let name =
+                if metric.counter { metric.name.to_owned() } else { format!("wheelset_{}", metric.name) };
+            register(registry, name, metric, values);
+        }
+    }
+}
+
+/// The figure of an indicator for Prometheus. A gauge of a wagon that is not live is left out; a counter stays.
+fn figure(view: &WagonView, figures: &Figures, spec: &IndicatorSpec, metric: Metric) -> Option<f64> {
+    let value = figures.get(spec).and_then(|figure| figure.value);
+    if metric.counter { Some(value.unwrap_or(0.0)) } else { value.filter(|_| view.state == DataState::Live) }
+}
+
+fn register<L>(registry: &mut Registry, name: String, metric: Metric, values: impl Iterator<Item = (L, f64)>)
+where
+    L: Clone + std::hash::Hash + Eq + EncodeLabelSet + std::fmt::Debug + Send + Sync + 'static,
+{
+    if metric.counter {
+        let family = Counters::<L>::default();
+        values.for_each(|(label, value)| {
+            family.get_or_create(&label).inc_by(value);
+        });
+        registry.register(name, metric.help, family);
+    } else {
+        let family = Gauges::<L>::default();
+        values.for_each(|(label, value)| {
+            family.get_or_create(&label).set(value);
+        });
+        registry.register(name, metric.help, family);
     }
 }
 

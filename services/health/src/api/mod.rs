@@ -11,6 +11,7 @@ pub mod capability;
 pub mod checks;
 mod docs;
 pub mod figure;
+pub mod figures;
 pub mod grade;
 pub mod metrics;
 pub mod problem;

@@ -1,6 +1,7 @@
 //! All routes of the service, and their description.
 
 use crate::api::answer::as_json;
+use crate::api::figure::Figure;
 use crate::api::problem::Problem;
 use crate::api::{adhesion_map, capability, checks, docs, metrics, stream, train, trends, wagons};
 use crate::shared::Shared;
@@ -20,7 +21,7 @@ use utoipa_axum::routes;
                    reason in words; what is unknown is null; what is stale says so with its age."
     ),
     paths(crate::access::records::records),
-    components(schemas(Problem))
+    components(schemas(Figure, Problem))
 )]
 struct Api;
 
@@ -52,7 +53,7 @@ pub fn router(shared: Shared) -> axum::Router {
         .routes(routes!(metrics::metrics))
         .routes(routes!(openapi))
         .split_for_parts();
-    let _ = shared.openapi().set(docs::describe(&api, &shared.fields()).into());
+    let _ = shared.openapi().set(docs::describe(&api, &shared.fields(), shared.table()).into());
     let router = router
         .merge(page::routes())
         .route("/docs", axum::routing::get(docs::page))

@@ -3,7 +3,7 @@
 use crate::history::columns;
 use railgrip_history::{HistoryError, Reader};
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::Semaphore;
 use utoipa::ToSchema;
@@ -45,19 +45,20 @@ impl History {
     /// The history in this database, of wagons with at most so many wheelsets.
     #[must_use]
     pub fn new(database: PathBuf, wheelsets: usize) -> Self {
+        Self::with(database, columns::all(wheelsets))
+    }
+
+    /// The history in this database, with these columns.
+    #[must_use]
+    pub fn with(database: PathBuf, columns: Vec<columns::Column>) -> Self {
         Self {
             database,
-            columns: columns::all(wheelsets),
+            columns,
             status: Mutex::default(),
             idle: Mutex::default(),
             turns: Arc::new(Semaphore::new(READERS)),
             exports: Arc::new(Semaphore::new(EXPORTS)),
         }
-    }
-
-    /// The database file.
-    pub(crate) fn database(&self) -> &Path {
-        &self.database
     }
 
     /// What is recorded.
@@ -82,6 +83,14 @@ impl History {
         change(&mut self.status.lock().unwrap_or_else(PoisonError::into_inner));
     }
 
+    /// A reader of its own, also of what older versions wrote.
+    ///
+    /// # Errors
+    /// There is no database yet, or it refuses.
+    pub fn open(&self) -> Result<Reader, HistoryError> {
+        Ok(Reader::open(&self.database)?.with_names(&columns::former(&self.columns)))
+    }
+
     /// Reads; blocks meanwhile, so call it where that is allowed.
     ///
     /// # Errors
@@ -90,7 +99,7 @@ impl History {
         let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let reader = match idle {
             Some(reader) => reader,
-            None => Reader::open(&self.database)?,
+            None => self.open()?,
         };
         let result = read(&reader)?;
         self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(reader);

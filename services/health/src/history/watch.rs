@@ -2,6 +2,7 @@
 
 use crate::alerts::model::{Alert, Scope};
 use railgrip_history::Event;
+use railgrip_indicators::indicator::SLIDES;
 use railgrip_messages::{Health, Heartbeat, NO_WAGON, ProcessKind};
 use std::collections::BTreeMap;
 
@@ -48,7 +49,7 @@ impl Watch {
         let now_ns = health.acquired.monotonic_ns;
         let mut events = Vec::new();
         for (index, wheelset) in health.wheelset[..health.wheelset_count()].iter().enumerate() {
-            let number = wheelset.slides.figure().unwrap_or(0.0);
+            let number = SLIDES.of_wheelset(health, index).figure().unwrap_or(0.0);
             let seen = Sum { number, energy_j: wheelset.slide_energy_j, seconds: wheelset.slide_s };
             let first =
                 Slides { told: seen, seen, began_ns: now_ns, last_ns: now_ns, from_m_s: health.v_m_s };
@@ -158,12 +159,14 @@ pub(crate) fn of_alert(alert: &Alert, unix_ns: i64) -> Event {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use railgrip_indicators::indicator::judging;
+    use railgrip_messages::Grade;
     use railgrip_messages::Stamp;
 
     fn at(tenths: u64, slides: f64, energy_j: f64) -> Health {
         let acquired = Stamp { unix_ns: tenths as i64 * 100_000_000, monotonic_ns: tenths * 100_000_000 };
         let mut health = Health { wagon: 3, wheelsets: 2, acquired, v_m_s: 25.0, ..Health::default() };
-        (health.wheelset[1].slides.value, health.wheelset[1].slides.known) = (slides, 1);
+        SLIDES.put_wheelset(&mut health, 1, judging::known(slides, slides, slides, Grade::Ok, ""));
         (health.wheelset[1].slide_energy_j, health.wheelset[1].slide_s) = (energy_j, energy_j * 1e-4);
         health
     }

@@ -4,7 +4,7 @@ use super::History;
 use super::columns::{self, Column};
 use railgrip_bus::now;
 use railgrip_history::{Event, HistoryError, Limits, Retention, Store};
-use railgrip_indicators::track::KeptCell;
+use railgrip_indicators::train::track::KeptCell;
 use railgrip_messages::Health;
 use railgrip_settings::HistorySettings;
 use std::sync::Arc;
@@ -179,7 +179,7 @@ impl Writer {
         let names: Vec<_> = names.iter().map(|(name, keep)| (name.as_str(), *keep)).collect();
         // If the folder cannot be made, opening says so.
         let _ = std::fs::create_dir_all(&self.settings.dir);
-        match Store::open(&database, &names) {
+        match Store::open_renamed(&database, &names, &columns::former(self.history.columns())) {
             Ok(store) => {
                 if let Some(aside) = store.set_aside() {
                     tracing::error!(file = %aside.display(), "the history was damaged and has been set aside");

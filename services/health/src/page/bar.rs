@@ -2,8 +2,8 @@
 //! Drawn with attributes only, as a strict content policy allows; the words beside it say the same.
 
 use crate::api::figure::Figure;
-use crate::limits::Limit;
 use maud::{Markup, html};
+use railgrip_indicators::Limit;
 
 const WIDTH: f64 = 200.0;
 const HEIGHT: f64 = 22.0;

@@ -1,7 +1,7 @@
 //! Where the indicators of a wagon are going, in words: a table that the page's script fetches, so that a page itself
 //! waits for no database.
 
-use super::words::{Form, NOTHING, capital, plain};
+use super::words::{NOTHING, Written, capital, plain};
 use crate::api::problem::Problem;
 use crate::api::trends::model::{TrendView, Verdict};
 use crate::api::trends::routes as trends;
@@ -10,6 +10,7 @@ use axum::extract::{Path, State};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use maud::{Markup, html};
+use railgrip_indicators::{Form, INDICATORS, IndicatorSpec};
 
 /// Beyond so many days nobody plans.
 const FAR_DAYS: f64 = 730.0;
@@ -80,14 +81,17 @@ fn line(trend: &TrendView) -> Markup {
     }
 }
 
+/// The indicator and the wheelset of a field of the history.
+fn indicator(field: &str) -> (Option<&'static IndicatorSpec>, Option<&str>) {
+    let of_wheelset = field.strip_prefix("wheelset_").and_then(|rest| rest.split_once('.'));
+    let (wheelset, field) = of_wheelset.map_or((None, field), |(number, field)| (Some(number), field));
+    (INDICATORS.iter().find(|spec| spec.field() == field), wheelset)
+}
+
 fn form(trend: &TrendView) -> Form {
-    match (trend.indicator.rsplit('.').next(), trend.unit) {
-        (Some("asymmetry" | "wsp_share" | "sensors" | "isolated"), _) => Form { digits: 1, ..Form::PERCENT },
-        (Some("dragging"), _) => Form::KILONEWTON,
-        (Some("response"), _) => Form::SECONDS,
-        (Some("filter"), _) => Form::TENTHS,
-        _ => Form::FRICTION,
-    }
+    let form = indicator(&trend.indicator).0.map_or(Form::COEFFICIENT, |spec| spec.form);
+    // Shares move by little from day to day.
+    if form == Form::PERCENT { Form { digits: 1, ..form } } else { form }
 }
 
 fn signed(form: Form, value: f64) -> String {
@@ -97,10 +101,9 @@ fn signed(form: Form, value: f64) -> String {
 
 /// `wheelset_1.brake_friction` as `Brake friction, wheelset 1`.
 fn name(field: &str) -> String {
-    match field.strip_prefix("wheelset_").and_then(|rest| rest.split_once('.')) {
-        Some((number, field)) => format!("{}, wheelset {number}", capital(&plain(field))),
-        None => capital(&plain(field)),
-    }
+    let (spec, wheelset) = indicator(field);
+    let name = capital(&spec.map_or_else(|| plain(field), IndicatorSpec::words));
+    wheelset.map_or_else(|| name.clone(), |number| format!("{name}, wheelset {number}"))
 }
 
 /// The time until it needs action, with its interval: `about 40 days (30 to 55)`.

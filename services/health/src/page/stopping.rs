@@ -7,20 +7,15 @@ use crate::api::adhesion_map::model::{MapCell, MapView};
 use crate::api::capability::model::{CapabilityView, StopView};
 use crate::api::figure::Figure;
 use crate::api::grade::Grade;
-use crate::limits::Limit;
 use crate::shared::Shared;
 use crate::store::Snapshot;
-use crate::store::capability::{ACT_RATIO, WATCH_RATIO};
 use maud::{Markup, html};
+use railgrip_indicators::indicator::STOPPING_RATIO;
 
 /// A cell counts as low from this probability on.
 const LOW_FROM: f64 = 0.5;
 /// Low stretches that are listed; the worst come first when there are more.
 const MOST_STRETCHES: usize = 6;
-/// The scale of the bars: distance over nominal distance.
-const RATIO: Limit =
-    Limit { watch_high: Some(WATCH_RATIO), act_high: Some(ACT_RATIO), ..Limit::free(0.5, 2.3) };
-
 pub(super) fn parts(shared: &Shared, snapshot: &Snapshot) -> Vec<Part> {
     let whole = &snapshot.whole;
     vec![
@@ -35,7 +30,7 @@ pub(super) fn stop_card(snapshot: &Snapshot) -> Markup {
         section .card aria-labelledby="h-stop" {
             div .heading {
                 h2 #h-stop { "Stopping distance now" }
-                a href="/indicators#stopping" { "how it is worked out" }
+                a href="/indicators#stopping-distance" { "how it is worked out" }
             }
             (stops(&snapshot.whole.capability))
         }
@@ -103,7 +98,7 @@ fn stop_line(stop: &StopView, grade: Grade) -> Markup {
             th scope="row" { (number(stop.speed_km_h, 0)) " km/h" }
             td .num .value { (number(stop.distance_m, 0)) " m" }
             td .interval { (number(stop.low_m, 0)) " to " (number(stop.high_m, 0)) " m" }
-            td .scale { (bar(&ratio, &RATIO)) }
+            td .scale { (bar(&ratio, &STOPPING_RATIO)) }
             td .num { (number(stop.nominal_m, 0)) " m" }
         }
     }

@@ -1,15 +1,16 @@
 //! The train: verdict, drawing, what to do, and a table of all wagons.
 
 use super::kind::Part;
-use super::words::{Form, NOTHING, capital, chip, condition, data_age, icon, maybe, number};
+use super::words::{NOTHING, Written, capital, chip, condition, data_age, icon, maybe, number};
 use super::{alerts, stopping};
-use crate::api::figure::Figure;
 use crate::api::grade::{DataState, Grade};
 use crate::api::train::model::TrainView;
-use crate::api::wagons::model::{WagonRow, WagonView};
+use crate::api::wagons::model::{WagonRow, WagonView, WheelsetView};
 use crate::shared::Shared;
 use crate::store::Snapshot;
 use maud::{Markup, html};
+use railgrip_indicators::IndicatorSpec;
+use railgrip_indicators::indicator::{ASYMMETRY, BRAKE_FRICTION, SLIDES};
 
 /// Longer trains are drawn with small wagons.
 const ROOMY: usize = 16;
@@ -141,7 +142,7 @@ fn tile(row: &WagonRow, wagon: &WagonView, current: Option<u32>) -> Markup {
                 }
                 span .gear {
                     @for axle in axles {
-                        @let grade = axle.brake_friction.grade.max(axle.slides.grade);
+                        @let grade = worst(axle);
                         @let sliding = axle.now.as_ref().is_some_and(|now| now.sliding || now.wsp_active);
                         span class={ "axle g-" (grade.word()) @if sliding { " slides" } } {
                             span .unseen {
@@ -153,6 +154,12 @@ fn tile(row: &WagonRow, wagon: &WagonView, current: Option<u32>) -> Markup {
             }
         }
     }
+}
+
+/// The worst grade of what shows on one axle: its pads and its slides.
+fn worst(axle: &WheelsetView) -> Grade {
+    let shown = [&BRAKE_FRICTION, &SLIDES].into_iter().filter_map(|spec| axle.indicators.get(spec));
+    shown.map(|figure| figure.grade).max().unwrap_or(Grade::Unknown)
 }
 
 /// What a roomy wagon also says.
@@ -191,10 +198,11 @@ fn table(snapshot: &Snapshot) -> Markup {
 }
 
 /// Half of the 95 % interval, behind its figure.
-fn half(figure: &Figure, form: Form) -> Markup {
-    let ends = figure.low.zip(figure.high).filter(|(low, high)| low < high);
-    let half = ends.filter(|_| figure.value.is_some()).map(|(low, high)| 0.5 * (high - low));
-    html! { @if half.is_some() { small .half { " ±" (form.value(half)) } } }
+fn half(wagon: &WagonView, spec: &IndicatorSpec) -> Markup {
+    let figure = wagon.indicators.get(spec).filter(|figure| figure.value.is_some());
+    let ends = figure.and_then(|figure| figure.low.zip(figure.high)).filter(|(low, high)| low < high);
+    let half = ends.map(|(low, high)| 0.5 * (high - low));
+    html! { @if half.is_some() { small .half { " ±" (spec.form.value(half)) } } }
 }
 
 fn line(row: &WagonRow, wagon: &WagonView) -> Markup {
@@ -214,13 +222,13 @@ fn line(row: &WagonRow, wagon: &WagonView) -> Markup {
             th scope="row" { a href={ "/wagons/" (row.id) } { b { (row.id) } " " (row.name) } }
             td data-label="Grade" { (chip(row.grade)) }
             td .num data-label="Pad friction" {
-                (maybe(row.brake_friction, 3)) (half(&wagon.brake_friction, Form::FRICTION))
+                (maybe(row.brake_friction, 3)) (half(wagon, &BRAKE_FRICTION))
             }
             td .num data-label="Front − rear" {
-                (Form::PERCENT.value(row.asymmetry)) (half(&wagon.asymmetry, Form::PERCENT))
+                (ASYMMETRY.form.value(row.asymmetry)) (half(wagon, &ASYMMETRY))
             }
             td data-label="Rail" { (condition(row.condition)) }
-            td .num data-label="Grip used" { (maybe(row.adhesion_utilised, 3)) }
+            td .num data-label="Grip used" { (maybe(row.adhesion.map(f64::abs), 3)) }
             td .num data-label="Grip there" { (bound) (maybe(row.adhesion_available, 3)) }
             td data-label="Wheels" { (wheels) }
             td .num data-label="km/h" { (speed) }

@@ -2,19 +2,18 @@
 
 use super::bar::bar;
 use super::kind::Part;
-use super::words::{Form, NOTHING, capital, chip, data_age, energy, icon, instant, maybe, number};
+use super::words::{NOTHING, Written, capital, chip, data_age, energy, icon, instant, maybe, number};
 use super::{alerts, outlook, train};
 use crate::api::acoustic::AcousticView;
 use crate::api::figure::Figure;
 use crate::api::grade::{DataState, Grade};
 use crate::api::processes::ProcessView;
-use crate::api::wagons::model::{RailView, WagonView, WheelsetView};
-use crate::limits::{Limit, Limits};
+use crate::api::wagons::model::{WagonView, WheelsetView};
+use crate::limits::Limits;
 use crate::store::Snapshot;
 use maud::{Markup, html};
-
-/// The scale on which adhesion is drawn.
-const ADHESION: Limit = Limit::free(0.0, 0.4);
+use railgrip_indicators::indicator::{ADHESION_AVAILABLE, RAIL};
+use railgrip_indicators::{Form, IndicatorSpec, Limit};
 
 pub(super) fn parts(id: u32, limits: &Limits, snapshot: &Snapshot) -> Vec<Part> {
     let Some(wagon) = snapshot.wagons.iter().find(|wagon| wagon.id == id) else { return Vec::new() };
@@ -129,35 +128,31 @@ fn key() -> Markup {
 
 /// One line of a table of indicators.
 struct Row<'a> {
-    name: &'a str,
-    /// Where it is explained.
-    about: &'a str,
+    spec: &'static IndicatorSpec,
     figure: &'a Figure,
-    form: Form,
     limit: Option<Limit>,
     at_least: bool,
 }
 
 impl<'a> Row<'a> {
-    fn new(name: &'a str, about: &'a str, figure: &'a Figure, form: Form) -> Self {
-        Self { name, about, figure, form, limit: None, at_least: false }
-    }
-
-    fn on(self, limit: impl Into<Option<Limit>>) -> Self {
-        Self { limit: limit.into(), ..self }
-    }
-
-    fn at_least(self, at_least: bool) -> Self {
-        Self { at_least, ..self }
+    /// An indicator of a wagon or of one of its wheelsets; `lower_bound` if the adhesion available is one.
+    fn new(
+        (spec, figure): (&'static IndicatorSpec, &'a Figure),
+        limits: &Limits,
+        wagon: u32,
+        lower_bound: bool,
+    ) -> Self {
+        let at_least = lower_bound && spec.id == ADHESION_AVAILABLE.id;
+        Self { spec, figure, limit: limits.limit(spec, wagon), at_least }
     }
 
     fn render(&self) -> Markup {
         let bound = if self.at_least && self.figure.value.is_some() { "≥ " } else { "" };
         html! {
             tr {
-                th scope="row" { a .term href={ "/indicators#" (self.about) } { (self.name) } }
-                td .num .value { (bound) (self.form.value(self.figure.value)) }
-                td .interval { (self.form.interval(self.figure).unwrap_or_else(|| NOTHING.to_owned())) }
+                th scope="row" { a .term href={ "/indicators#" (self.spec.anchor()) } { (self.spec.label) } }
+                td .num .value { (bound) (self.spec.form.value(self.figure.value)) }
+                td .interval { (self.spec.form.interval(self.figure).unwrap_or_else(|| NOTHING.to_owned())) }
                 td .scale { @if let Some(limit) = &self.limit { (bar(self.figure, limit)) } }
                 td .grade { (chip(self.figure.grade)) }
                 td .why { (capital(&self.figure.reason)) }
@@ -179,30 +174,13 @@ fn indicator_table(rows: &[Row<'_>], last: &Markup) -> Markup {
 }
 
 fn indicators(wagon: &WagonView, limits: &Limits) -> Markup {
-    let rows = [
-        Row::new("Pad friction", "brake-friction", &wagon.brake_friction, Form::FRICTION)
-            .on(limits.brake_friction(wagon.id)),
-        Row::new("… standardised", "standard", &wagon.brake_friction_standard, Form::FRICTION)
-            .on(limits.brake_friction(wagon.id)),
-        Row::new("Front − rear", "asymmetry", &wagon.asymmetry, Form::PERCENT).on(limits.asymmetry),
-        Row::new("Brake builds up in", "response", &wagon.response, Form::SECONDS).on(limits.response),
-        Row::new("Begins late by", "delay", &wagon.brake_delay, Form::SECONDS).on(limits.delay),
-        Row::new("Drag when released", "dragging", &wagon.dragging, Form::KILONEWTON)
-            .on(limits.dragging(wagon.id)),
-        Row::new("Without a brake", "isolated", &wagon.isolated, Form::PERCENT).on(limits.isolated),
-        Row::new("Adhesion used", "utilised", &wagon.adhesion_utilised, Form::FRICTION).on(ADHESION),
-        Row::new("Adhesion available", "available", &wagon.adhesion_available, Form::FRICTION)
-            .on(ADHESION)
-            .at_least(wagon.adhesion_available_is_lower_bound),
-        Row::new("Slides", "slides", &wagon.slides, Form::COUNT),
-        Row::new("Braking with WSP", "wsp", &wagon.wsp_share, Form::PERCENT).on(limits.wsp_share),
-        Row::new("Sand: gain of grip", "sanding", &wagon.sanding, Form::TENTHS).on(limits.sanding),
-        Row::new("Faulty sensor values", "sensors", &wagon.sensors, Form::PERCENT).on(limits.sensors),
-        Row::new("Filter (1 is ideal)", "filter", &wagon.filter, Form::TENTHS).on(limits.filter),
-        Row::new("Model over time", "model", &wagon.model, Form::TENTHS).on(limits.filter),
-    ];
+    // The rail has a line of its own: a bar of probabilities.
+    let shown = wagon.indicators.iter().filter(|(spec, _)| spec.id != RAIL.id);
+    let rows: Vec<Row<'_>> = shown
+        .map(|shown| Row::new(shown, limits, wagon.id, wagon.adhesion_available_is_lower_bound))
+        .collect();
     let last = html! {
-        (rail(&wagon.rail))
+        (rail(wagon))
         @if let Some(acoustic) = &wagon.acoustic { (sound(acoustic)) }
     };
     html! { div #indicators { (indicator_table(&rows, &last)) } }
@@ -235,8 +213,14 @@ fn sound(acoustic: &AcousticView) -> Markup {
 }
 
 /// The rail's condition as shares of one bar.
-fn rail(rail: &RailView) -> Markup {
-    let shares = [("dry", rail.dry), ("wet", rail.wet), ("low", rail.low), ("very low", rail.very_low)];
+fn rail(wagon: &WagonView) -> Markup {
+    let shares = [
+        ("dry", wagon.rail_dry),
+        ("wet", wagon.rail_wet),
+        ("low", wagon.rail_low),
+        ("very low", wagon.rail_very_low),
+    ];
+    let Some(judged) = wagon.indicators.get(&RAIL) else { return html! {} };
     let mut left = 0.0;
     let shares = shares.into_iter().filter_map(|(name, share)| share.map(|share| (name, share)));
     let shares: Vec<(&str, f64)> = shares.collect();
@@ -252,8 +236,8 @@ fn rail(rail: &RailView) -> Markup {
     let words: Vec<String> = words.map(|(name, share)| format!("{name} {:.0} %", 100.0 * share)).collect();
     html! {
         tr {
-            th scope="row" { a .term href="/indicators#rail" { "Rail" } }
-            td .num .value { (super::words::condition(rail.condition)) }
+            th scope="row" { a .term href={ "/indicators#" (RAIL.anchor()) } { (RAIL.label) } }
+            td .num .value { (super::words::condition(wagon.condition)) }
             td .interval { (if words.is_empty() { NOTHING.to_owned() } else { words.join(", ") }) }
             td .scale {
                 svg .bar viewBox="0 0 200 22" preserveAspectRatio="none" aria-hidden="true" {
@@ -262,8 +246,8 @@ fn rail(rail: &RailView) -> Markup {
                     }
                 }
             }
-            td .grade { (chip(rail.grade)) }
-            td .why { (capital(&rail.reason)) }
+            td .grade { (chip(judged.grade)) }
+            td .why { (capital(&judged.reason)) }
         }
     }
 }
@@ -273,25 +257,16 @@ fn wheelsets(wagon: &WagonView, limits: &Limits) -> Markup {
         div #wheelsets .wheelsets {
             @if wagon.wheelsets.is_empty() { p .calm { "This wagon has not sent data yet." } }
             @for wheelset in &wagon.wheelsets {
-                (one(wheelset, limits.brake_friction(wagon.id), limits.isolated, limits.wsp_share))
+                (one(wheelset, limits, wagon.id))
             }
         }
     }
 }
 
-fn one(wheelset: &WheelsetView, friction: Option<Limit>, isolated: Limit, wsp: Limit) -> Markup {
-    let rows = [
-        Row::new("Pad friction", "brake-friction", &wheelset.brake_friction, Form::FRICTION).on(friction),
-        Row::new("… standardised", "standard", &wheelset.brake_friction_standard, Form::FRICTION)
-            .on(friction),
-        Row::new("Without a brake", "isolated", &wheelset.isolated, Form::PERCENT).on(isolated),
-        Row::new("Adhesion used", "utilised", &wheelset.adhesion_utilised, Form::FRICTION).on(ADHESION),
-        Row::new("Adhesion available", "available", &wheelset.adhesion_available, Form::FRICTION)
-            .on(ADHESION)
-            .at_least(wheelset.adhesion_available_is_lower_bound),
-        Row::new("Slides", "slides", &wheelset.slides, Form::COUNT),
-        Row::new("Braking with WSP", "wsp", &wheelset.wsp_share, Form::PERCENT).on(wsp),
-    ];
+fn one(wheelset: &WheelsetView, limits: &Limits, wagon: u32) -> Markup {
+    let bound = wheelset.adhesion_available_is_lower_bound;
+    let rows: Vec<Row<'_>> =
+        wheelset.indicators.iter().map(|shown| Row::new(shown, limits, wagon, bound)).collect();
     let state = wheelset.now.as_ref().map(|now| match (now.wsp_active, now.sliding) {
         (true, _) => "slide protection acts now",
         (_, true) => "slides now",
@@ -316,13 +291,14 @@ fn trends(wagon: &WagonView, limits: &Limits) -> Markup {
         let all = [limit.act_low, limit.watch_low, limit.watch_high, limit.act_high];
         all.map(|end| end.map_or_else(String::new, |end| format!("{end:.6}"))).join(" ")
     };
-    let friction = limits.brake_friction(wagon.id).map(|limit| ends(&limit)).unwrap_or_default();
+    let of_wagon = |spec: &'static IndicatorSpec| {
+        limits.limit(spec, wagon.id).map(|limit| (spec.field(), ends(&limit).into()))
+    };
+    let all: serde_json::Map<String, serde_json::Value> =
+        wagon.indicators.iter().filter_map(|(spec, _)| of_wagon(spec)).collect();
     html! {
         section #trends .card aria-labelledby="h-trends" data-wagon=(wagon.id) data-wheelsets=(wagon.wheelsets.len())
-            data-friction=(friction) data-asymmetry=(ends(&limits.asymmetry)) data-wsp=(ends(&limits.wsp_share))
-            data-response=(ends(&limits.response))
-            data-dragging=(limits.dragging(wagon.id).map(|limit| ends(&limit)).unwrap_or_default())
-            data-sensors=(ends(&limits.sensors)) data-filter=(ends(&limits.filter)) {
+            data-limits=(serde_json::Value::from(all).to_string()) {
             div .heading {
                 h2 #h-trends { "Trends" }
                 div .ranges role="group" aria-label="Range of time" {

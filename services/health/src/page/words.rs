@@ -3,6 +3,7 @@
 use crate::api::figure::Figure;
 use crate::api::grade::{Condition, DataState, Grade};
 use maud::{Markup, html};
+use railgrip_indicators::Form;
 
 /// What stands for something unknown.
 pub(super) const NOTHING: &str = "–";
@@ -22,29 +23,21 @@ pub(super) fn maybe(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| NOTHING.to_owned(), |value| number(value, digits))
 }
 
-/// How a figure is written: factor, decimals and unit.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Form {
-    pub factor: f64,
-    pub digits: usize,
-    pub unit: &'static str,
+/// Writes figures in the form that the table of indicators gives them.
+pub(super) trait Written {
+    /// The figure with its unit.
+    fn value(self, value: Option<f64>) -> String;
+    /// `0.344 to 0.367`, or nothing if there is no interval.
+    fn interval(self, figure: &Figure) -> Option<String>;
 }
 
-impl Form {
-    pub const FRICTION: Self = Self { factor: 1.0, digits: 3, unit: "" };
-    pub const PERCENT: Self = Self { factor: 100.0, digits: 0, unit: "\u{202f}%" };
-    pub const TENTHS: Self = Self { factor: 1.0, digits: 2, unit: "" };
-    pub const COUNT: Self = Self { factor: 1.0, digits: 0, unit: "" };
-    pub const SECONDS: Self = Self { factor: 1.0, digits: 1, unit: "\u{202f}s" };
-    pub const KILONEWTON: Self = Self { factor: 1e-3, digits: 1, unit: "\u{202f}kN" };
-
-    pub fn value(self, value: Option<f64>) -> String {
+impl Written for Form {
+    fn value(self, value: Option<f64>) -> String {
         let Some(value) = value else { return NOTHING.to_owned() };
         format!("{}{}", number(value * self.factor, self.digits), self.unit)
     }
 
-    /// `0.344 to 0.367`, or nothing if there is no interval.
-    pub fn interval(self, figure: &Figure) -> Option<String> {
+    fn interval(self, figure: &Figure) -> Option<String> {
         let (low, high) = (figure.low?, figure.high?);
         if low == high {
             return None;

@@ -2,11 +2,12 @@
 
 use crate::alerts::model::Alert;
 use crate::alerts::{AlertBook, SharedBook};
-use crate::store::inference::Inference;
+use crate::store::inference::{Inference, Whole};
 use crate::store::received::Received;
 use crate::store::snapshot::{Basis, Snapshot};
 use crate::store::symptoms;
-use railgrip_indicators::track::KeptCell;
+use railgrip_indicators::train::track::KeptCell;
+use railgrip_indicators::{INDICATORS, Table};
 use railgrip_messages::{Health, Heard, Heartbeat, NO_WAGON, Stamp, Validated};
 use railgrip_settings::TrainSettings;
 
@@ -14,6 +15,7 @@ use railgrip_settings::TrainSettings;
 #[derive(Debug)]
 pub struct Store {
     train: String,
+    table: Table,
     received: Received,
     inference: Inference,
     alerts: SharedBook,
@@ -26,11 +28,19 @@ impl Store {
     /// Nothing has arrived yet.
     #[must_use]
     pub fn new(settings: &TrainSettings) -> Self {
+        Self::with(INDICATORS, settings)
+    }
+
+    /// The same by another table of indicators.
+    #[must_use]
+    pub fn with(table: Table, settings: &TrainSettings) -> Self {
         Self {
             train: settings.name.clone(),
+            table,
             received: Received::new(settings),
-            inference: Inference::new(settings),
-            alerts: SharedBook::new(AlertBook::new(
+            inference: Inference::new(settings, table),
+            alerts: SharedBook::new(AlertBook::with(
+                table,
                 settings.alerts,
                 settings.wagons.len() as u32,
                 settings.instance.dir.join("gaps"),
@@ -86,8 +96,9 @@ impl Store {
     pub fn snapshot(&mut self, now: Stamp) -> Snapshot {
         self.received.forget_silent_processes(now);
         self.inference.compare(&self.received, now.monotonic_ns);
-        let news = self.judge(now);
-        let basis = Basis::new(&self.train, &self.received, &mut self.inference, now);
+        let whole = self.inference.whole(&self.received, now.monotonic_ns);
+        let news = self.judge(&whole, now);
+        let basis = Basis::new(self.table, &self.train, &self.received, &self.inference, whole);
         Snapshot::take(basis, &self.alerts, news, now)
     }
 
@@ -108,10 +119,11 @@ impl Store {
     }
 
     /// Judges every symptom; returns the alerts to which something happened.
-    fn judge(&mut self, now: Stamp) -> Vec<Alert> {
+    fn judge(&mut self, whole: &Whole, now: Stamp) -> Vec<Alert> {
         let started = *self.started.get_or_insert(now);
         let mut book = self.alerts.lock();
-        symptoms::judge(&mut book, &self.received, &self.inference, started, now);
+        symptoms::judge(&mut book, self.table, &self.received, &self.inference, started, now);
+        symptoms::judge_train(&mut book, whole, now);
         symptoms::judge_service(&mut book, self.history.as_deref(), now);
         book.settle(now);
         book.take_news()

@@ -3,28 +3,27 @@
 
 use crate::api::adhesion_map::model::MapView;
 use crate::api::capability::model::CapabilityView;
-use crate::api::figure::{Figure, rounded};
+use crate::api::figure::{Freshness, figure, rounded};
 use crate::api::grade::Grade;
 use crate::api::wagons::model::{WagonRow, WagonView};
-use crate::neighbours::Neighbours;
-use crate::store::capability;
 use crate::store::received::{Received, Wagon};
-use railgrip_indicators::IndicatorSettings;
-use railgrip_indicators::belief::{Evidence, Rail};
-use railgrip_indicators::stopping::BrakedWagon;
-use railgrip_indicators::track::{KeptCell, TrackMap};
-use railgrip_messages::{Health, Stamp, WheelsetHealth};
+use railgrip_indicators::belief::Rail;
+use railgrip_indicators::train::braked;
+use railgrip_indicators::train::capability::Capability;
+use railgrip_indicators::train::neighbours::Neighbours;
+use railgrip_indicators::train::stopping::BrakedWagon;
+use railgrip_indicators::train::track::{KeptCell, TrackMap};
+use railgrip_indicators::{IndicatorSettings, IndicatorSpec, Table};
+use railgrip_messages::{Health, Indicator, Stamp};
 use railgrip_settings::{CapabilitySettings, TrainSettings};
 use std::sync::Arc;
 
 /// Stopping distances and the map are worked out so often, ns.
 const WHOLE_PERIOD_NS: u64 = 2_000_000_000;
-/// Pressing force above which a sliding wheelset shows what the rail takes, N.
-const BRAKED_N: f64 = 2000.0;
-
 /// What is inferred about the train.
 #[derive(Debug)]
 pub(super) struct Inference {
+    table: Table,
     map: TrackMap,
     capability: CapabilitySettings,
     indicators: IndicatorSettings,
@@ -35,26 +34,24 @@ pub(super) struct Inference {
     whole: Option<Arc<Whole>>,
 }
 
-/// What the neighbours show of one wagon.
+/// How one wagon is judged among its neighbours, by the entries of the table that do so.
 #[derive(Debug, Clone)]
-pub(super) struct NeighbourFigures {
-    /// How much later than its place explains it begins to brake.
-    delay: Figure,
-    /// How much of the latest braking of the train it had no pressing force.
-    without: Option<Figure>,
-}
+pub(super) struct Among(pub Vec<(&'static IndicatorSpec, Indicator)>);
 
 /// What requests about the whole train need beside the wagons; renewed every few seconds.
 #[derive(Debug, Clone)]
 pub struct Whole {
+    table: Table,
     /// The wagons as they brake now, with those that are nominal.
     pub braked: Vec<(BrakedWagon, BrakedWagon)>,
-    /// Wagons whose brakes are known now.
-    pub known: usize,
     /// What full braking is.
     pub settings: CapabilitySettings,
     /// Stopping distances from the speeds of the config.
+    pub found: Capability,
+    /// The same as the API says it.
     pub capability: CapabilityView,
+    /// How the train is judged, with what judges it.
+    pub judged: Vec<(&'static IndicatorSpec, Indicator)>,
     /// Adhesion along the track.
     pub map: MapView,
     /// When this was worked out, monotonic, ns.
@@ -63,7 +60,7 @@ pub struct Whole {
 
 impl Inference {
     /// Nothing is known yet.
-    pub fn new(settings: &TrainSettings) -> Self {
+    pub fn new(settings: &TrainSettings, table: Table) -> Self {
         let rail = settings.wagons.first().map_or([0.30, 0.12, 0.06], |wagon| {
             let rail = &wagon.vehicle.rail;
             [rail.dry, rail.wet, rail.low]
@@ -71,6 +68,7 @@ impl Inference {
         let capability = settings.capability.clone();
         let rail = Rail::new(rail, settings.indicators.adhesion.prior_dry, capability.map_memory_s);
         Self {
+            table,
             map: TrackMap::new(rail, capability.cell_m, capability.most_cells as usize),
             capability,
             indicators: settings.indicators,
@@ -92,31 +90,7 @@ impl Inference {
 
     /// Puts what a wagon says onto the map, for the time since the message before.
     pub fn chart(&mut self, health: &Health, before: Option<&Health>) {
-        // A position of 0 is unknown; NaN is, whatever it stands for.
-        let known = health.position_m.abs() > 0.0
-            && health.v_m_s > 0.5
-            && health.mu_w_sigma > 0.0
-            && health.mu_w.is_finite();
-        let Some(before) = before.filter(|_| known) else { return };
-        let elapsed_ns = health.acquired.monotonic_ns.saturating_sub(before.acquired.monotonic_ns);
-        let seconds = elapsed_ns as f64 * 1e-9;
-        if !(0.0..=1.0).contains(&seconds) || seconds == 0.0 {
-            return;
-        }
-        let slides = |one: &&WheelsetHealth| {
-            one.sliding != 0 && (one.wsp_active != 0 || one.pressing_force_n > BRAKED_N)
-        };
-        let wheelsets = &health.wheelset[..health.wheelset_count()];
-        let (sum, number) = wheelsets
-            .iter()
-            .filter(slides)
-            .filter(|one| one.mu_w.is_finite())
-            .fold((0.0, 0.0), |(sum, number), one| (sum + one.mu_w.abs(), number + 1.0));
-        let sliding = number > 0.0;
-        let utilised = if sliding { sum / number } else { health.mu_w.abs() };
-        let evidence = Evidence { utilised, sigma: health.mu_w_sigma, sliding };
-        let now_s = health.acquired.monotonic_ns as f64 * 1e-9;
-        self.map.add(health.wagon, health.position_m, now_s, seconds, evidence);
+        self.map.take(health, before.map(|before| before.acquired.monotonic_ns));
     }
 
     /// Compares the live wagons with each other.
@@ -128,17 +102,13 @@ impl Inference {
         self.neighbours.take(&live, now_ns, dt_s, &self.indicators);
     }
 
-    /// What the other wagons show of one, and by which settings that is judged.
-    pub fn neighbours(&self) -> (&Neighbours, &IndicatorSettings) {
-        (&self.neighbours, &self.indicators)
-    }
-
-    /// What the neighbours show of a wagon.
-    pub fn neighbour_figures(&self, wagon: u32) -> NeighbourFigures {
-        NeighbourFigures {
-            delay: self.neighbours.delay(wagon, &self.indicators),
-            without: self.neighbours.without(wagon, &self.indicators),
-        }
+    /// How a wagon is judged among its neighbours.
+    pub fn among(&self, wagon: u32) -> Among {
+        let judge = |spec: &'static IndicatorSpec| {
+            let indicator = spec.judge.among?(&self.neighbours, wagon, &self.indicators)?;
+            Some((spec, indicator))
+        };
+        Among(self.table.iter().filter_map(judge).collect())
     }
 
     /// What is said of the whole train; worked out anew every few seconds.
@@ -149,25 +119,32 @@ impl Inference {
             return Arc::clone(whole);
         }
         let map = MapView::of(&self.map, self.capability.cell_m, now_ns as f64 * 1e-9);
-        let whole = Arc::new(Whole::new(received, self.capability.clone(), map, now_ns));
+        let whole = Arc::new(Whole::new(self.table, received, self.capability.clone(), map, now_ns));
         self.whole = Some(Arc::clone(&whole));
         whole
     }
 }
 
 impl Whole {
-    fn new(received: &Received, settings: CapabilitySettings, map: MapView, at_ns: u64) -> Self {
-        let fresh = |wagon| received.fresh(wagon, at_ns);
-        let braked: Vec<(BrakedWagon, BrakedWagon)> =
-            received.wagons.iter().map(|wagon| (braked(wagon, fresh(wagon)), wagon.nominal)).collect();
-        let known = received
-            .wagons
-            .iter()
-            .filter_map(fresh)
-            .filter(|health| health.brake_friction.known != 0)
-            .count();
-        let capability = capability::judge(&braked, known, &settings, &settings.speeds_km_h);
-        Self { braked, known, settings, capability, map, at_ns }
+    fn new(
+        table: Table,
+        received: &Received,
+        settings: CapabilitySettings,
+        map: MapView,
+        at_ns: u64,
+    ) -> Self {
+        let of_wagon = |wagon: &Wagon| {
+            let now = braked::now(&wagon.nominal, received.fresh(wagon, at_ns));
+            (now, braked::nominally(&wagon.nominal))
+        };
+        let braked: Vec<(BrakedWagon, BrakedWagon)> = received.wagons.iter().map(of_wagon).collect();
+        let fresh = received.wagons.iter().filter_map(|wagon| received.fresh(wagon, at_ns));
+        let known = fresh.filter(|health| braked::is_known(health)).count();
+        let full = settings.full_braking();
+        let found = Capability::of(&braked, known, &full, &settings.speeds_km_h);
+        let judged = table.iter().filter_map(|spec| Some((spec, spec.judge.train?(&found)))).collect();
+        let capability = CapabilityView::of(&found, &full);
+        Self { table, braked, settings, found, capability, judged, map, at_ns }
     }
 
     /// The same some time later, when nothing new has come.
@@ -175,56 +152,27 @@ impl Whole {
         let mut map = self.map.clone();
         let passed_s = now_ns.saturating_sub(self.at_ns) as f64 * 1e-9;
         map.cells.iter_mut().for_each(|cell| cell.age_s = rounded(cell.age_s + passed_s));
-        Self::new(received, self.settings.clone(), map, now_ns)
+        Self::new(self.table, received, self.settings.clone(), map, now_ns)
     }
 }
 
-impl NeighbourFigures {
+impl Among {
     /// Adds what the neighbours show to what a live wagon says of itself.
-    pub fn amend(&self, row: &mut WagonRow, view: &mut WagonView) {
-        view.brake_delay = self.delay.clone();
-        if let Some(without) = &self.without
-            && (without.grade > view.isolated.grade || view.isolated.value.is_none())
-        {
-            view.isolated = without.clone();
-        }
-        for (name, figure) in [("isolated", &view.isolated), ("late", &view.brake_delay)] {
-            if figure.grade > row.grade && figure.grade >= Grade::Watch {
-                row.grade = figure.grade;
-                row.reason = format!("{name}: {}", figure.reason);
+    pub fn amend(&self, row: &mut WagonRow, view: &mut WagonView, fresh: Freshness) {
+        for (spec, indicator) in &self.0 {
+            let shown = view.indicators.0.iter_mut().find(|(own, _)| own.id == spec.id);
+            let Some((_, shown)) = shown else { continue };
+            let figure = figure(indicator, fresh);
+            if spec.judge.wagon.is_none() || figure.grade > shown.grade || shown.value.is_none() {
+                *shown = figure;
+            }
+            if shown.grade > row.grade && shown.grade >= Grade::Watch {
+                row.grade = shown.grade;
+                row.reason = format!("{}: {}", spec.words(), shown.reason);
             }
         }
         (view.grade, view.reason) = (row.grade, row.reason.clone());
     }
-}
-
-/// A wagon as it brakes now; what is stale or unknown is nominal with a wide interval.
-fn braked(wagon: &Wagon, fresh: Option<&Health>) -> BrakedWagon {
-    let mut now = wagon.nominal;
-    now.friction_ratio = [1.0, 0.7, 1.1];
-    let Some(health) = fresh else { return now };
-    let friction = &health.brake_friction;
-    if friction.known != 0 {
-        now.friction_ratio =
-            [friction.value, friction.low, friction.high].map(|value| value / wagon.nominal_friction);
-    }
-    let available = &health.adhesion_available;
-    if available.known != 0 && health.adhesion_available_is_bound == 0 {
-        now.adhesion = [available.value, available.low, available.high];
-    } else if available.known != 0 {
-        // No slide of late: the mean over what the rail may be, within what is known of it.
-        let classes = wagon.rail.iter().zip(health.condition_probability);
-        let mean: f64 = classes.map(|(adhesion, share)| adhesion * share).sum();
-        let high = available.high.max(available.low);
-        now.adhesion = [mean.clamp(available.low, high), available.low, high];
-    }
-    let wheelsets = &health.wheelset[..health.wheelset_count()];
-    let isolated = wheelsets.iter().map(|one| &one.isolated);
-    let without: f64 = isolated.filter(|one| one.known != 0).map(|one| one.value).sum();
-    if !wheelsets.is_empty() {
-        now.braked_share = (1.0 - without / wheelsets.len() as f64).clamp(0.0, 1.0);
-    }
-    now
 }
 
 /// What the wall clock is ahead of the monotonic one, s.

@@ -7,13 +7,11 @@
 //! | --- | --- |
 //! | `received` | the latest message of each wagon, microphone and process; each is checked as it comes in |
 //! | `refused` | what did not pass that check, counted |
-//! | `inference` | what the wagons show only together: neighbours, adhesion map, stopping distance |
-//! | `capability` | the stopping distance, judged |
+//! | `inference` | what the wagons show only together, by the crate of the indicators: neighbours, adhesion map, stopping distance |
 //! | `symptoms` | hands what is judged to the alerts |
 //! | `snapshot` | the train at one instant, ready to be served |
 //! | `feed` | the store itself: takes messages in, gives snapshots out |
 
-pub(crate) mod capability;
 mod feed;
 mod inference;
 mod received;

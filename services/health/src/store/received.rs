@@ -2,7 +2,7 @@
 //! what is wrong with one is found.
 
 use crate::store::refused::Refused;
-use railgrip_indicators::stopping::BrakedWagon;
+use railgrip_indicators::Nominal;
 use railgrip_messages::{Checked, Health, Heard, Heartbeat, NO_WAGON, Refusal, Stamp, Validated};
 use railgrip_settings::{TrainSettings, WagonSettings};
 use std::collections::BTreeMap;
@@ -31,12 +31,8 @@ pub(super) struct Wagon {
     pub number: u32,
     /// Its name.
     pub name: String,
-    /// As it brakes with nominal pads on good rail.
-    pub nominal: BrakedWagon,
-    /// Nominal pad friction.
-    pub nominal_friction: f64,
-    /// Adhesion available on dry, wet, low and very low rail.
-    pub rail: [f64; 4],
+    /// What it is by its vehicle file.
+    pub nominal: Nominal,
     /// Its latest indicators.
     pub health: Option<Arc<Health>>,
     /// Whether it has a microphone.
@@ -47,20 +43,10 @@ pub(super) struct Wagon {
 
 impl Wagon {
     fn new(settings: &TrainSettings, wagon: &WagonSettings) -> Self {
-        let vehicle = &wagon.vehicle;
-        let resistance = &vehicle.resistance;
         Self {
             number: wagon.number,
             name: wagon.name.clone(),
-            nominal: BrakedWagon {
-                mass_kg: vehicle.body.mass_kg,
-                friction_ratio: [1.0; 3],
-                adhesion: [vehicle.rail.dry; 3],
-                braked_share: 1.0,
-                resistance: [resistance.constant_n, resistance.linear_n_s_per_m, resistance.drag_n_s2_per_m2],
-            },
-            nominal_friction: vehicle.brake.friction_coefficient,
-            rail: [vehicle.rail.dry, vehicle.rail.wet, vehicle.rail.low, 0.5 * vehicle.rail.low],
+            nominal: railgrip_settings::nominal(&wagon.vehicle),
             health: None,
             microphone: settings.microphone(wagon.number).is_some(),
             heard: None,

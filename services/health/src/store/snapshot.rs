@@ -9,11 +9,12 @@ use crate::api::processes::process;
 use crate::api::train::model::{RefusedView, TrainView};
 use crate::api::wagons::model::{WagonList, WagonRow, WagonView};
 use crate::api::wagons::view;
-use crate::store::inference::{Inference, NeighbourFigures, Whole};
+use crate::store::inference::{Among, Inference, Whole};
 use crate::store::received::{Received, Wagon};
 use crate::time::rfc3339;
 use crate::web::json::json;
 use axum::body::Bytes;
+use railgrip_indicators::Table;
 use railgrip_messages::{ProcessKind, Stamp};
 use std::sync::Arc;
 
@@ -24,6 +25,8 @@ pub struct Snapshot {
     pub taken: Stamp,
     /// At which instant ages and states hold.
     pub as_of: Stamp,
+    /// The indicators.
+    pub table: Table,
     /// The train at a glance.
     pub train: TrainView,
     /// One line a wagon.
@@ -52,26 +55,25 @@ pub struct Snapshot {
 /// What a snapshot is made of, whenever it is looked at.
 #[derive(Debug)]
 pub(super) struct Basis {
+    table: Table,
     train: String,
     received: Received,
     /// Of each wagon, front first.
-    neighbours: Vec<NeighbourFigures>,
+    among: Vec<Among>,
     whole: Arc<Whole>,
 }
 
 impl Basis {
     /// Everything that is known now.
-    pub fn new(train: &str, received: &Received, inference: &mut Inference, now: Stamp) -> Self {
-        Self {
-            train: train.to_owned(),
-            received: received.clone(),
-            neighbours: received
-                .wagons
-                .iter()
-                .map(|wagon| inference.neighbour_figures(wagon.number))
-                .collect(),
-            whole: inference.whole(received, now.monotonic_ns),
-        }
+    pub fn new(
+        table: Table,
+        train: &str,
+        received: &Received,
+        inference: &Inference,
+        whole: Arc<Whole>,
+    ) -> Self {
+        let among = received.wagons.iter().map(|wagon| inference.among(wagon.number)).collect();
+        Self { table, train: train.to_owned(), received: received.clone(), among, whole }
     }
 }
 
@@ -135,6 +137,7 @@ impl Snapshot {
             news,
             book: book.clone(),
             alert_version,
+            table: basis.table,
             basis,
         }
     }
@@ -143,20 +146,21 @@ impl Snapshot {
 /// A line about each wagon, and all about each.
 fn wagons(basis: &Basis, now_ns: u64) -> (Vec<WagonRow>, Vec<WagonView>) {
     let received = &basis.received;
-    let of_wagon = |(known, neighbours): (&Wagon, &NeighbourFigures)| {
+    let table = basis.table;
+    let of_wagon = |(known, among): (&Wagon, &Among)| {
         let health = known.health.as_deref();
         let fresh = Freshness::of(health, now_ns, received.stale_after_s);
         let estimator = received.heartbeats.get(&(ProcessKind::Estimator.code(), known.number));
-        let mut row = view::row(known.number, &known.name, health, fresh);
-        let mut wagon = view::wagon(known.number, &known.name, health, estimator, fresh, now_ns);
+        let mut row = view::row(table, known.number, &known.name, health, fresh);
+        let mut wagon = view::wagon(table, known.number, &known.name, health, estimator, fresh, now_ns);
         if row.state == DataState::Live {
-            neighbours.amend(&mut row, &mut wagon);
+            among.amend(&mut row, &mut wagon, fresh);
         }
         let heard = known.microphone.then_some(known.heard.as_ref());
         wagon.acoustic = heard.map(|heard| acoustic(heard, now_ns, received.stale_after_s));
         (row, wagon)
     };
-    received.wagons.iter().zip(&basis.neighbours).map(of_wagon).unzip()
+    received.wagons.iter().zip(&basis.among).map(of_wagon).unzip()
 }
 
 /// The train at a glance.

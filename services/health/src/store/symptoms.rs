@@ -2,21 +2,21 @@
 
 use crate::alerts::{AlertBook, Symptom};
 use crate::api::grade::Grade;
-use crate::api::wagons::view;
-use crate::store::inference::Inference;
+use crate::store::inference::{Inference, Whole};
 use crate::store::received::Received;
 use crate::time::rfc3339;
+use railgrip_indicators::{Judged, Table};
 use railgrip_messages::Stamp;
 
 /// Judges every symptom of the train. `started` is when this service began: a wagon of which nothing came is as old.
 pub(super) fn judge(
     book: &mut AlertBook,
+    table: Table,
     received: &Received,
     inference: &Inference,
     started: Stamp,
     now: Stamp,
 ) {
-    let (neighbours, settings) = inference.neighbours();
     for known in &received.wagons {
         let wagon = known.number;
         let of_wagon = |rule| Symptom { wagon, wheelset: None, rule };
@@ -26,15 +26,21 @@ pub(super) fn judge(
             if stale { (Grade::Act, no_data(received, wagon, last)) } else { (Grade::Ok, String::new()) };
         book.judge(of_wagon("silent"), grade, &reason, now);
         let Some(health) = known.health.as_deref().filter(|_| !stale) else { continue };
-        for (rule, wheelset, indicator) in view::judged(health) {
-            let symptom = Symptom { wagon, wheelset, rule };
+        for Judged { spec, wheelset, indicator } in table.judged(health) {
+            let symptom = Symptom { wagon, wheelset, rule: spec.id };
             book.judge(symptom, indicator.grade().into(), indicator.reason.as_str(), now);
         }
-        if let Some(without) = neighbours.without(wagon, settings) {
-            book.judge(of_wagon("no_pressure"), without.grade, &without.reason, now);
+        for (spec, indicator) in &inference.among(wagon).0 {
+            book.judge(of_wagon(spec.id), indicator.grade().into(), indicator.reason.as_str(), now);
         }
-        let delay = neighbours.delay(wagon, settings);
-        book.judge(of_wagon("late"), delay.grade, &delay.reason, now);
+    }
+}
+
+/// Judges what all wagons together make of the train.
+pub(super) fn judge_train(book: &mut AlertBook, whole: &Whole, now: Stamp) {
+    for (spec, indicator) in &whole.judged {
+        let symptom = Symptom { wagon: 0, wheelset: None, rule: spec.id };
+        book.judge(symptom, indicator.grade().into(), indicator.reason.as_str(), now);
     }
 }
 

@@ -1,7 +1,7 @@
 //! What the API says of adhesion along the track, as types.
 
 use crate::api::figure::rounded;
-use railgrip_indicators::track::TrackMap;
+use railgrip_indicators::train::track::TrackMap;
 use serde::Serialize;
 use utoipa::ToSchema;
 

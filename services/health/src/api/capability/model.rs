@@ -1,6 +1,9 @@
 //! What the API says of the braking capability, as types.
 
+use crate::api::figure::rounded;
 use crate::api::grade::Grade;
+use railgrip_indicators::indicator::STOPPING_DISTANCE;
+use railgrip_indicators::train::capability::{self, Capability, FullBraking, Stop};
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -50,6 +53,16 @@ pub enum Lack {
     Rail,
 }
 
+impl From<capability::Lack> for Lack {
+    fn from(lack: capability::Lack) -> Self {
+        match lack {
+            capability::Lack::Pads => Self::Pads,
+            capability::Lack::Isolated => Self::Isolated,
+            capability::Lack::Rail => Self::Rail,
+        }
+    }
+}
+
 impl Lack {
     /// In words.
     #[must_use]
@@ -71,4 +84,32 @@ pub struct WeakWagon {
     pub brake_share: f64,
     /// Why.
     pub lack: Lack,
+}
+
+impl CapabilityView {
+    /// What was found for a train whose full braking is `full`.
+    pub(crate) fn of(found: &Capability, full: &FullBraking) -> Self {
+        let judged = STOPPING_DISTANCE.judge.train.map(|judge| judge(found)).unwrap_or_default();
+        let stop = |stop: &Stop| StopView {
+            speed_km_h: stop.speed_km_h,
+            distance_m: rounded(stop.distance_m[0]),
+            low_m: rounded(stop.distance_m[1]),
+            high_m: rounded(stop.distance_m[2]),
+            nominal_m: rounded(stop.nominal_m),
+            ratio: rounded(stop.ratio()[0]),
+        };
+        let weak = |weak: &capability::WeakWagon| WeakWagon {
+            wagon: weak.wagon,
+            brake_share: rounded(weak.brake_share),
+            lack: weak.lack.into(),
+        };
+        Self {
+            grade: judged.grade().into(),
+            reason: judged.reason.as_str().to_owned(),
+            full_deceleration_m_s2: full.deceleration_m_s2,
+            response_s: full.response_s,
+            stops: found.stops.iter().map(stop).collect(),
+            worst_wagons: found.weak.iter().map(weak).collect(),
+        }
+    }
 }

@@ -3,10 +3,10 @@
 use crate::api::capability::model::CapabilityView;
 use crate::api::problem::Problem;
 use crate::shared::Shared;
-use crate::store::capability::judge;
 use crate::web::query;
 use axum::Json;
 use axum::extract::{RawQuery, State};
+use railgrip_indicators::train::capability::Capability;
 
 /// Stopping distances from the present friction and adhesion, against nominal.
 #[utoipa::path(get, path = "/api/v1/train/capability", tag = "train",
@@ -28,5 +28,7 @@ pub(crate) async fn capability(
     let speed = text.parse().ok().filter(|speed: &f64| (1.0..=500.0).contains(speed));
     let speed = speed.ok_or_else(|| query::refuse("speed_km_h", text, "1 to 500"))?;
     let whole = &snapshot.whole;
-    Ok(Json(judge(&whole.braked, whole.known, &whole.settings, &[speed])))
+    let full = whole.settings.full_braking();
+    let found = Capability::of(&whole.braked, whole.found.known_wagons, &full, &[speed]);
+    Ok(Json(CapabilityView::of(&found, &full)))
 }

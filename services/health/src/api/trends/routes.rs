@@ -3,6 +3,7 @@
 use crate::api::problem::Problem;
 use crate::api::trends::model::{DAY_S, TrendList, TrendView, view};
 use crate::history::History;
+use crate::history::columns::Column;
 use crate::history::routes::wagon;
 use crate::limits::Limits;
 use crate::shared::Shared;
@@ -10,6 +11,7 @@ use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use railgrip_history::{HistoryError, Point};
+use railgrip_indicators::IndicatorSpec;
 use railgrip_indicators::trend::Trend;
 use std::sync::Arc;
 
@@ -21,21 +23,6 @@ const SPANS: [(i64, i64); 2] = [(30 * DAY_S, 3600), (2 * DAY_S, 60)];
 
 /// A shorter past shows no trend, s: the figures themselves are means over minutes of braking.
 const LEAST_SPAN_S: f64 = 3600.0;
-
-/// Indicators of a wagon that have a trend.
-const OF_WAGON: [&str; 8] = [
-    "brake_friction",
-    "brake_friction_standard",
-    "asymmetry",
-    "response",
-    "dragging",
-    "wsp_share",
-    "sensors",
-    "filter",
-];
-
-/// Indicators of a wheelset that have one.
-const OF_WHEELSET: [&str; 2] = ["brake_friction", "brake_friction_standard"];
 
 /// Where the indicators of a wagon are going: the slope over the stored hours of 30 days (over minutes while there
 /// are few of them), with its 95 % interval, and the time until they need action.
@@ -78,17 +65,16 @@ fn of_wagon(
     limits: &Limits,
     now_s: i64,
 ) -> Result<Vec<TrendView>, HistoryError> {
-    let wanted = |name: &str| match name.strip_prefix("wheelset_").and_then(|rest| rest.split_once('.')) {
-        Some((_, field)) => OF_WHEELSET.contains(&field),
-        None => OF_WAGON.contains(&name),
-    };
-    let columns: Vec<(&str, &'static str)> = history
+    let columns: Vec<(&Column, &IndicatorSpec)> = history
         .columns()
         .iter()
-        .filter(|column| wanted(&column.name))
-        .map(|column| (column.name.as_str(), column.unit))
+        .filter_map(|column| {
+            let spec = column.spec?;
+            let has = if column.wheelset.is_some() { spec.trend.wheelsets() } else { spec.trend.wagon() };
+            has.then_some((column, spec))
+        })
         .collect();
-    let names: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
+    let names: Vec<&str> = columns.iter().map(|(column, _)| column.name.as_str()).collect();
     let mut points: Vec<Point> = Vec::new();
     for (span_s, step_s) in SPANS {
         let found = history.read(|reader| reader.query(wagon, &names, now_s - span_s, now_s + 1, step_s))?;
@@ -99,13 +85,13 @@ fn of_wagon(
             break;
         }
     }
-    let view = |(place, (name, unit)): (usize, &(&str, &'static str))| {
+    let view = |(place, (column, spec)): (usize, &(&Column, &IndicatorSpec))| {
         let at = |point: &Point| ((point.unix_s - now_s) as f64, f64::from(point.cells[place].mean));
         let series: Vec<(f64, f64)> = points.iter().map(at).collect();
         view(
-            name,
-            unit,
-            limits.of_field(wagon, name).map(|limit| (limit.act_low, limit.act_high)),
+            &column.name,
+            column.unit,
+            limits.limit(spec, wagon).map(|limit| (limit.act_low, limit.act_high)),
             Trend::of(&series).filter(|trend| trend.span_s >= LEAST_SPAN_S),
         )
     };

@@ -4,7 +4,7 @@
 //! with its age; its grades are `unknown` then, and nothing that describes the present is given.
 
 use crate::api::acoustic::AcousticView;
-use crate::api::figure::Figure;
+use crate::api::figures::Figures;
 use crate::api::grade::{Condition, DataState, Grade};
 use crate::api::processes::ProcessView;
 use serde::Serialize;
@@ -27,8 +27,8 @@ pub struct WagonRow {
     pub reason: String,
     /// Speed now, m/s.
     pub v_m_s: Option<f64>,
-    /// Adhesion utilised now, magnitude.
-    pub adhesion_utilised: Option<f64>,
+    /// Adhesion utilised now, signed: braking negative.
+    pub adhesion: Option<f64>,
     /// Adhesion available.
     pub adhesion_available: Option<f64>,
     /// True if that is only a lower bound.
@@ -72,28 +72,13 @@ pub struct Present {
     /// Its 1 σ.
     pub adhesion_sigma: Option<f64>,
     /// Pad friction as estimated now, mean of the wheelsets.
-    pub brake_friction: Option<f64>,
+    pub brake_friction_now: Option<f64>,
     /// Its 1 σ.
-    pub brake_friction_sigma: Option<f64>,
-}
-
-/// Condition of the rail, with the probability of each.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
-pub struct RailView {
-    /// The most probable condition; `null` if unknown.
-    pub condition: Option<Condition>,
-    /// Probability of dry rail; `null` if unknown, as all four.
-    pub dry: Option<f64>,
-    /// Probability of wet rail.
-    pub wet: Option<f64>,
-    /// Probability of low adhesion.
-    pub low: Option<f64>,
-    /// Probability of very low adhesion.
-    pub very_low: Option<f64>,
-    /// How it is judged.
-    pub grade: Grade,
-    /// Why, in words.
-    pub reason: String,
+    pub brake_friction_now_sigma: Option<f64>,
+    /// Pressing force of all wheelsets, N.
+    pub pressing_force_n: Option<f64>,
+    /// Sand on the rail, 0 to 1.
+    pub sand: Option<f64>,
 }
 
 /// What a wheelset of a live wagon does now.
@@ -104,9 +89,9 @@ pub struct WheelsetPresent {
     /// Its 1 σ.
     pub adhesion_sigma: Option<f64>,
     /// Pad friction as estimated now.
-    pub brake_friction: Option<f64>,
+    pub brake_friction_now: Option<f64>,
     /// Its 1 σ.
-    pub brake_friction_sigma: Option<f64>,
+    pub brake_friction_now_sigma: Option<f64>,
     /// The data determine the pad friction of this wheelset now.
     pub observable: bool,
     /// Creepage: negative sliding, positive spinning.
@@ -124,28 +109,18 @@ pub struct WheelsetView {
     pub id: u32,
     /// What it does now; `null` unless the wagon is live.
     pub now: Option<WheelsetPresent>,
-    /// Pad friction, mean over braking.
-    pub brake_friction: Figure,
-    /// That over its nominal value.
+    /// Its indicators, each under the name of its field.
+    #[serde(flatten)]
+    #[schema(ignore)]
+    pub indicators: Figures,
+    /// Pad friction, mean over braking, over its nominal value.
     pub brake_friction_to_nominal: Option<f64>,
-    /// Pad friction referred to standard conditions: speed, pressing force, disc temperature.
-    pub brake_friction_standard: Figure,
-    /// Share of the latest braking during which it had no brake while others had.
-    pub isolated: Figure,
-    /// Largest adhesion utilised of late.
-    pub adhesion_utilised: Figure,
-    /// Adhesion available.
-    pub adhesion_available: Figure,
-    /// True if that is only a lower bound.
+    /// True if the adhesion available is only a lower bound.
     pub adhesion_available_is_lower_bound: bool,
-    /// Slides counted.
-    pub slides: Figure,
     /// Energy of all slides, J.
     pub slide_energy_j: f64,
     /// Time of all slides, s.
     pub slide_s: f64,
-    /// Share of the latest braking with slide protection.
-    pub wsp_share: Figure,
 }
 
 /// Everything about one wagon.
@@ -167,42 +142,24 @@ pub struct WagonView {
     pub reason: String,
     /// What it does now; `null` unless live.
     pub now: Option<Present>,
-    /// Pad friction, mean over braking.
-    pub brake_friction: Figure,
-    /// Pad friction front minus rear, over their mean.
-    pub asymmetry: Figure,
-    /// Largest adhesion utilised of late.
-    pub adhesion_utilised: Figure,
-    /// Adhesion available.
-    pub adhesion_available: Figure,
-    /// True if that is only a lower bound.
+    /// Its indicators, each under the name of its field.
+    #[serde(flatten)]
+    #[schema(ignore)]
+    pub indicators: Figures,
+    /// True if the adhesion available is only a lower bound.
     pub adhesion_available_is_lower_bound: bool,
-    /// Condition of the rail.
-    pub rail: RailView,
+    /// The most probable condition of the rail; `null` if unknown.
+    pub condition: Option<Condition>,
+    /// Probability of dry rail; `null` if unknown, as all four.
+    pub rail_dry: Option<f64>,
+    /// Probability of wet rail.
+    pub rail_wet: Option<f64>,
+    /// Probability of low adhesion.
+    pub rail_low: Option<f64>,
+    /// Probability of very low adhesion.
+    pub rail_very_low: Option<f64>,
     /// What its microphone hears; `null` without one.
     pub acoustic: Option<AcousticView>,
-    /// Slides counted on all wheelsets.
-    pub slides: Figure,
-    /// Share of the latest braking with any slide protection.
-    pub wsp_share: Figure,
-    /// Share of sensor values missing or refused.
-    pub sensors: Figure,
-    /// Mean normalised innovation squared over its degrees of freedom; 1 is ideal.
-    pub filter: Figure,
-    /// Pad friction referred to standard conditions: speed, pressing force, disc temperature.
-    pub brake_friction_standard: Figure,
-    /// Time from the first pressing force to 90 % of its level, s: median of the latest brake applications.
-    pub response: Figure,
-    /// How much later than its place in the train explains it begins to brake, s: median of the latest applications.
-    pub brake_delay: Figure,
-    /// Retarding force while the brakes are released, beyond running resistance, N.
-    pub dragging: Figure,
-    /// Share of the latest braking during which the worst wheelset had no brake while others had.
-    pub isolated: Figure,
-    /// Adhesion in slides with sand over adhesion in slides without.
-    pub sanding: Figure,
-    /// Whether the model explains the data for long: as `filter`, over longer times.
-    pub model: Figure,
     /// Sensors that are missing, refused or dead now.
     pub faulty_sensors: Vec<String>,
     /// Brake applications so far.

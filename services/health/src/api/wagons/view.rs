@@ -1,50 +1,36 @@
 //! From the messages of a wagon to what the API says of it.
 
 use crate::api::figure::{Freshness, figure, known, rounded};
+use crate::api::figures::Figures;
 use crate::api::grade::{Condition, Grade};
 use crate::api::processes::process;
-use crate::api::wagons::model::{Present, RailView, WagonRow, WagonView, WheelsetPresent, WheelsetView};
+use crate::api::wagons::model::{Present, WagonRow, WagonView, WheelsetPresent, WheelsetView};
 use crate::time::rfc3339;
-use railgrip_messages::{Health, Heartbeat, Indicator, WheelsetHealth, valid};
-
-/// The indicators of a wagon that are judged, by the name of their cause.
-pub(crate) fn judged(health: &Health) -> Vec<(&'static str, Option<u32>, &Indicator)> {
-    let mut all = vec![
-        ("brake_friction", None, &health.brake_friction),
-        ("asymmetry", None, &health.asymmetry),
-        ("rail", None, &health.rail),
-        ("wsp_share", None, &health.wsp_share),
-        ("sensors", None, &health.sensors),
-        ("filter", None, &health.filter),
-        ("model", None, &health.model),
-        ("response", None, &health.response),
-        ("dragging", None, &health.dragging),
-        ("sanding", None, &health.sanding),
-    ];
-    for (index, wheelset) in health.wheelset[..health.wheelset_count()].iter().enumerate() {
-        let number = Some(index as u32 + 1);
-        all.push(("brake_friction", number, &wheelset.brake_friction));
-        all.push(("slides", number, &wheelset.slides));
-        all.push(("isolated", number, &wheelset.isolated));
-    }
-    all
-}
+use railgrip_indicators::Table;
+use railgrip_indicators::indicator::{ADHESION_AVAILABLE, ASYMMETRY, BRAKE_FRICTION};
+use railgrip_messages::{Health, Heartbeat, valid};
 
 /// The worst grade of a wagon and where it comes from.
-fn verdict(health: Option<&Health>, fresh: Freshness) -> (Grade, String) {
+fn verdict(table: Table, health: Option<&Health>, fresh: Freshness) -> (Grade, String) {
     let Some(health) = health.filter(|_| fresh.is_live()) else { return (Grade::Unknown, fresh.reason()) };
     let grade = health.grade();
-    // The first of the worst: the order of `judged` is that of importance.
-    let worst = judged(health).into_iter().find(|(_, _, indicator)| indicator.grade() == grade);
+    // The first of the worst: the order of the table is that of importance.
+    let worst = table.judged(health).into_iter().find(|judged| judged.indicator.grade() == grade);
     let reason = match worst {
         Some(_) if grade == railgrip_messages::Grade::Ok => "everything known is as it should be".to_owned(),
-        Some((cause, wheelset, indicator)) => {
-            let place = wheelset.map_or_else(String::new, |number| format!(" of wheelset {number}"));
-            format!("{}{place}: {}", cause.replace('_', " "), indicator.reason)
+        Some(judged) => {
+            let place = judged.wheelset.map_or_else(String::new, |number| format!(" of wheelset {number}"));
+            format!("{}{place}: {}", judged.spec.words(), judged.indicator.reason)
         }
         None => "no indicator is known yet".to_owned(),
     };
     (grade.into(), reason)
+}
+
+/// The indicators of a wagon; those that only its neighbours can judge are unknown here.
+fn figures(table: Table, health: &Health, fresh: Freshness) -> Figures {
+    let shown = table.iter().filter(|spec| spec.judge.wagon.is_some() || spec.judge.among.is_some());
+    Figures(shown.map(|spec| (spec, figure(table.wagon(health, spec), fresh))).collect())
 }
 
 fn condition(health: &Health) -> Option<Condition> {
@@ -55,8 +41,9 @@ fn condition(health: &Health) -> Option<Condition> {
 }
 
 /// One line about a wagon.
-pub(crate) fn row(id: u32, name: &str, health: Option<&Health>, fresh: Freshness) -> WagonRow {
-    let (grade, reason) = verdict(health, fresh);
+pub(crate) fn row(table: Table, id: u32, name: &str, health: Option<&Health>, fresh: Freshness) -> WagonRow {
+    let (grade, reason) = verdict(table, health, fresh);
+    let of = |spec| health.and_then(|health| table.wagon(health, spec).figure()).map(rounded);
     let live = health.filter(|_| fresh.is_live());
     let wheelsets = || live.map(|health| &health.wheelset[..health.wheelset_count()]);
     WagonRow {
@@ -67,12 +54,12 @@ pub(crate) fn row(id: u32, name: &str, health: Option<&Health>, fresh: Freshness
         grade,
         reason,
         v_m_s: live.and_then(|health| known(health.v_m_s)),
-        adhesion_utilised: live.and_then(|health| known(health.mu_w.abs())),
-        adhesion_available: live.and_then(|health| health.adhesion_available.figure()).map(rounded),
+        adhesion: live.and_then(|health| known(health.mu_w)),
+        adhesion_available: live.and_then(|_| of(&ADHESION_AVAILABLE)),
         adhesion_available_is_lower_bound: live.map(|health| health.adhesion_available_is_bound != 0),
         condition: live.and_then(condition),
-        brake_friction: health.and_then(|health| health.brake_friction.figure()).map(rounded),
-        asymmetry: health.and_then(|health| health.asymmetry.figure()).map(rounded),
+        brake_friction: of(&BRAKE_FRICTION),
+        asymmetry: of(&ASYMMETRY),
         sliding: wheelsets().map(|all| all.iter().any(|wheelset| wheelset.sliding != 0)),
         wsp_active: wheelsets().map(|all| all.iter().any(|wheelset| wheelset.wsp_active != 0)),
     }
@@ -80,6 +67,7 @@ pub(crate) fn row(id: u32, name: &str, health: Option<&Health>, fresh: Freshness
 
 /// Everything about a wagon.
 pub(crate) fn wagon(
+    table: Table,
     id: u32,
     name: &str,
     health: Option<&Health>,
@@ -87,7 +75,7 @@ pub(crate) fn wagon(
     fresh: Freshness,
     now_ns: u64,
 ) -> WagonView {
-    let (grade, reason) = verdict(health, fresh);
+    let (grade, reason) = verdict(table, health, fresh);
     let acquired_at = health.map(|health| rfc3339(health.acquired.unix_ns));
     let nothing = Health::default();
     let health = health.unwrap_or(&nothing);
@@ -96,10 +84,14 @@ pub(crate) fn wagon(
         position_m: known(health.position_m).filter(|position_m| *position_m != 0.0),
         adhesion: known(health.mu_w),
         adhesion_sigma: known(health.mu_w_sigma),
-        brake_friction: known(health.mu_b_mean),
-        brake_friction_sigma: known(health.mu_b_mean_sigma),
+        brake_friction_now: known(health.mu_b_mean),
+        brake_friction_now_sigma: known(health.mu_b_mean_sigma),
+        pressing_force_n: known(health.pressing_force_n),
+        sand: known(health.sanding_now),
     });
-    let wheelsets = health.wheelset[..health.wheelset_count()].iter().enumerate();
+    let condition = condition(health);
+    let share = |share: f64| condition.map(|_| rounded(share));
+    let [rail_dry, rail_wet, rail_low, rail_very_low] = health.condition_probability.map(share);
     WagonView {
         id,
         name: name.to_owned(),
@@ -109,24 +101,14 @@ pub(crate) fn wagon(
         grade,
         reason,
         now,
-        brake_friction: figure(&health.brake_friction, fresh),
-        asymmetry: figure(&health.asymmetry, fresh),
-        adhesion_utilised: figure(&health.adhesion_utilised, fresh),
-        adhesion_available: figure(&health.adhesion_available, fresh),
+        indicators: figures(table, health, fresh),
         adhesion_available_is_lower_bound: health.adhesion_available_is_bound != 0,
-        rail: rail(health, fresh),
+        condition: condition.filter(|_| fresh.is_live()),
+        rail_dry,
+        rail_wet,
+        rail_low,
+        rail_very_low,
         acoustic: None,
-        slides: figure(&health.slides, fresh),
-        wsp_share: figure(&health.wsp_share, fresh),
-        sensors: figure(&health.sensors, fresh),
-        filter: figure(&health.filter, fresh),
-        brake_friction_standard: figure(&health.brake_friction_standard, fresh),
-        response: figure(&health.response, fresh),
-        brake_delay: figure(&Indicator::default(), fresh),
-        dragging: figure(&health.dragging, fresh),
-        isolated: figure(&health.isolated, fresh),
-        sanding: figure(&health.sanding, fresh),
-        model: figure(&health.model, fresh),
         faulty_sensors: if fresh.is_live() { faulty_sensors(health) } else { Vec::new() },
         brake_applications: health.brake_applications,
         brake_applied_at: (health.brake_applied.unix_ns > 0).then(|| rfc3339(health.brake_applied.unix_ns)),
@@ -134,7 +116,7 @@ pub(crate) fn wagon(
         samples: health.samples,
         samples_missed: health.missed,
         outputs_rejected: health.rejected,
-        wheelsets: wheelsets.map(|(index, health)| wheelset(index as u32 + 1, health, fresh)).collect(),
+        wheelsets: (0..health.wheelset_count()).map(|index| wheelset(table, health, index, fresh)).collect(),
         estimator: estimator.map(|beat| process(beat, now_ns)),
     }
 }
@@ -157,42 +139,27 @@ fn faulty_sensors(health: &Health) -> Vec<String> {
     names
 }
 
-fn rail(health: &Health, fresh: Freshness) -> RailView {
-    let judged = figure(&health.rail, fresh);
-    let condition = condition(health);
-    let share = |share: f64| condition.map(|_| rounded(share));
-    let [dry, wet, low, very_low] = health.condition_probability.map(share);
-    let condition = condition.filter(|_| fresh.is_live());
-    RailView { condition, dry, wet, low, very_low, grade: judged.grade, reason: judged.reason }
-}
-
-fn wheelset(id: u32, health: &WheelsetHealth, fresh: Freshness) -> WheelsetView {
+fn wheelset(table: Table, wagon: &Health, index: usize, fresh: Freshness) -> WheelsetView {
+    let health = &wagon.wheelset[index];
     let now = fresh.is_live().then(|| WheelsetPresent {
         adhesion: known(health.mu_w),
         adhesion_sigma: known(health.mu_w_sigma),
-        brake_friction: known(health.mu_b),
-        brake_friction_sigma: known(health.mu_b_sigma),
+        brake_friction_now: known(health.mu_b),
+        brake_friction_now_sigma: known(health.mu_b_sigma),
         observable: health.observable != 0,
         creepage: known(health.slip),
         sliding: health.sliding != 0,
         wsp_active: health.wsp_active != 0,
     });
+    let friction = table.wheelset(wagon, index, &BRAKE_FRICTION).figure();
+    let figure = |spec| (spec, figure(table.wheelset(wagon, index, spec), fresh));
     WheelsetView {
-        id,
+        id: index as u32 + 1,
         now,
-        brake_friction: figure(&health.brake_friction, fresh),
-        brake_friction_to_nominal: health
-            .brake_friction
-            .figure()
-            .and_then(|_| known(health.brake_friction_ratio)),
-        brake_friction_standard: figure(&health.brake_friction_standard, fresh),
-        isolated: figure(&health.isolated, fresh),
-        adhesion_utilised: figure(&health.adhesion_utilised, fresh),
-        adhesion_available: figure(&health.adhesion_available, fresh),
+        indicators: Figures(table.of_wheelset().map(figure).collect()),
+        brake_friction_to_nominal: friction.and_then(|_| known(health.brake_friction_ratio)),
         adhesion_available_is_lower_bound: health.adhesion_available_is_bound != 0,
-        slides: figure(&health.slides, fresh),
         slide_energy_j: rounded(health.slide_energy_j),
         slide_s: rounded(health.slide_s),
-        wsp_share: figure(&health.wsp_share, fresh),
     }
 }

@@ -82,8 +82,7 @@ pub(crate) async fn export(
     let turn = Arc::clone(&history.exports).try_acquire_owned().map_err(busy)?;
     let refused =
         |error: &dyn std::fmt::Display| Problem::new(StatusCode::SERVICE_UNAVAILABLE, error.to_string());
-    let database = history.database().to_owned();
-    let opened = tokio::task::spawn_blocking(move || Reader::open(&database)).await;
+    let opened = tokio::task::spawn_blocking(move || history.open()).await;
     let reader = opened.map_err(|error| refused(&error))?.map_err(|error| refused(&error))?;
     let gzip = form == Form::Csv && takes_gzip(&headers);
     let (sender, receiver) = channel(WAITING_PIECES);

@@ -9,30 +9,30 @@
 
   /** What is drawn: title, limits and lines, each line a field of the history. */
   function specs() {
-    const data = section.dataset;
+    const limit = JSON.parse(section.dataset.limits || "{}");
     const each = (field, name) => wheelsets().map((n) => ({ name: `${name} ${n}`, field: `wheelset_${n}.${field}` }));
     const with95 = (line) => ({ ...line, band: "interval" });
     const extremes = (line) => ({ ...line, band: "extremes", bandName: "extreme" });
     const percent = { factor: 100, digits: 1, unit: "%", floor: 0 };
     return [
-      { title: "Pad friction", about: "mean over braking; band: 95 % interval", limits: limits(data.friction), lines: each("brake_friction", "wheelset").map(with95) },
-      { title: "Front minus rear", about: "over their mean; band: 95 % interval", ...percent, floor: undefined, limits: limits(data.asymmetry, 100),
+      { title: "Pad friction", about: "mean over braking; band: 95 % interval", limits: limits(limit.brake_friction), lines: each("brake_friction", "wheelset").map(with95) },
+      { title: "Front minus rear", about: "over their mean; band: 95 % interval", ...percent, floor: undefined, limits: limits(limit.asymmetry, 100),
         lines: [with95({ name: "asymmetry", field: "asymmetry" })] },
       { title: "Adhesion", about: "available: a lower bound unless a wheelset slides; band: 95 % interval", floor: 0,
         lines: [with95({ name: "available", field: "adhesion_available" }), { name: "used", field: "adhesion_utilised" }] },
-      { title: "Pad friction at standard conditions", about: "band: 95 % interval", limits: limits(data.friction),
+      { title: "Pad friction at standard conditions", about: "band: 95 % interval", limits: limits(limit.brake_friction),
         lines: [with95({ name: "wagon", field: "brake_friction_standard" })] },
-      { title: "Drag when released", about: "beyond running resistance; band: 95 % interval", factor: 1e-3, digits: 1, unit: "kN", limits: limits(data.dragging, 1e-3),
-        lines: [with95({ name: "drag", field: "dragging" })] },
-      { title: "Brake builds up in", about: "to 90 % of its force", digits: 1, unit: "s", floor: 0, limits: limits(data.response),
-        lines: [{ name: "time", field: "response", band: "interval", bandName: "spread" }] },
+      { title: "Drag when released", about: "beyond running resistance; band: 95 % interval", factor: 1e-3, digits: 1, unit: "kN", limits: limits(limit.dragging_n, 1e-3),
+        lines: [with95({ name: "drag", field: "dragging_n" })] },
+      { title: "Brake builds up in", about: "to 90 % of its force", digits: 1, unit: "s", floor: 0, limits: limits(limit.response_s),
+        lines: [{ name: "time", field: "response_s", band: "interval", bandName: "spread" }] },
       { title: "Low or very low rail", about: "probability", ...percent, ceiling: 100, lines: [{ name: "low", field: "rail_low" }, { name: "very low", field: "rail_very_low" }] },
-      { title: "Braking with slide protection", about: "share of the latest braking; band: extremes", ...percent, limits: limits(data.wsp, 100),
+      { title: "Braking with slide protection", about: "share of the latest braking; band: extremes", ...percent, limits: limits(limit.wsp_share, 100),
         lines: [extremes({ name: "share", field: "wsp_share" })] },
-      { title: "Slide energy", about: "of all slides so far", factor: 1e-6, digits: 2, unit: "MJ", floor: 0, lines: each("slide_energy", "wheelset") },
-      { title: "Faulty sensor values", about: "share missing or refused; band: extremes", ...percent, limits: limits(data.sensors, 100),
+      { title: "Slide energy", about: "of all slides so far", factor: 1e-6, digits: 2, unit: "MJ", floor: 0, lines: each("slide_energy_j", "wheelset") },
+      { title: "Faulty sensor values", about: "share missing or refused; band: extremes", ...percent, limits: limits(limit.sensors, 100),
         lines: [extremes({ name: "share", field: "sensors" })] },
-      { title: "Filter", about: "mean normalised innovation squared, 1 is ideal; band: extremes", digits: 2, floor: 0, limits: limits(data.filter),
+      { title: "Filter", about: "mean normalised innovation squared, 1 is ideal; band: extremes", digits: 2, floor: 0, limits: limits(limit.filter),
         lines: [extremes({ name: "NIS", field: "filter" })] },
     ];
   }

@@ -1,9 +1,11 @@
-//! Braking capability: the stopping distance of the train from a speed, with its interval, from friction and adhesion now.
+//! Stopping distance of the train from a speed, with its interval, from friction and adhesion now.
 //!
 //! Each wagon brakes with the lesser of what its pads give at full pressure and what its rail takes. The train is rigid:
-//! forces and masses add. From `v dv/ds = −(F_b + R(v))/m` with constant brake force F_b follows
-//! `s = v t_r + ∫₀^v m u du / (F_b + R(u))`, t_r the dead time of the brake. The interval comes from a fixed set of draws:
-//! pads err independently from wagon to wagon, the rail is the same for all of them.
+//! forces and masses add. Pads must slow the rotating masses too: where wheels roll, `Σ J / r²` adds to the mass, as in the
+//! balance of the dragging indicator; where the rail is the limit, wheels slide, and its force slows the mass alone. From
+//! `m_eff v dv/ds = −(F_b + R(v))` with constant brake force F_b follows `s = v t_r + ∫₀^v m_eff u du / (F_b + R(u))`, t_r
+//! the dead time of the brake. The interval comes from a fixed set of draws: pads err independently from wagon to wagon, the
+//! rail is the same for all of them.
 
 use railgrip_messages::GRAVITY_M_S2;
 
@@ -17,6 +19,8 @@ const STEPS: usize = 40;
 pub struct BrakedWagon {
     /// Mass, kg.
     pub mass_kg: f64,
+    /// What the inertia of its wheelsets adds when they roll, kg: Σ J / r².
+    pub rotating_mass_kg: f64,
     /// Pad friction over its nominal value: value, low, high.
     pub friction_ratio: [f64; 3],
     /// Adhesion available: value, low, high.
@@ -27,41 +31,62 @@ pub struct BrakedWagon {
     pub resistance: [f64; 3],
 }
 
-/// Stopping distance: value and 95 % interval, m.
+/// Brake force of a train, N, with the mass that it slows, kg.
+#[derive(Debug, Clone, Copy, Default)]
+struct Braking {
+    force_n: f64,
+    mass_kg: f64,
+}
+
+impl Braking {
+    /// Adds a wagon whose pads rub with `friction_ratio` of nominal, on a rail with this adhesion. Full braking is what
+    /// nominal pads make of mass and rotating mass together.
+    fn add(mut self, wagon: &BrakedWagon, friction_ratio: f64, adhesion: f64, full_m_s2: f64) -> Self {
+        let wanted_m_s2 = full_m_s2 * friction_ratio.max(0.0);
+        let taken_m_s2 = GRAVITY_M_S2 * adhesion.max(0.0);
+        let rolling_kg = wagon.mass_kg + wagon.rotating_mass_kg;
+        let (braked, free) = (wagon.braked_share, 1.0 - wagon.braked_share);
+        if wanted_m_s2 <= taken_m_s2 {
+            self.force_n += braked * rolling_kg * wanted_m_s2;
+            self.mass_kg += rolling_kg;
+        } else {
+            self.force_n += braked * wagon.mass_kg * taken_m_s2;
+            self.mass_kg += wagon.mass_kg + free * wagon.rotating_mass_kg;
+        }
+        self
+    }
+}
+
+/// Stopping distance: value and 95 % interval, m. Full braking is the deceleration with nominal pads on good rail.
 #[must_use]
 pub fn distance_m(wagons: &[BrakedWagon], v_m_s: f64, full_m_s2: f64, response_s: f64) -> [f64; 3] {
-    let mass_kg: f64 = wagons.iter().map(|wagon| wagon.mass_kg).sum();
-    if mass_kg <= 0.0 {
+    if wagons.iter().map(|wagon| wagon.mass_kg).sum::<f64>() <= 0.0 {
         return [f64::NAN; 3];
     }
     let mut resistance = [0.0; 3];
     for wagon in wagons {
         resistance.iter_mut().zip(wagon.resistance).for_each(|(sum, part)| *sum += part);
     }
-    let stop = |force_n: f64| {
+    let stop = |braking: Braking| {
         let step = v_m_s / STEPS as f64;
         let way = |index: usize| {
             let u = step * (index as f64 + 0.5);
-            let against_n = force_n + resistance[0] + resistance[1] * u + resistance[2] * u * u;
-            mass_kg * u * step / against_n.max(1.0)
+            let against_n = braking.force_n + resistance[0] + resistance[1] * u + resistance[2] * u * u;
+            braking.mass_kg * u * step / against_n.max(1.0)
         };
         v_m_s * response_s + (0..STEPS).map(way).sum::<f64>()
     };
-    let force = |pads: &mut dyn FnMut(&BrakedWagon) -> f64, rail: &dyn Fn(&BrakedWagon) -> f64| -> f64 {
-        let of = |wagon: &BrakedWagon| {
-            let wanted_n = wagon.mass_kg * full_m_s2 * pads(wagon).max(0.0);
-            let taken_n = wagon.mass_kg * GRAVITY_M_S2 * rail(wagon).max(0.0);
-            wagon.braked_share * wanted_n.min(taken_n)
-        };
-        wagons.iter().map(of).sum()
+    let braking = |pads: &mut dyn FnMut(&BrakedWagon) -> f64, rail: &dyn Fn(&BrakedWagon) -> f64| {
+        let add = |sum: Braking, wagon: &BrakedWagon| sum.add(wagon, pads(wagon), rail(wagon), full_m_s2);
+        wagons.iter().fold(Braking::default(), add)
     };
-    let value = stop(force(&mut |wagon| wagon.friction_ratio[0], &|wagon| wagon.adhesion[0]));
+    let value = stop(braking(&mut |wagon| wagon.friction_ratio[0], &|wagon| wagon.adhesion[0]));
     let mut random = Random(0x2545_f491_4f6c_dd1d);
     let mut draws: Vec<f64> = (0..DRAWS)
         .map(|draw| {
             let rail_z = normal_quantile((draw as f64 + 0.5) / DRAWS as f64);
             let mut pads = |wagon: &BrakedWagon| spread(wagon.friction_ratio, random.normal());
-            stop(force(&mut pads, &|wagon| spread(wagon.adhesion, rail_z)))
+            stop(braking(&mut pads, &|wagon| spread(wagon.adhesion, rail_z)))
         })
         .collect();
     draws.sort_by(f64::total_cmp);
@@ -104,6 +129,7 @@ mod tests {
         vec![
             BrakedWagon {
                 mass_kg: 40e3,
+                rotating_mass_kg: 2e3,
                 friction_ratio: friction,
                 adhesion,
                 braked_share: 1.0,
@@ -126,6 +152,25 @@ mod tests {
         one_isolated[3].braked_share = 0.0;
         let [longer, ..] = distance_m(&one_isolated, v, 1.1, 0.0);
         assert!((longer * 7.0 / 8.0 - v * v / 2.2).abs() < 0.1);
+    }
+
+    #[test]
+    fn rotating_mass_counts_where_wheels_roll() {
+        let v = 30.0;
+        let coasting = |rotating_mass_kg: f64, adhesion: f64, friction: f64| {
+            let mut wagons = train([friction; 3], [adhesion; 3]);
+            for wagon in &mut wagons {
+                (wagon.rotating_mass_kg, wagon.resistance) = (rotating_mass_kg, [1000.0, 0.0, 0.0]);
+            }
+            distance_m(&wagons, v, 1.0, 0.0)[0]
+        };
+        // No brake at all: the school formula with m + Σ J / r².
+        for rotating_mass_kg in [0.0, 2e3] {
+            let expected = v * v * (40e3 + rotating_mass_kg) / (2.0 * 1000.0);
+            assert!((coasting(rotating_mass_kg, 0.3, 0.0) / expected - 1.0).abs() < 1e-9);
+        }
+        // Sliding wheels: the rail's force slows the mass alone.
+        assert_eq!(coasting(2e3, 0.05, 1.0), coasting(0.0, 0.05, 1.0));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Isolated brakes: a wheelset without pressing force while others of the wagon have it.
 
-use crate::mean::FadingMean;
+use crate::measure::mean::FadingMean;
 use bytemuck::{Pod, Zeroable};
 use railgrip_messages::MAX_WHEELSETS;
 

@@ -1,8 +1,8 @@
 //! Adhesion as one wheelset, or the wagon, sees it: what is utilised, and what that says about the rail.
 
 use crate::belief::{Belief, Evidence, Rail};
+use crate::measure::window::WindowMaximum;
 use crate::settings::AdhesionSettings;
-use crate::window::WindowMaximum;
 use bytemuck::{Pod, Zeroable};
 
 /// The belief about the rail is renewed in steps of this, s.

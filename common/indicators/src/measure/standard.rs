@@ -5,7 +5,7 @@
 //! coefficients (Bayesian linear regression; older blocks fade). Wheelsets take the wagon's coefficients. The temperature
 //! is that of a lumped disc, `C dT/dt = P − C T/τ` above the surroundings; nothing measures it.
 
-use crate::mean::{BlockMean, Mean};
+use crate::measure::mean::{BlockMean, Mean};
 use crate::settings::StandardSettings;
 use bytemuck::{Pod, Zeroable};
 

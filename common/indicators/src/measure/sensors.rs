@@ -4,7 +4,7 @@
 //! sensors. A wheel speed is *dead* when it drops to zero faster than a wheel can stop, or stays there while the wagon
 //! rolls and nobody brakes. A sensor that is wrong by a little is not seen here.
 
-use crate::mean::FadingMean;
+use crate::measure::mean::FadingMean;
 use bytemuck::{Pod, Zeroable};
 use railgrip_messages::{Estimate, MAX_WHEELSETS, Sample, valid};
 

@@ -8,7 +8,15 @@
 mod kept;
 
 use crate::belief::{Belief, CLASSES, Evidence, Rail};
+use railgrip_messages::{Health, WheelsetHealth};
 use std::collections::{BTreeMap, BTreeSet};
+
+/// Slower than this nothing about the rail is learnt, m/s.
+const LEAST_SPEED_M_S: f64 = 0.5;
+/// What came so long after the wagon's last news says nothing about the way between, s.
+const LONGEST_STEP_S: f64 = 1.0;
+/// A wheelset brakes from this pressing force on, N.
+const BRAKES_FROM_N: f64 = 2000.0;
 
 /// A cell as it is kept: its number, and its bytes or `None` if it is forgotten.
 pub type KeptCell = (i64, Option<Vec<u8>>);
@@ -55,6 +63,34 @@ impl TrackMap {
     #[must_use]
     pub const fn new(rail: Rail, cell_m: f64, most_cells: usize) -> Self {
         Self { rail, cell_m, most_cells, cells: BTreeMap::new(), changed: BTreeSet::new() }
+    }
+
+    /// Takes in what a wagon says, for the time since it last spoke (`before_ns`, monotonic).
+    pub fn take(&mut self, health: &Health, before_ns: Option<u64>) {
+        // A position of 0 is unknown; NaN is, whatever it stands for.
+        let known = health.position_m.abs() > 0.0
+            && health.v_m_s > LEAST_SPEED_M_S
+            && health.mu_w_sigma > 0.0
+            && health.mu_w.is_finite();
+        let Some(before_ns) = before_ns.filter(|_| known) else { return };
+        let seconds = health.acquired.monotonic_ns.saturating_sub(before_ns) as f64 * 1e-9;
+        if !(0.0..=LONGEST_STEP_S).contains(&seconds) || seconds == 0.0 {
+            return;
+        }
+        let wheelsets = &health.wheelset[..health.wheelset_count()];
+        let slides = |one: &&WheelsetHealth| {
+            one.sliding != 0 && (one.wsp_active != 0 || one.pressing_force_n > BRAKES_FROM_N)
+        };
+        let (sum, number) = wheelsets
+            .iter()
+            .filter(slides)
+            .filter(|one| one.mu_w.is_finite())
+            .fold((0.0, 0.0), |(sum, n), one| (sum + one.mu_w.abs(), n + 1.0));
+        let sliding = number > 0.0;
+        let utilised = if sliding { sum / number } else { health.mu_w.abs() };
+        let evidence = Evidence { utilised, sigma: health.mu_w_sigma, sliding };
+        let now_s = health.acquired.monotonic_ns as f64 * 1e-9;
+        self.add(health.wagon, health.position_m, now_s, seconds, evidence);
     }
 
     /// A wagon saw something at a position for `seconds`, at time `now_s`.

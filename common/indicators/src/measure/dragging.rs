@@ -4,8 +4,8 @@
 //! `m_eff v̇ = F_drive − R(v) − m g sin(grade) − F_drag`, with `m_eff = m + Σ J / r²`, is the drag. Forces are shares of the
 //! weight here. The force of couplers is not in the balance: in a coupled train the whole train shows the drag of one wagon.
 
-use crate::mean::BlockMean;
-use crate::wagon::Nominal;
+use crate::measure::mean::BlockMean;
+use crate::nominal::Nominal;
 use bytemuck::{Pod, Zeroable};
 use railgrip_messages::GRAVITY_M_S2;
 
@@ -68,13 +68,12 @@ impl Dragging {
             self.block = Block::default();
             return;
         }
-        let weight_n = nominal.mass_kg * GRAVITY_M_S2;
+        let weight_n = nominal.weight_n();
         let grade_rad = if now.grade_rad.is_finite() { now.grade_rad } else { 0.0 };
         if !now.grade_rad.is_finite() {
             self.grade_unknown = 1;
         }
-        let [constant_n, linear, square] = nominal.resistance;
-        let resistance = (constant_n + linear * now.v_m_s + square * now.v_m_s * now.v_m_s) / weight_n;
+        let resistance = nominal.resistance_n(now.v_m_s) / weight_n;
         let block = &mut self.block;
         let t = block.seconds;
         block.seconds += dt_s;
@@ -101,9 +100,7 @@ impl Dragging {
         let slope_m_s2 = (block.tv - block.t * block.v / n) / spread_t;
         let spread_v = (block.vv - block.v * block.v / n).max(0.0);
         let left = (spread_v - slope_m_s2 * slope_m_s2 * spread_t).max(0.0) / (n - 2.0);
-        let rotating = nominal.wheelsets as f64 * nominal.inertia_kg_m2
-            / (nominal.mass_kg * nominal.wheel_radius_m * nominal.wheel_radius_m);
-        let share = (1.0 + rotating) / GRAVITY_M_S2;
+        let share = (1.0 + nominal.rotating_mass_kg() / nominal.mass_kg) / GRAVITY_M_S2;
         let drag = block.force / n - block.resistance / n - share * slope_m_s2;
         let sigma = share * (left / spread_t).sqrt();
         self.drag.add(block.seconds, drag, sigma, block.seconds, memory_s);

@@ -1,13 +1,41 @@
-//! How the brakes behave: standard friction, applications, dragging, isolation, sand.
+//! How the brakes behave: friction, standard friction, applications, dragging, isolation, sand.
 
-use crate::dragging::Rolling;
-use crate::standard::conditions;
-use crate::wagon::{STANDSTILL_M_S, WagonIndicators};
+use super::{Observed, STANDSTILL_M_S};
+use crate::measure::dragging::Rolling;
+use crate::measure::standard::conditions;
 use railgrip_messages::{Estimate, MAX_WHEELSETS, Sample, valid};
 
-impl WagonIndicators {
+impl Observed {
+    /// Pad friction of the wagon and of each wheelset, and front against rear.
+    pub(super) fn brakes(&mut self, estimate: &Estimate, dt_s: f64) {
+        let settings = &self.settings.brake_friction;
+        let count = estimate.wheelset_count();
+        let brakes = |wheelset: usize| estimate.pressing_force_n[wheelset] >= settings.min_pressing_force_n;
+        let moving = estimate.v_m_s > STANDSTILL_M_S;
+        if !moving || !(0..count).any(brakes) {
+            return;
+        }
+        self.state.braking_s += dt_s;
+        let (block_s, memory_s) = (settings.correlation_s, settings.memory_s);
+        self.state.friction.add(dt_s, estimate.mu_b_mean, estimate.mu_b_mean_sigma, block_s, memory_s);
+        let observed = |wheelset: usize| brakes(wheelset) && estimate.observable & (1 << wheelset) != 0;
+        for wheelset in (0..count).filter(|wheelset| observed(*wheelset)) {
+            let (value, sigma) = (estimate.mu_b[wheelset], estimate.mu_b_sigma[wheelset]);
+            self.state.wheelset[wheelset].friction.add(dt_s, value, sigma, block_s, memory_s);
+        }
+        if count >= 2 && (0..count).all(observed) {
+            let half = count / 2;
+            let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
+            let (front, rear) = (0..half, count - half..count);
+            let value = mean(&estimate.mu_b[front.clone()]) - mean(&estimate.mu_b[rear.clone()]);
+            // The errors of front and rear are opposite where only their sum is known: they add up.
+            let sigma = mean(&estimate.mu_b_sigma[front]) + mean(&estimate.mu_b_sigma[rear]);
+            self.state.difference.add(dt_s, value, sigma, block_s, memory_s);
+        }
+    }
+
     /// Pad friction under the conditions of now, for the fit.
-    pub(crate) fn standard(&mut self, estimate: &Estimate, dt_s: f64) {
+    pub(super) fn standard(&mut self, estimate: &Estimate, dt_s: f64) {
         let (settings, standard) = (&self.settings.brake_friction, &self.settings.standard);
         let count = estimate.wheelset_count();
         let nominal = self.nominal.brake_friction;
@@ -45,7 +73,7 @@ impl WagonIndicators {
     }
 
     /// Applications, isolation, dragging and sand, from what the sensors say.
-    pub(crate) fn brake_behaviour(&mut self, sample: &Sample, estimate: &Estimate, dt_s: f64) {
+    pub(super) fn brake_behaviour(&mut self, sample: &Sample, estimate: &Estimate, dt_s: f64) {
         let least_n = self.settings.brake_friction.min_pressing_force_n;
         let count = sample.wheelset_count();
         let mut force_n = [f64::NAN; MAX_WHEELSETS];

@@ -1,0 +1,65 @@
+//! How far the train runs under full braking.
+
+use super::judging::{known, unknown};
+use crate::spec::{Advice, AlertRule, Form, IndicatorSpec, Judge, Limit, Meaning, Metric, Reach, Stored};
+use crate::train::capability::{ACT_RATIO, Capability, WATCH_RATIO};
+use railgrip_messages::{Grade, Indicator};
+
+/// Limits of a stopping distance over the nominal one.
+pub const STOPPING_RATIO: Limit = Limit { scale: (0.5, 2.3), ..Limit::above(2.3, WATCH_RATIO, ACT_RATIO) };
+
+/// Stopping distance now over nominal, at the speed at which it is largest.
+pub static STOPPING_DISTANCE: IndicatorSpec = IndicatorSpec {
+    id: "stopping_distance",
+    label: "Stopping distance",
+    form: Form::PERCENT,
+    judge: Judge { train: Some(judge), ..Judge::NONE },
+    limit: Some(|_, _| STOPPING_RATIO),
+    // What is known of the rail comes and goes with slides; pads and isolated brakes stay.
+    alert: Some(AlertRule {
+        of_train: true,
+        patience: [10.0, 5.0],
+        ..AlertRule::of(
+            "stopping_distance",
+            Reach::Nowhere,
+            Advice::same("Reduce speed: the train needs more than its nominal braking distance."),
+        )
+    }),
+    stored: Stored::Nothing,
+    metric: Some(Metric::gauge("stopping_distance_ratio", "Stopping distance now over the nominal one")),
+    meaning: Meaning {
+        name: "Stopping distance now",
+        block: "advisory",
+        definition: "How far the train runs from a speed under full braking: each wagon brakes with the lesser of what its pads give and what its rail takes, forces and masses add, rotating masses count where wheels roll, running resistance helps.",
+        unit: "m; judged over the nominal distance",
+        interval: "95 %: pads err independently from wagon to wagon, the rail is the same for all; unknown pads count as 70 to 110 % of nominal",
+        limits: |_, full| {
+            format!(
+                "By the lower end: watch above {:.0} %, act above {:.0} % of the nominal distance. Full braking is {:.2} m/s² after {:.1} s.",
+                100.0 * WATCH_RATIO,
+                100.0 * ACT_RATIO,
+                full.deceleration_m_s2,
+                full.response_s
+            )
+        },
+        cannot_see: "Gradients ahead, magnetic track brakes, and that slide protection uses less than the rail gives. It is no brake test.",
+    },
+    ..IndicatorSpec::PLAIN
+};
+
+fn judge(train: &Capability) -> Indicator {
+    let Some([value, low, high]) = train.ratio() else { return unknown("no speed is asked for") };
+    let (grade, words) = match low {
+        _ if train.known_wagons == 0 => {
+            (Grade::Unknown, "no wagon has told enough of its brakes yet, so this rests on assumptions")
+        }
+        _ if low > ACT_RATIO => (Grade::Act, "needs far longer than nominal"),
+        _ if low > WATCH_RATIO => (Grade::Watch, "needs longer than nominal"),
+        _ if value > WATCH_RATIO => {
+            (Grade::Ok, "may need longer than nominal, which the interval does not settle")
+        }
+        _ => (Grade::Ok, "nothing shows that it needs longer than nominal"),
+    };
+    let reason = format!("{words}: about {:.0} % of the nominal distance", 100.0 * value);
+    known(value, low, high, grade, &reason)
+}

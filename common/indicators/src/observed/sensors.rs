@@ -1,0 +1,29 @@
+//! What arrives, and whether the filter expected it.
+
+use super::Observed;
+use railgrip_messages::{Estimate, Sample, valid};
+
+impl Observed {
+    pub(super) fn count_sensors(&mut self, sample: &Sample, estimate: &Estimate, dt_s: f64) {
+        let mut expected = valid::SPEED;
+        for wheelset in 0..sample.wheelset_count() {
+            expected |= valid::wheel_speed(wheelset) | valid::pressing_force(wheelset);
+        }
+        let count = f64::from(expected.count_ones());
+        let missing = f64::from((expected & !sample.valid).count_ones()) / count;
+        let rejected = estimate.rejected.count_ones();
+        self.state.rejected += u64::from(rejected);
+        let memory_s = self.settings.sensors.memory_s;
+        self.state.missing.add(dt_s, missing, memory_s);
+        self.state.refused.add(dt_s, f64::from(rejected) / count, memory_s);
+        let braking = self.state.wheelset.iter().any(|wheelset| wheelset.since_demand_s <= 1.0);
+        let radius_m = self.nominal.wheel_radius_m;
+        let dead = self.state.sensors.add(dt_s.max(0.0), sample, estimate, radius_m, braking, memory_s);
+        self.state.dead.add(dt_s.max(0.0), dead, memory_s);
+        let judged = estimate.v_m_s.abs() >= self.settings.filter.min_speed_m_s;
+        if judged && estimate.nis_dof > 0 && estimate.nis.is_finite() {
+            let ratio = estimate.nis / f64::from(estimate.nis_dof);
+            self.state.nis.add(dt_s, ratio, self.settings.filter.memory_s);
+        }
+    }
+}
