@@ -173,9 +173,8 @@ fn costs(case: &Case, built: &Built, disturbances: &DisturbanceModel, freed: &Lo
 
 struct Filter<'a> {
     run: &'a Run,
-    built: &'a Built,
+    wagon: FastWagon<'a>,
     freed: &'a LocalDisturbance,
-    adhesion: f64,
     mass_kg: f64,
     inertia_kg_m2: f64,
     decay: [f64; WHEELSETS + 2],
@@ -210,15 +209,12 @@ impl<'a> Filter<'a> {
             })
         };
         let variance = freed.amplitude.powi(2);
-        let adhesion = built.adhesion(run.rail);
-        let wagon = FastWagon::new(&built.model, adhesion, run.dt_s);
+        let wagon = FastWagon::new(&built.model, built.adhesion(run.rail), run.dt_s);
         let first = &run.samples[0];
         let hidden = wagon.start_hidden(&first.outputs, &first.input);
         Self {
             run,
-            built,
             freed,
-            adhesion,
             mass_kg: vehicle.body.mass_kg,
             inertia_kg_m2: vehicle.wheelset.inertia_kg_m2,
             decay: [pad, pad, gust, own],
@@ -227,6 +223,7 @@ impl<'a> Filter<'a> {
             covariance: widen(&noise.start, variance),
             derivatives: State::identity(),
             motion: wagon.start_motion(&first.measured_motion(), &first.input, &hidden),
+            wagon,
             disturbance: Disturbance::default(),
             local: 0.0,
             hidden,
@@ -256,8 +253,7 @@ impl<'a> Filter<'a> {
 
     /// Kalman update with a sample; returns its share of the cost.
     fn update(&mut self, sample: &Sample) -> f64 {
-        let wagon = FastWagon::new(&self.built.model, self.adhesion, self.run.dt_s);
-        let reading = wagon.read(&self.motion, &sample.input, &self.hidden);
+        let reading = self.wagon.read(&self.motion, &sample.input, &self.hidden);
         let mut observe = SMatrix::<f64, OUTPUTS, WIDE>::identity();
         let mut expected = reading;
         match self.freed.place {
@@ -332,22 +328,17 @@ impl<'a> Filter<'a> {
         local: f64,
         hidden: &mut [f64],
     ) -> Motion {
-        let (mut adhesion, freed) = (self.adhesion, self.freed);
+        let (mut adhesion_factor, freed) = (1.0, self.freed);
         let mut input = sample.input;
         match freed.place {
             Place::PadFriction => (0..WHEELSETS).for_each(|i| disturbance.pad[i] += freed.on(i) * local),
-            Place::Adhesion => adhesion *= (1.0 + local).max(0.05),
+            Place::Adhesion => adhesion_factor = (1.0 + local).max(0.05),
             Place::DriveTorque => {
                 input.mid_drive_torque_nm.iter_mut().for_each(|torque| *torque *= 1.0 + local);
             }
             _ => {}
         }
-        FastWagon::new(&self.built.model, adhesion, self.run.dt_s).step(
-            &mut motion,
-            &input,
-            &disturbance,
-            hidden,
-        );
+        self.wagon.on_adhesion(adhesion_factor).step(&mut motion, &input, &disturbance, hidden);
         match freed.place {
             Place::BodyForce => motion.state[0] += local * self.run.dt_s / self.mass_kg,
             Place::WheelTorque => {

@@ -10,6 +10,5 @@ mod curtius_kniffler;
 mod polach;
 
 pub use curtius_kniffler::{ASYMPTOTE_SHARE, SPEED_DECAY_S_PER_M, curtius_kniffler, share_of_standstill};
-pub use polach::{
-    ContactForce, creep_force, creep_force_at, creep_force_pair, friction, initial_creep_slope_n,
-};
+pub(crate) use polach::creep_force_pair_at;
+pub use polach::{ContactForce, creep_force, creep_force_at, friction, initial_creep_slope_n};

@@ -85,20 +85,18 @@ pub fn creep_force_at(
     }
 }
 
-/// [`creep_force`] of two wheelsets at once, as wide as a processor's registers: for whoever simulates a wagon millions of
-/// times. The same to rounding.
+/// [`creep_force_at`] of two wheelsets at once, as wide as a processor's registers, for whoever simulates a wagon millions
+/// of times: forces, N, and their slopes over rim speed, N/(m/s). The same to rounding.
 #[inline]
-pub fn creep_force_pair(
+pub(crate) fn creep_force_pair_at(
     contact: &Contact,
-    rim_speed_m_s: [f64; 2],
-    v_m_s: f64,
-    normal_load_n: [f64; 2],
-    adhesion_peak: [f64; 2],
-) -> [ContactForce; 2] {
+    slip_velocity_m_s: f64x2,
+    reference_speed_m_s: f64,
+    normal_load_n: f64x2,
+    adhesion_peak: f64x2,
+) -> (f64x2, f64x2) {
     let one = f64x2::ONE;
-    let reference = v_m_s.max(crate::CREEPAGE_SPEED_FLOOR_M_S);
-    let slip = f64x2::from(rim_speed_m_s) - v_m_s;
-    let (size, load, peak) = (slip.abs(), f64x2::from(normal_load_n), f64x2::from(adhesion_peak));
+    let (size, load, peak) = (slip_velocity_m_s.abs(), normal_load_n, adhesion_peak);
     let (ratio, decay) = (contact.friction_ratio, contact.friction_decay_s_per_m);
     let (mu, mu_slope) = if ratio >= 1.0 || decay == 0.0 {
         (peak, f64x2::ZERO)
@@ -109,7 +107,7 @@ pub fn creep_force_pair(
     let limit = load * mu;
     // Divisions are what the law costs: reciprocals are shared.
     let per_limit = one / limit;
-    let initial = contact.stiffness_n / reference;
+    let initial = contact.stiffness_n / reference_speed_m_s;
     let epsilon = per_limit * size * initial;
     let (adhesion_part, slip_part) = (epsilon * contact.k_a, epsilon * contact.k_s);
     let (square, slip_square) = (adhesion_part * adhesion_part, one + slip_part * slip_part);
@@ -120,19 +118,12 @@ pub fn creep_force_pair(
     let saturation_slope = ((one - square) * per_denominator * per_denominator * contact.k_a
         + both * denominator * contact.k_s)
         * FRAC_2_PI;
-    let force = (limit * saturation).to_array();
-    let slope = (load * mu_slope * saturation
-        + saturation_slope * (one - size * mu_slope * load * per_limit) * initial)
-        .to_array();
-    let (limit, slip) = (limit.to_array(), slip.to_array());
-    std::array::from_fn(|i| {
-        // Also where the load is no number.
-        if limit[i] > 0.0 {
-            ContactForce { force_n: force[i].copysign(slip[i]), slope_n_s_per_m: slope[i] }
-        } else {
-            ContactForce::default()
-        }
-    })
+    let force = (limit * saturation) | (slip_velocity_m_s & f64x2::splat(-0.0));
+    let slope = load * mu_slope * saturation
+        + saturation_slope * (one - size * mu_slope * load * per_limit) * initial;
+    // Also where the load is no number.
+    let loaded = limit.simd_gt(f64x2::ZERO);
+    (loaded & force, loaded & slope)
 }
 
 #[cfg(test)]
@@ -182,14 +173,20 @@ mod tests {
         for contact in [contact(), constant] {
             for slips in [[0.0, 1e-7], [-0.02, 0.3], [2.0, -9.0], [-15.0, 1e-4]] {
                 for (v, loads) in [(0.0, [1.1e5, 0.9e5]), (0.3, [0.0, 1e5]), (22.0, [1.2e5, 0.8e5])] {
-                    let (rims, peaks) = (slips.map(|slip| v + slip), [0.31, 0.07]);
-                    let pair = creep_force_pair(&contact, rims, v, loads, peaks);
+                    let peaks = [0.31, 0.07];
+                    let reference = f64::max(v, crate::CREEPAGE_SPEED_FLOOR_M_S);
+                    let (force, slope) = creep_force_pair_at(
+                        &contact,
+                        f64x2::from(slips),
+                        reference,
+                        f64x2::from(loads),
+                        f64x2::from(peaks),
+                    );
+                    let (force, slope) = (force.to_array(), slope.to_array());
                     for i in 0..2 {
-                        let one = creep_force(&contact, rims[i], v, loads[i], peaks[i]);
+                        let one = creep_force_at(&contact, slips[i], reference, loads[i], peaks[i]);
                         let of = |a: f64, b: f64| (a - b).abs() / (1e-3 + b.abs());
-                        worst = of(pair[i].force_n, one.force_n)
-                            .max(of(pair[i].slope_n_s_per_m, one.slope_n_s_per_m))
-                            .max(worst);
+                        worst = of(force[i], one.force_n).max(of(slope[i], one.slope_n_s_per_m)).max(worst);
                         count += 1;
                     }
                 }

@@ -4,10 +4,14 @@
 //! force of [`crate::adhesion`], the torque of [`crate::brake`] and [`crate::resistance`], each passed through the effects.
 
 pub mod fast;
+mod flow;
+mod guarded;
 mod integrate;
 mod quantities;
+mod sample_step;
 
 pub use quantities::{Constants, Forces, Loading, WagonInput, WagonState};
+pub use sample_step::SampleStep;
 
 use crate::adhesion::{ContactForce, creep_force};
 use crate::brake::pad_torque_nm;
