@@ -6,6 +6,7 @@ use super::propagate::StepInput;
 use super::{DrivenSample, WagonEkf};
 use nalgebra::SVector;
 use railgrip_vehicle::GRAVITY_M_S2;
+use railgrip_vehicle::brake::pad_torque_nm;
 use railgrip_vehicle::resistance::running_resistance;
 
 impl<const W: usize, const N: usize> WagonEkf<W, N> {
@@ -38,15 +39,14 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
             let radius = physics.wheel_radius_m[i];
             let sliding = 1.0 - self.contacts[i].rolling;
             let change = self.watches[i].certainty(dt);
-            let per_force =
-                x[at.pad + i] * physics.brake_radius_m * sample.torque_factor[i] / physics.inertia_kg_m2[i];
+            let torque_nm = |force_n: f64| pad_torque_nm(x[at.pad + i], force_n, physics.brake_radius_m);
+            let per_force = torque_nm(sample.torque_factor[i]) / physics.inertia_kg_m2[i];
             let spin = next[at.wheel + i] - x[at.wheel + i] - (next[0] - x[0]) / radius;
             // Creep beyond the linear law is missing from the predicted slip: for a change that lasts, a share of the whole.
             let force = next[at.adhesion + i].abs() * physics.loads.static_load_n[i];
             let change_n =
                 (next[at.adhesion + i] - x[at.adhesion + i]).abs() * physics.loads.static_load_n[i];
-            let jitter_n =
-                2.0 * self.sensors.pressing_force_n * x[at.pad + i] * physics.brake_radius_m / radius;
+            let jitter_n = torque_nm(2.0 * self.sensors.pressing_force_n) / radius;
             let change_n = (change_n - jitter_n).max(0.0);
             let creep = physics.rolling_slip_m_s(force, x[0]) * physics.rolling_slip_m_s(change_n, x[0]);
             let unmodelled = (priors.creep_excess / radius).powi(2) * self.contacts[i].rolling * creep;
@@ -63,8 +63,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
                 rates.adhesion_changing_per_sqrt_s
             };
             q[at.adhesion + i] = per_sqrt_s.powi(2) * dt;
-            late += x[at.pad + i] * physics.brake_radius_m * self.late_force_n[i]
-                / (radius * physics.loads.static_load_n[i]);
+            late += torque_nm(self.late_force_n[i]) / (radius * physics.loads.static_load_n[i]);
             q[at.radius + i] = 1e-12 * dt;
         }
         let lagging = rates.brake_lag_share * late / W as f64;
