@@ -79,7 +79,7 @@ pub(crate) fn why_not(at: &Standpoint, next: &FrozenFit, round: &Round, criteria
 fn is_one_more(at: &Standpoint, next: &FrozenFit, gain: f64, predictive: f64, criteria: &Criteria) -> bool {
     let acceptance = &criteria.acceptance;
     let Some((last, before)) = next.fitted.shape.effects.split_last() else { return false };
-    if !before.is_empty() && is_on_bound(&next.fitted, before.len()) {
+    if !before.is_empty() && next.fitted.is_on_bound(before.len()) {
         return false;
     }
     let all: f64 = at.accepted.iter().sum();
@@ -117,16 +117,5 @@ fn is_an_event(current: &FrozenFit, next: &FrozenFit, round: &Round, criteria: &
         let (before, after) = (stretches(&current.fitted), stretches(&own.fitted));
         let lasting = localise::evidence(&before, &after, criteria.localisation.event_share);
         own.gain < acceptance.gain || lasting < acceptance.lasting_share * acceptance.gain
-    })
-}
-
-/// Whether the strength of an effect sits on a bound that is not its neutral value.
-pub(crate) fn is_on_bound(fitted: &Fitted, effect: usize) -> bool {
-    let Some(own) = fitted.shape.effects.get(effect) else { return false };
-    let values = &fitted.fit.theta[fitted.shape.range_of(effect)];
-    own.parameters.iter().zip(values).any(|(p, v)| {
-        let neutral = own.spec.parameters.iter().find(|s| s.name == p.name).and_then(|s| s.neutral);
-        let near = |bound: f64| (v - bound).abs() < 1e-6 * (p.upper - p.lower);
-        neutral.is_some_and(|n| (near(p.lower) && n != p.lower) || (near(p.upper) && n != p.upper))
     })
 }

@@ -2,7 +2,7 @@
 //! instead of them.
 
 use crate::data::case::Case;
-use crate::decide::acceptance::{is_on_bound, is_quiet};
+use crate::decide::acceptance::is_quiet;
 use crate::decide::criteria::Criteria;
 use crate::decide::selection::Selection;
 use crate::decide::significance::Chance;
@@ -68,7 +68,7 @@ fn without_instead(
         effects: effects.len(),
         gain: (base.evidence_cost() - best.evidence_cost()).max(0.0),
         alarm,
-        on_bound: (0..effects.len()).any(|e| is_on_bound(&best.fitted, e)),
+        on_bound: (0..effects.len()).any(|e| best.fitted.is_on_bound(e)),
         at_likely_place: effects.iter().any(|e| localise::may_act_at(e.spec.term, likely)),
         discrepancy_gain: strongest.map_or(0.0, |discrepancy| discrepancy.gain),
         discrepancy_predictive: strongest.map_or(0.0, |discrepancy| discrepancy.predictive),

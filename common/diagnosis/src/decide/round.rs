@@ -1,7 +1,6 @@
 //! One round of the selection: every candidate on top of the model so far, and the best of them with filters of their own.
 
 use crate::data::case::Case;
-use crate::decide::acceptance::is_on_bound;
 use crate::decide::criteria::Criteria;
 use crate::decide::mending::{Relation, relation};
 use crate::fit::candidate::{self, Fitted};
@@ -224,7 +223,7 @@ fn cost(current: &FrozenFit, frozen: &FrozenFit, criteria: &Criteria) -> f64 {
     let effects = &frozen.fitted.shape.effects;
     let last = effects.len().saturating_sub(1);
     let adjusted = effects.last().map_or(0, |effect| effect.parameters.len());
-    let imitates = last > 0 && is_on_bound(&frozen.fitted, last);
+    let imitates = last > 0 && frozen.fitted.is_on_bound(last);
     let gain = (current.evidence_cost() - frozen.evidence_cost()).max(0.0);
     frozen.evidence_cost()
         + acceptance.per_parameter * adjusted as f64

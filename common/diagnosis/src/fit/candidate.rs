@@ -23,6 +23,17 @@ pub struct Fitted {
 }
 
 impl Fitted {
+    /// Whether the strength of an effect sits on a bound that is not its neutral value.
+    pub(crate) fn is_on_bound(&self, effect: usize) -> bool {
+        let Some(own) = self.shape.effects.get(effect) else { return false };
+        let values = &self.fit.theta[self.shape.range_of(effect)];
+        own.parameters.iter().zip(values).any(|(p, v)| {
+            let neutral = own.spec.parameters.iter().find(|s| s.name == p.name).and_then(|s| s.neutral);
+            let near = |bound: f64| (v - bound).abs() < 1e-6 * (p.upper - p.lower);
+            neutral.is_some_and(|n| (near(p.lower) && n != p.lower) || (near(p.upper) && n != p.upper))
+        })
+    }
+
     /// Sum of the predicted half costs.
     pub fn predictive_cost(&self) -> f64 {
         self.left_out.iter().sum()
