@@ -5,9 +5,11 @@
 //! the precision-weighted mean. Between passes a cell fades to the prior: rails dry, and leaves fall. Wheelsets that
 //! clean or wet the rail for those behind are not in the model.
 
+mod cell;
 mod kept;
 
 use crate::belief::{Belief, CLASSES, Evidence, Rail};
+use cell::Cell;
 use railgrip_messages::{Health, WheelsetHealth};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -20,15 +22,6 @@ const BRAKES_FROM_N: f64 = 2000.0;
 
 /// A cell as it is kept: its number, and its bytes or `None` if it is forgotten.
 pub type KeptCell = (i64, Option<Vec<u8>>);
-
-/// One cell.
-#[derive(Debug, Clone, PartialEq)]
-struct Cell {
-    belief: Belief,
-    seen_s: f64,
-    slides: u32,
-    wagons: Vec<u32>,
-}
 
 /// What is known of one cell.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,7 +3,7 @@
 //! Little endian: version (u8), length of the cells of its map (f64, m), when it was last passed (f64, Unix s), observations
 //! of sliding wheelsets (u32), probabilities (f32 each), wagons that have passed it (u32 each).
 
-use super::Cell;
+use super::cell::Cell;
 use crate::belief::{Belief, CELLS};
 
 const VERSION: u8 = 1;
