@@ -6,7 +6,7 @@ use crate::fit::solver::{self, Problem, dot};
 use crate::fit::windows;
 use crate::model::candidates;
 use crate::model::parameters::{Built, Shape};
-use crate::predict::one_step::DisturbanceModel;
+use crate::predict::disturbances::DisturbanceModel;
 use crate::predict::open_loop::{self, Tally, sigmas};
 
 /// Ids by the plain gap on the fit runs that each candidate reaches at its default strength after calibration of the

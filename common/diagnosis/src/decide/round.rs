@@ -8,8 +8,8 @@ use crate::fit::frozen::{self, FrozenFit};
 use crate::model::candidates::Candidate;
 use crate::model::parameters::{FittedEffect, Shape};
 use crate::model::places;
+use crate::predict::disturbances::DisturbanceModel;
 use crate::predict::localise::{self, PlaceEvidence};
-use crate::predict::one_step::DisturbanceModel;
 use railgrip_vehicle::effects::Term;
 use rayon::prelude::*;
 

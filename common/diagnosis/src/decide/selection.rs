@@ -8,8 +8,8 @@ use crate::decide::round::{Round, Standpoint, refit_finalists, start_from, try_a
 use crate::fit::frozen::{self, FrozenFit};
 use crate::model::candidates::{self, Candidate};
 use crate::model::parameters::{FittedEffect, Shape};
+use crate::predict::disturbances::{DisturbanceModel, TOLERANCES};
 use crate::predict::localise::{self, PlaceEvidence};
-use crate::predict::one_step::{DisturbanceModel, TOLERANCES};
 use rayon::prelude::*;
 
 /// The outcome of the selection.

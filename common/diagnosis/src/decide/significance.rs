@@ -9,7 +9,7 @@ use crate::decide::criteria::Significance;
 use crate::decide::round::Round;
 use crate::fit::frozen::FrozenFit;
 use crate::fit::solver::dot;
-use crate::predict::one_step::OUTLIER_SIGMA;
+use crate::predict::disturbances::OUTLIER_SIGMA;
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;

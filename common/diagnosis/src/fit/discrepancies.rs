@@ -7,8 +7,8 @@ use crate::fit::frozen::{self, FrozenFit};
 use crate::model::candidates::Candidate;
 use crate::model::discrepancy::{self, Discrepancy, Place};
 use crate::model::parameters::Shape;
+use crate::predict::disturbances::DisturbanceModel;
 use crate::predict::localise::PlaceEvidence;
-use crate::predict::one_step::DisturbanceModel;
 use rayon::prelude::*;
 
 /// A flexible discrepancy that was fitted.

@@ -7,13 +7,13 @@ use crate::fit::objective::{Innovations, Whitening};
 use crate::fit::solver::{self, Effort, Fit};
 use crate::model::candidates::Candidate;
 use crate::model::parameters::{FittedEffect, Shape};
-use crate::predict::one_step::{DisturbanceModel, OUTLIER_SIGMA};
+use crate::predict::disturbances::{DisturbanceModel, OUTLIER_SIGMA};
 use rayon::prelude::*;
 
 /// A filter frozen at one tolerance, and the model fitted with it.
 #[derive(Debug)]
 pub struct FrozenFit<'a> {
-    /// Index of the tolerance in [`TOLERANCES`](crate::predict::one_step::TOLERANCES); 0 tolerates no error of the model.
+    /// Index of the tolerance in [`TOLERANCES`](crate::predict::disturbances::TOLERANCES); 0 tolerates no error of the model.
     pub tolerance: usize,
     /// The frozen filter.
     pub whitening: Whitening<'a>,

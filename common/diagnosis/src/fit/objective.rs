@@ -3,7 +3,8 @@
 use crate::data::case::{Case, OUTPUTS, Run};
 use crate::fit::solver::Problem;
 use crate::model::parameters::{Built, Shape};
-use crate::predict::one_step::{DisturbanceModel, OUTLIER_SIGMA, Predictor};
+use crate::predict::disturbances::{DisturbanceModel, OUTLIER_SIGMA};
+use crate::predict::one_step::Predictor;
 use crate::predict::open_loop::{self, sigmas};
 
 /// Frozen predictors of all runs to fit on.
@@ -17,7 +18,7 @@ pub struct Whitening<'a> {
 impl<'a> Whitening<'a> {
     /// Freezes the filter at `built`.
     pub fn new(case: &'a Case, built: &Built, disturbances: &DisturbanceModel) -> Self {
-        let freeze = |run| Predictor::new(built, run, &case.vehicle.sensors, &case.vehicle, disturbances);
+        let freeze = |run| Predictor::new(built, run, &case.vehicle, disturbances);
         let predictors = case.fit.iter().map(freeze).collect();
         let mut end = 0;
         let ends = case.fit.iter().map(|run| {

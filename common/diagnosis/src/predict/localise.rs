@@ -10,8 +10,11 @@ use crate::data::case::{Case, OUTPUTS, Run, Sample, WHEELSETS};
 use crate::model::discrepancy::{Place, Scope};
 use crate::model::parameters::Built;
 use crate::model::places;
-use crate::predict::one_step::{DisturbanceModel, Noise, OUTLIER_SIGMA, STATES};
+use crate::predict::disturbances::{
+    DIFFERENCES, DisturbanceModel, Noise, STATES, WIND, derivatives, move_disturbance, robust_cost,
+};
 use nalgebra::{SMatrix, SVector};
+use railgrip_filter::core::Gaussian;
 use railgrip_vehicle::effects::Term;
 use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion};
 use rayon::prelude::*;
@@ -179,8 +182,9 @@ struct Filter<'a> {
     inertia_kg_m2: f64,
     decay: [f64; WHEELSETS + 2],
     process: State,
-    sensor: [f64; OUTPUTS],
-    covariance: State,
+    sensor: SMatrix<f64, OUTPUTS, OUTPUTS>,
+    /// Belief about the error of what follows, see [`crate::predict::disturbances`].
+    error: Gaussian<WIDE>,
     derivatives: State,
     motion: Motion,
     disturbance: Disturbance,
@@ -197,30 +201,30 @@ impl<'a> Filter<'a> {
         freed: &'a LocalDisturbance,
     ) -> Self {
         let vehicle = &case.vehicle;
-        let pad = (-run.dt_s / disturbances.pad_time_s).exp();
-        let gust = (-run.dt_s / disturbances.gust_time_s).exp();
         let own = (-run.dt_s / freed.time_s).exp();
-        let noise = Noise::new(&vehicle.sensors, vehicle, disturbances, run.dt_s, [pad, gust]);
-        let widen = |m: &[[f64; STATES]; STATES], last: f64| {
-            State::from_fn(|i, j| match (i, j) {
-                _ if i < STATES && j < STATES => m[i][j],
-                _ if i == j => last,
-                _ => 0.0,
-            })
+        let shared = disturbances.decay(run.dt_s);
+        let noise = Noise::new(vehicle, disturbances, run.dt_s, &shared);
+        let widen = |narrow: &SMatrix<f64, STATES, STATES>, last: f64| {
+            let mut wide = State::zeros();
+            wide.fixed_view_mut::<STATES, STATES>(0, 0).copy_from(narrow);
+            wide[(STATES, STATES)] = last;
+            wide
         };
         let variance = freed.amplitude.powi(2);
         let wagon = FastWagon::new(&built.model, built.adhesion(run.rail), run.dt_s);
         let first = &run.samples[0];
         let hidden = wagon.start_hidden(&first.outputs, &first.input);
+        let mut decay = [own; WHEELSETS + 2];
+        decay[..=WHEELSETS].copy_from_slice(&shared);
         Self {
             run,
             freed,
             mass_kg: vehicle.body.mass_kg,
             inertia_kg_m2: vehicle.wheelset.inertia_kg_m2,
-            decay: [pad, pad, gust, own],
+            decay,
             process: widen(&noise.process, variance * (1.0 - own * own)),
             sensor: noise.sensor,
-            covariance: widen(&noise.start, variance),
+            error: Gaussian { mean: SVector::zeros(), covariance: widen(&noise.start, variance) },
             derivatives: State::identity(),
             motion: wagon.start_motion(&first.measured_motion(), &first.input, &hidden),
             wagon,
@@ -243,7 +247,7 @@ impl<'a> Filter<'a> {
             }
             if k + 1 < self.run.len() {
                 if k % DERIVATIVES_HELD == 0 {
-                    self.derivatives = self.jacobian(sample);
+                    self.derivatives = self.derivatives(sample);
                 }
                 self.predict(sample);
             }
@@ -251,8 +255,8 @@ impl<'a> Filter<'a> {
         costs
     }
 
-    /// Kalman update with a sample; returns its share of the cost.
-    fn update(&mut self, sample: &Sample) -> f64 {
+    /// What the sensors should read at a sample, and its derivatives.
+    fn expected(&self, sample: &Sample) -> ([f64; OUTPUTS], SMatrix<f64, OUTPUTS, WIDE>) {
         let reading = self.wagon.read(&self.motion, &sample.input, &self.hidden);
         let mut observe = SMatrix::<f64, OUTPUTS, WIDE>::identity();
         let mut expected = reading;
@@ -275,40 +279,29 @@ impl<'a> Filter<'a> {
             }
             _ => {}
         }
-        let innovation = SVector::<f64, OUTPUTS>::from_fn(|j, _| sample.outputs[j] - expected[j]);
-        let cross = self.covariance * observe.transpose();
-        let mut own = observe * cross;
-        for j in 0..OUTPUTS {
-            own[(j, j)] += self.sensor[j];
-        }
-        let Some(factor) = own.cholesky() else { return f64::INFINITY };
-        let white = factor.l().solve_lower_triangular(&innovation).unwrap_or(innovation);
-        let gain = factor.solve(&cross.transpose()).transpose();
-        let change = gain * innovation;
-        self.covariance -= gain * cross.transpose();
-        self.covariance = 0.5 * (self.covariance + self.covariance.transpose());
+        (expected, observe)
+    }
+
+    /// Uses a sample; returns its share of the cost, infinite for a filter that diverged.
+    fn update(&mut self, sample: &Sample) -> f64 {
+        let (expected, observe) = self.expected(sample);
+        let innovation: [f64; OUTPUTS] = std::array::from_fn(|j| sample.outputs[j] - expected[j]);
+        let Some(gain) = self.error.condition(&observe, &self.sensor) else { return f64::INFINITY };
+        let change = gain.correction(&innovation);
         for j in 0..OUTPUTS {
             self.motion.state[j] += change[j];
         }
         for i in 0..WHEELSETS {
             self.disturbance.pad[i] += change[OUTPUTS + i];
         }
-        self.disturbance.wind_m_s += change[STATES - 1];
+        self.disturbance.wind_m_s += change[WIND];
         self.local += change[STATES];
-        let huber = |r: f64| {
-            if r.abs() <= OUTLIER_SIGMA {
-                0.5 * r * r
-            } else {
-                OUTLIER_SIGMA * (r.abs() - 0.5 * OUTLIER_SIGMA)
-            }
-        };
-        let log: f64 = (0..OUTPUTS).map(|j| factor.l_dirty()[(j, j)].ln()).sum();
-        white.iter().map(|r| huber(*r)).sum::<f64>() + log
+        let white = gain.whitened(&innovation);
+        white.into_iter().map(robust_cost).sum::<f64>() + gain.half_log_determinant
     }
 
     fn predict(&mut self, sample: &Sample) {
-        let along = &self.derivatives;
-        self.covariance = along * self.covariance * along.transpose() + self.process;
+        self.error.predict(SVector::zeros(), &self.derivatives, &self.process);
         let mut hidden = std::mem::take(&mut self.hidden);
         self.motion = self.step(self.motion, sample, self.disturbance, self.local, &mut hidden);
         self.hidden = hidden;
@@ -351,32 +344,20 @@ impl<'a> Filter<'a> {
         motion
     }
 
-    /// Derivatives of the next state, by differences.
-    fn jacobian(&self, sample: &Sample) -> State {
-        let next = |column: usize, by: f64| {
+    /// Derivatives of the next state.
+    fn derivatives(&self, sample: &Sample) -> State {
+        let speeds_after = |state: usize, by: f64| {
             let (mut motion, mut disturbance, mut local) = (self.motion, self.disturbance, self.local);
-            match column {
-                0..OUTPUTS => motion.state[column] += by,
+            match state {
+                0..OUTPUTS => motion.state[state] += by,
                 STATES => local += by,
-                _ if column < STATES - 1 => disturbance.pad[column - OUTPUTS] += by,
-                _ => disturbance.wind_m_s += by,
+                _ => move_disturbance(&mut disturbance, state, by),
             }
             self.step(motion, sample, disturbance, local, &mut self.hidden.clone()).state
         };
-        let own = 0.03 * self.freed.place.scale().0;
-        let by = [1e-4, 1e-4, 1e-4, 1e-3, 1e-3, 1e-1, own];
-        let base = next(0, 0.0);
-        let mut jacobian = State::zeros();
-        for (column, by) in by.into_iter().enumerate() {
-            let moved = next(column, by);
-            for row in 0..OUTPUTS {
-                jacobian[(row, column)] = (moved[row] - base[row]) / by;
-            }
-        }
-        for (i, d) in self.decay.iter().enumerate() {
-            jacobian[(OUTPUTS + i, OUTPUTS + i)] = *d;
-        }
-        jacobian
+        let mut steps = [0.03 * self.freed.place.scale().0; WIDE];
+        steps[..STATES].copy_from_slice(&DIFFERENCES);
+        derivatives(speeds_after, &steps, &self.decay)
     }
 }
 

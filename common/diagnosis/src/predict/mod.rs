@@ -1,6 +1,7 @@
 //! Prediction: one step ahead (which selects), open loop (by which the gap is defined), and with one place freed (which
 //! says where).
 
+pub mod disturbances;
 pub mod localise;
 pub mod one_step;
 pub mod open_loop;

@@ -1,0 +1,172 @@
+//! The disturbance model: what varies along a run without being an effect, and the Kalman filter's view of it.
+//!
+//! The filters of [`one_step`](crate::predict::one_step) and [`localise`](crate::predict::localise) are error-state filters:
+//! the simulated motion and disturbances are the best estimate, the [`Gaussian`](railgrip_filter::core::Gaussian) is the belief
+//! about their error. Its mean is zero, because each correction is at once made in the simulation.
+
+use crate::data::case::{OUTPUTS, WHEELSETS};
+use nalgebra::SMatrix;
+use railgrip_vehicle::fast::Disturbance;
+use railgrip_vehicle::{GRAVITY_M_S2, VehicleParameters};
+
+/// States of the filter: speeds, pad frictions, wind.
+pub(crate) const STATES: usize = OUTPUTS + WHEELSETS + 1;
+
+/// Whitened innovations beyond this many sigma are outliers: they count linearly, not by their square (Huber).
+pub const OUTLIER_SIGMA: f64 = 4.0;
+
+/// The disturbance model: what varies without being an effect (pads, gusts), by how much and how fast.
+#[derive(Clone, Debug)]
+pub struct DisturbanceModel {
+    /// Relative drift of pad friction, one sigma.
+    pub pad_sigma: f64,
+    /// Its correlation time, s.
+    pub pad_time_s: f64,
+    /// Correlation of the two wheelsets' drift.
+    pub pad_correlation: f64,
+    /// Gusts, one sigma, m/s.
+    pub gust_sigma_m_s: f64,
+    /// Their correlation time, s.
+    pub gust_time_s: f64,
+    /// White torque noise beyond that of the pressing force, relative to the torque at the adhesion limit.
+    pub contact_sigma: f64,
+    /// How wrong the model may be beyond that, see [`DisturbanceModel::tolerant`].
+    pub tolerance: Tolerance,
+}
+
+/// White process noise for what a model leaves out: it shortens the horizon over which the filter trusts its model.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tolerance {
+    /// One sigma a sample of vehicle speed, relative to its sensor's sigma.
+    pub speed: f64,
+    /// One sigma a sample of wheelset speeds, relative to their sensors' sigma.
+    pub wheel: f64,
+}
+
+/// Tolerances from none to one-step-ahead prediction.
+pub const TOLERANCES: [Tolerance; 4] = [
+    Tolerance { speed: 0.0, wheel: 0.0 },
+    Tolerance { speed: 0.02, wheel: 0.2 },
+    Tolerance { speed: 0.1, wheel: 1.0 },
+    Tolerance { speed: 0.5, wheel: 5.0 },
+];
+
+impl DisturbanceModel {
+    /// This disturbance model with one of the [`TOLERANCES`].
+    pub fn tolerant(&self, index: usize) -> Self {
+        Self { tolerance: TOLERANCES[index], ..self.clone() }
+    }
+}
+
+impl DisturbanceModel {
+    /// What is left of each disturbance (pads, wind) after a sample.
+    pub(crate) fn decay(&self, dt_s: f64) -> [f64; WHEELSETS + 1] {
+        let mut decay = [(-dt_s / self.pad_time_s).exp(); WHEELSETS + 1];
+        decay[WHEELSETS] = (-dt_s / self.gust_time_s).exp();
+        decay
+    }
+}
+
+impl Default for DisturbanceModel {
+    fn default() -> Self {
+        Self {
+            pad_sigma: 0.006,
+            pad_time_s: 4.0,
+            pad_correlation: 0.7,
+            gust_sigma_m_s: 0.5,
+            gust_time_s: 4.0,
+            contact_sigma: 0.002,
+            tolerance: Tolerance::default(),
+        }
+    }
+}
+
+/// Robust cost of a whitened innovation: half its square, linear beyond [`OUTLIER_SIGMA`].
+pub(crate) fn robust_cost(white: f64) -> f64 {
+    let size = white.abs();
+    if size <= OUTLIER_SIGMA { 0.5 * white * white } else { OUTLIER_SIGMA * (size - 0.5 * OUTLIER_SIGMA) }
+}
+
+/// Steps of the differences by which derivatives with respect to the states are taken, in the states' units.
+pub(crate) const DIFFERENCES: [f64; STATES] = [1e-4, 1e-4, 1e-4, 1e-3, 1e-3, 1e-1];
+
+/// Adds `by` to one of the states from pad friction on.
+pub(crate) fn move_disturbance(disturbance: &mut Disturbance, state: usize, by: f64) {
+    match state {
+        OUTPUTS..WIND => disturbance.pad[state - OUTPUTS] += by,
+        _ => disturbance.wind_m_s += by,
+    }
+}
+
+/// Index of the wind among the states.
+pub(crate) const WIND: usize = STATES - 1;
+
+/// Derivatives of the next state of `N` components with respect to the present one: those of the speeds by differences of
+/// `speeds_after(state, step)`, the speeds after `step` was added to a state; `decay` of the others over a sample.
+pub(crate) fn derivatives<const N: usize>(
+    speeds_after: impl Fn(usize, f64) -> [f64; OUTPUTS],
+    steps: &[f64; N],
+    decay: &[f64],
+) -> SMatrix<f64, N, N> {
+    let base = speeds_after(0, 0.0);
+    let mut derivatives = SMatrix::zeros();
+    for (column, by) in steps.iter().enumerate() {
+        let moved = speeds_after(column, *by);
+        for row in 0..OUTPUTS {
+            derivatives[(row, column)] = (moved[row] - base[row]) / by;
+        }
+    }
+    for (i, decay) in decay.iter().enumerate() {
+        derivatives[(OUTPUTS + i, OUTPUTS + i)] = *decay;
+    }
+    derivatives
+}
+
+/// Covariances of the filter of a vehicle: of the first error, of the noise of one sample, of the sensors.
+pub(crate) struct Noise {
+    pub(crate) start: SMatrix<f64, STATES, STATES>,
+    pub(crate) process: SMatrix<f64, STATES, STATES>,
+    pub(crate) sensor: SMatrix<f64, OUTPUTS, OUTPUTS>,
+}
+
+impl Noise {
+    /// `decay` is what is left of each disturbance (pads, wind) after a sample of `dt_s`.
+    pub(crate) fn new(
+        vehicle: &VehicleParameters,
+        disturbances: &DisturbanceModel,
+        dt_s: f64,
+        decay: &[f64; WHEELSETS + 1],
+    ) -> Self {
+        let sensors = &vehicle.sensors;
+        let (speed, wheel) = (sensors.speed_sigma_m_s, sensors.wheel_speed_sigma_rad_s);
+        let mut sensor = SMatrix::from_diagonal_element(wheel.powi(2));
+        sensor[(0, 0)] = speed.powi(2);
+        let mut start = SMatrix::<f64, STATES, STATES>::zeros();
+        let mut process = start;
+        start.fixed_view_mut::<OUTPUTS, OUTPUTS>(0, 0).copy_from(&sensor);
+        let pressing =
+            vehicle.brake.friction_coefficient * vehicle.brake.radius_m * sensors.pressing_force_sigma_n;
+        let load_n = vehicle.body.mass_kg * GRAVITY_M_S2 / WHEELSETS as f64;
+        let limit = load_n * vehicle.rail.wet * vehicle.wheelset.radius_m;
+        let torque = pressing.hypot(disturbances.contact_sigma * limit);
+        let tolerance = &disturbances.tolerance;
+        process[(0, 0)] = 1e-10 + (tolerance.speed * speed).powi(2);
+        for j in 1..OUTPUTS {
+            process[(j, j)] = (torque / vehicle.wheelset.inertia_kg_m2 * dt_s).powi(2);
+            process[(j, j)] += (tolerance.wheel * wheel).powi(2);
+        }
+        let pad = disturbances.pad_sigma.powi(2);
+        for i in 0..WHEELSETS {
+            for j in 0..WHEELSETS {
+                let share = if i == j { 1.0 } else { disturbances.pad_correlation };
+                let at = (OUTPUTS + i, OUTPUTS + j);
+                start[at] = pad * share;
+                process[at] = pad * share * (1.0 - decay[i] * decay[j]);
+            }
+        }
+        let gust = disturbances.gust_sigma_m_s.powi(2);
+        start[(WIND, WIND)] = gust;
+        process[(WIND, WIND)] = gust * (1.0 - decay[WHEELSETS] * decay[WHEELSETS]);
+        Self { start, process, sensor }
+    }
+}
