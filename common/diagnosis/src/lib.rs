@@ -28,6 +28,10 @@
 //!   as one more state. *Localising* frees every place in turn: where the recordings become most likely, the model errs.
 //! * *flexible discrepancy* – a curve over one covariate at one place: what could be explained at all, by a law that nobody
 //!   has named. *Beside* the effects it shows what they leave, *instead* of them whether they are the answer.
+//! * *mending* – a further effect at the place of one before it that only takes up what the other's form leaves.
+//! * *rival*, *tie* – another candidate that does nearly as well as a named one; so nearly that the recordings cannot tell them
+//!   apart. Effects that look alike by their nature are *twins* in the effect's spec.
+//! * *rule* – a line of the table of verdicts; the first that holds decides. All limits are [`decide::criteria`].
 //! * *gap*, *nominal*, *calibrated*, *extended* – see [`answer::schema`].
 
 pub mod answer;

@@ -1,10 +1,23 @@
 //! The diagnosis of a wagon's case from recordings to report, in the order in which it works.
+//!
+//! # Why did a case get its verdict?
+//! | question | place |
+//! | --- | --- |
+//! | which rule decided | `rule` in the report; the table [`RULES`](crate::decide::verdict::RULES), read from its top |
+//! | what the rule compared | [`Evidence`](crate::decide::verdict::Evidence), gathered in [`evidence`](crate::decide::evidence) |
+//! | with which limit, and why that one | [`criteria`](crate::decide::criteria) |
+//! | why no effect, or no further one, was taken | `Stop` in [`acceptance`](crate::decide::acceptance), on the page under *To make this report again* |
+//! | where the model errs | [`localise`](crate::predict::localise), on the page under *Where it lies* |
+//! | how sure a named effect is | [`confidence`](crate::decide::confidence) |
+//!
+//! `cargo run --release -p railgrip-diagnosis --example explain CASE` prints all of it for one case.
 
 use crate::answer::schema::Report;
 use crate::answer::supplement::{Detail, Settings};
 use crate::data::case::Case;
 use crate::decide::criteria::Criteria;
-use crate::decide::{evidence, selection};
+use crate::decide::evidence;
+use crate::decide::selection::{self, Selection};
 use crate::fit::windows::Models;
 use crate::write::{details, predictions, regime, report};
 use railgrip_recording::Table;
@@ -44,23 +57,28 @@ pub fn diagnose(case: &Case, options: &Options, progress: &(dyn Fn(&'static str)
     let started = Instant::now();
     let criteria = Criteria::default();
 
-    // Calibrate: nuisances alone. Localise: free one place of the equations after the other.
+    // Calibrate: fit the nuisances alone. All that follows is measured against this model.
     let base = selection::calibrate(case);
+
+    // Localise: let one place of the equations err after the other. Where that gains most, the model is wrong, whatever the
+    // cause; a cause that cannot act there will have to explain itself.
     let places = selection::localise(case, &base, &criteria);
 
-    // Select: which effects of the library the recordings ask for.
+    // Select: which effects of the library the recordings ask for. Each must gain more than chance and more than a mere
+    // mending of the one before it; `selection.stop` says why no further one was taken.
     let selection = selection::select(case, base, places, &options.without, &criteria, progress);
 
-    // Judge: whether they are the answer, a part of it, or none.
+    // Judge: are they the answer, a part of it, or none? What they leave, and what a free curve would explain beside them or
+    // instead of them, goes through the table of rules. Here a case becomes `unknown`.
     progress("verdict");
     let judgement = evidence::judge(case, &selection, &criteria, options.seed);
 
-    // Fit once more, on the windows by which the gap is defined.
+    // Fit once more, on the windows by which the gap is defined: the verdict stands, the numbers of the report are these.
     progress("fit on windows");
     let named = judgement.decision.names_effects().then_some(&selection.best.fitted);
     let models = Models::fit(case, &selection.base.fitted, named);
 
-    // Write.
+    // Write: predictions of the three models, the report, what is shown beside it, the vehicle file.
     progress("report");
     let [nominal, calibrated, extended] = &models.build();
     let three = [nominal, calibrated, extended];
@@ -79,7 +97,7 @@ pub fn diagnose(case: &Case, options: &Options, progress: &(dyn Fn(&'static str)
     );
     let mut detail = details::detail(case, &selection, &judgement, &models, &report, &criteria);
     detail.case = options.case.clone();
-    detail.settings = settings(options, selection.best.tolerance);
+    detail.settings = settings(options, &selection);
     detail.heat_map = heat_map;
     details::add_runs(&mut detail, case, &fit, &holdout);
     detail.effect_curves =
@@ -94,12 +112,18 @@ pub fn diagnose(case: &Case, options: &Options, progress: &(dyn Fn(&'static str)
 }
 
 /// How to make the report again.
-fn settings(options: &Options, tolerance: usize) -> Settings {
+fn settings(options: &Options, selection: &Selection) -> Settings {
     Settings {
         version: options.version.clone(),
         command: options.command.clone(),
         seed: options.seed,
         without: options.without.clone(),
-        more: vec![("tolerance level of the filter".into(), tolerance.to_string())],
+        more: vec![
+            ("Why no further effect was tried or taken".into(), selection.stop.words().into()),
+            (
+                "Error of the model that the filter allows for (0 none, 3 most)".into(),
+                selection.best.tolerance.to_string(),
+            ),
+        ],
     }
 }

@@ -30,6 +30,25 @@ pub enum Stop {
     NotOneMore,
 }
 
+impl Stop {
+    /// Why, in one sentence for people.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::EnoughEffects => "As many effects are named as may be named together.",
+            Self::Quiet => "The model leaves nothing to explain.",
+            Self::Hopeless => "The effects so far leave most of a gross misfit where it was.",
+            Self::NoCandidate => "No candidate is left to try.",
+            Self::NoFinalist => "No candidate fits well enough to be looked at more closely.",
+            Self::Event => "What the best candidate gains lies in a few seconds only.",
+            Self::GainsLittle => "The best candidate gains too little.",
+            Self::FailsLeftOut => "The best candidate does not predict runs that are left out of the fit.",
+            Self::NotOneMore => {
+                "The best candidate mends an effect before it, sits on its bound, or acts where little is wrong."
+            }
+        }
+    }
+}
+
 /// Whether a model leaves nothing to explain.
 pub(crate) fn is_quiet(frozen: &FrozenFit, rest: &[PlaceEvidence], localisation: &Localisation) -> bool {
     let expected = 0.5 * frozen.fitted.residuals.len() as f64;

@@ -9,7 +9,7 @@ use crate::fit::frozen::{self, FrozenFit};
 use crate::model::candidates::{self, Candidate};
 use crate::model::parameters::{FittedEffect, Shape};
 use crate::predict::disturbances::{DisturbanceModel, TOLERANCES};
-use crate::predict::localise::{self, PlaceEvidence};
+use crate::predict::localise::{self, PlaceEvidence, Stretches};
 use rayon::prelude::*;
 
 /// The outcome of the selection.
@@ -40,7 +40,11 @@ pub fn calibrate(case: &Case) -> FrozenFit<'_> {
 /// Frees each place of the equations on top of a frozen fit; the likeliest first.
 pub fn localise(case: &Case, frozen: &FrozenFit, criteria: &Criteria) -> Vec<PlaceEvidence> {
     let built = frozen.fitted.shape.build(&frozen.fitted.fit.theta);
-    localise::localise(case, &built, &DisturbanceModel::default(), criteria.localisation.event_share)
+    let stretches = Stretches {
+        length_s: criteria.significance.stretch_s,
+        event_share: criteria.localisation.event_share,
+    };
+    localise::localise(case, &built, &DisturbanceModel::default(), stretches)
 }
 
 /// Selects effects on top of the calibrated model `base`, over which freeing places gains `places`, from the library

@@ -2,6 +2,7 @@
 //! says where).
 
 pub mod disturbances;
+pub(crate) mod local_disturbance;
 pub mod localise;
 pub mod one_step;
 pub mod open_loop;

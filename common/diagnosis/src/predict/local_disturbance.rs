@@ -1,0 +1,244 @@
+//! A filter with one place of the equations or one sensor freed by a local disturbance d, d' = −d/τ + noise, as one more
+//! state (Jazwinski, Stochastic Processes and Filtering Theory, section 8.4).
+
+use crate::data::case::{Case, OUTPUTS, Run, Sample, WHEELSETS};
+use crate::model::discrepancy::{Place, Scope};
+use crate::model::parameters::Built;
+use crate::predict::disturbances::{
+    DIFFERENCES, DisturbanceModel, Noise, STATES, WIND, derivatives, move_disturbance, robust_cost,
+};
+use nalgebra::{SMatrix, SVector};
+use railgrip_filter::core::Gaussian;
+use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion};
+
+/// States of the wagon's filter and the disturbance.
+const WIDE: usize = STATES + 1;
+type State = SMatrix<f64, WIDE, WIDE>;
+
+/// Samples over which derivatives are held: they change slowly beside the sampling.
+const DERIVATIVES_HELD: usize = 3;
+/// Cost of a filter that diverged.
+const DIVERGED: f64 = 1e12;
+
+/// A freed place with its disturbance.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LocalDisturbance {
+    /// Where.
+    pub(crate) place: Place,
+    /// On which wheelsets.
+    pub(crate) scope: Scope,
+    /// One sigma, in the unit of the place; zero frees nothing.
+    pub(crate) amplitude: f64,
+    /// Correlation time τ, s.
+    pub(crate) time_s: f64,
+}
+
+impl LocalDisturbance {
+    /// The disturbance that frees nothing.
+    pub(crate) fn nothing() -> Self {
+        Self { place: Place::BodyForce, scope: Scope::Both, amplitude: 0.0, time_s: 1.0 }
+    }
+
+    fn on(&self, wheelset: usize) -> f64 {
+        if self.scope.has(wheelset) { 1.0 } else { 0.0 }
+    }
+}
+
+/// Minus the log-likelihood, up to a constant, of each stretch of `stretch_s` of the runs to fit on.
+pub(crate) fn costs(
+    case: &Case,
+    built: &Built,
+    disturbances: &DisturbanceModel,
+    freed: &LocalDisturbance,
+    stretch_s: f64,
+) -> Vec<f64> {
+    let of = |run| Filter::new(case, built, run, disturbances, freed).costs(stretch_s);
+    case.fit.iter().flat_map(of).collect()
+}
+
+struct Filter<'a> {
+    run: &'a Run,
+    wagon: FastWagon<'a>,
+    freed: &'a LocalDisturbance,
+    mass_kg: f64,
+    inertia_kg_m2: f64,
+    decay: [f64; WHEELSETS + 2],
+    process: State,
+    sensor: SMatrix<f64, OUTPUTS, OUTPUTS>,
+    /// Belief about the error of what follows, see [`crate::predict::disturbances`].
+    error: Gaussian<WIDE>,
+    derivatives: State,
+    motion: Motion,
+    disturbance: Disturbance,
+    local: f64,
+    hidden: Vec<f64>,
+}
+
+impl<'a> Filter<'a> {
+    fn new(
+        case: &Case,
+        built: &'a Built,
+        run: &'a Run,
+        disturbances: &DisturbanceModel,
+        freed: &'a LocalDisturbance,
+    ) -> Self {
+        let vehicle = &case.vehicle;
+        let own = (-run.dt_s / freed.time_s).exp();
+        let shared = disturbances.decay(run.dt_s);
+        let noise = Noise::new(vehicle, disturbances, run.dt_s, &shared);
+        let widen = |narrow: &SMatrix<f64, STATES, STATES>, last: f64| {
+            let mut wide = State::zeros();
+            wide.fixed_view_mut::<STATES, STATES>(0, 0).copy_from(narrow);
+            wide[(STATES, STATES)] = last;
+            wide
+        };
+        let variance = freed.amplitude.powi(2);
+        let wagon = FastWagon::new(&built.model, built.adhesion(run.rail), run.dt_s);
+        let first = &run.samples[0];
+        let hidden = wagon.start_hidden(&first.outputs, &first.input);
+        let mut decay = [own; WHEELSETS + 2];
+        decay[..=WHEELSETS].copy_from_slice(&shared);
+        Self {
+            run,
+            freed,
+            mass_kg: vehicle.body.mass_kg,
+            inertia_kg_m2: vehicle.wheelset.inertia_kg_m2,
+            decay,
+            process: widen(&noise.process, variance * (1.0 - own * own)),
+            sensor: noise.sensor,
+            error: Gaussian { mean: SVector::zeros(), covariance: widen(&noise.start, variance) },
+            derivatives: State::identity(),
+            motion: wagon.start_motion(&first.measured_motion(), &first.input, &hidden),
+            wagon,
+            disturbance: Disturbance::default(),
+            local: 0.0,
+            hidden,
+        }
+    }
+
+    /// Cost of each stretch of the run.
+    fn costs(mut self, stretch_s: f64) -> Vec<f64> {
+        let stretch = (stretch_s / self.run.dt_s).round().max(1.0) as usize;
+        let mut costs = vec![0.0; self.run.len().div_ceil(stretch)];
+        for k in 0..self.run.len() {
+            let sample = &self.run.samples[k];
+            let cost = self.update(sample);
+            costs[k / stretch] += if cost.is_finite() { cost } else { DIVERGED };
+            if !cost.is_finite() {
+                break;
+            }
+            if k + 1 < self.run.len() {
+                if k % DERIVATIVES_HELD == 0 {
+                    self.derivatives = self.derivatives(sample);
+                }
+                self.predict(sample);
+            }
+        }
+        costs
+    }
+
+    /// What the sensors should read at a sample, and its derivatives.
+    fn expected(&self, sample: &Sample) -> ([f64; OUTPUTS], SMatrix<f64, OUTPUTS, WIDE>) {
+        let reading = self.wagon.read(&self.motion, &sample.input, &self.hidden);
+        let mut observe = SMatrix::<f64, OUTPUTS, WIDE>::identity();
+        let mut expected = reading;
+        match self.freed.place {
+            Place::SpeedSensor => {
+                observe[(0, STATES)] = 1.0;
+                expected[0] += self.local;
+            }
+            Place::WheelSensor => {
+                for i in 0..WHEELSETS {
+                    observe[(1 + i, STATES)] = self.freed.on(i);
+                    expected[1 + i] += self.freed.on(i) * self.local;
+                }
+            }
+            Place::WheelScale => {
+                for i in 0..WHEELSETS {
+                    observe[(1 + i, STATES)] = self.freed.on(i) * reading[1 + i];
+                    expected[1 + i] += self.freed.on(i) * self.local * reading[1 + i];
+                }
+            }
+            _ => {}
+        }
+        (expected, observe)
+    }
+
+    /// Uses a sample; returns its share of the cost, infinite for a filter that diverged.
+    fn update(&mut self, sample: &Sample) -> f64 {
+        let (expected, observe) = self.expected(sample);
+        let innovation: [f64; OUTPUTS] = std::array::from_fn(|j| sample.outputs[j] - expected[j]);
+        let Some(gain) = self.error.condition(&observe, &self.sensor) else { return f64::INFINITY };
+        let change = gain.correction(&innovation);
+        for j in 0..OUTPUTS {
+            self.motion.state[j] += change[j];
+        }
+        for i in 0..WHEELSETS {
+            self.disturbance.pad[i] += change[OUTPUTS + i];
+        }
+        self.disturbance.wind_m_s += change[WIND];
+        self.local += change[STATES];
+        let white = gain.whitened(&innovation);
+        white.into_iter().map(robust_cost).sum::<f64>() + gain.half_log_determinant
+    }
+
+    fn predict(&mut self, sample: &Sample) {
+        self.error.predict(SVector::zeros(), &self.derivatives, &self.process);
+        let mut hidden = std::mem::take(&mut self.hidden);
+        self.motion = self.step(self.motion, sample, self.disturbance, self.local, &mut hidden);
+        self.hidden = hidden;
+        for i in 0..WHEELSETS {
+            self.disturbance.pad[i] *= self.decay[i];
+        }
+        self.disturbance.wind_m_s *= self.decay[WHEELSETS];
+        self.local *= self.decay[WHEELSETS + 1];
+    }
+
+    /// One sample on, with the disturbance at its place.
+    fn step(
+        &self,
+        mut motion: Motion,
+        sample: &Sample,
+        mut disturbance: Disturbance,
+        local: f64,
+        hidden: &mut [f64],
+    ) -> Motion {
+        let (mut adhesion_factor, freed) = (1.0, self.freed);
+        let mut input = sample.input;
+        match freed.place {
+            Place::PadFriction => (0..WHEELSETS).for_each(|i| disturbance.pad[i] += freed.on(i) * local),
+            Place::Adhesion => adhesion_factor = (1.0 + local).max(0.05),
+            Place::DriveTorque => {
+                input.mid_drive_torque_nm.iter_mut().for_each(|torque| *torque *= 1.0 + local);
+            }
+            _ => {}
+        }
+        self.wagon.on_adhesion(adhesion_factor).step(&mut motion, &input, &disturbance, hidden);
+        match freed.place {
+            Place::BodyForce => motion.state[0] += local * self.run.dt_s / self.mass_kg,
+            Place::WheelTorque => {
+                for i in 0..WHEELSETS {
+                    motion.state[1 + i] += freed.on(i) * local * self.run.dt_s / self.inertia_kg_m2;
+                }
+            }
+            _ => {}
+        }
+        motion
+    }
+
+    /// Derivatives of the next state.
+    fn derivatives(&self, sample: &Sample) -> State {
+        let speeds_after = |state: usize, by: f64| {
+            let (mut motion, mut disturbance, mut local) = (self.motion, self.disturbance, self.local);
+            match state {
+                0..OUTPUTS => motion.state[state] += by,
+                STATES => local += by,
+                _ => move_disturbance(&mut disturbance, state, by),
+            }
+            self.step(motion, sample, disturbance, local, &mut self.hidden.clone()).state
+        };
+        let mut steps = [0.03 * self.freed.place.scale().0; WIDE];
+        steps[..STATES].copy_from_slice(&DIFFERENCES);
+        derivatives(speeds_after, &steps, &self.decay)
+    }
+}
