@@ -1,0 +1,51 @@
+//! Tables of numbers, each with a default and a range.
+
+/// A setting out of its range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SettingError {
+    /// Dotted key below `[indicators]`.
+    pub key: String,
+    /// What stands there.
+    pub value: f64,
+    /// What may stand there.
+    pub allowed: String,
+}
+
+impl std::fmt::Display for SettingError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "`{}` is {}, allowed is {}", self.key, self.value, self.allowed)
+    }
+}
+
+impl std::error::Error for SettingError {}
+
+/// Declares a table of numbers: fields with default, least and greatest value, and its check.
+macro_rules! table {
+    ($(#[$meta:meta])* $name:ident { $($(#[$field_meta:meta])* $field:ident = $default:literal in $low:literal..$high:literal;)+ }) => {
+        $(#[$meta])*
+        #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct $name { $($(#[$field_meta])* pub $field: f64,)+ }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $default,)+ }
+            }
+        }
+
+        impl $name {
+            fn check(&self, table: &'static str) -> Result<(), SettingError> {
+                $(if !($low..=$high).contains(&self.$field) {
+                    return Err(SettingError {
+                        key: format!("{table}.{}", stringify!($field)),
+                        value: self.$field,
+                        allowed: format!("{} to {}", $low, $high),
+                    });
+                })+
+                Ok(())
+            }
+        }
+    };
+}
+
+pub(super) use table;
