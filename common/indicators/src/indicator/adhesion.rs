@@ -10,7 +10,7 @@ use railgrip_messages::{Grade, Indicator};
 /// The scale on which adhesion is drawn.
 const SCALE: Limit = Limit::free(0.0, 0.4);
 
-/// The largest adhesion utilised of late.
+/// The largest adhesion utilised recently.
 pub static ADHESION_UTILISED: IndicatorSpec = IndicatorSpec {
     id: "adhesion_utilised",
     label: "Adhesion used",
@@ -25,15 +25,15 @@ pub static ADHESION_UTILISED: IndicatorSpec = IndicatorSpec {
     limit: Some(|_, _| SCALE),
     metric: Some(Metric {
         reach: Reach::Both,
-        ..Metric::gauge("adhesion_utilised_ratio", "Largest adhesion utilised of late, magnitude")
+        ..Metric::gauge("adhesion_utilised_ratio", "Largest adhesion utilised recently, magnitude")
     }),
     meaning: Meaning {
         name: "Adhesion used",
         block: "manipulation",
-        definition: "Tangential over normal force between wheel and rail: the largest of the latest seconds.",
+        definition: "Tangential over normal force between wheel and rail, the largest value of the last seconds.",
         interval: "95 %, from the filter",
         limits: |settings, _| format!("Not judged; over the latest {:.0} s.", settings.adhesion.window_s),
-        cannot_see: "How much more the rail would have given.",
+        cannot_see: "How much adhesion was left unused.",
         ..Meaning::PLAIN
     },
     ..IndicatorSpec::PLAIN
@@ -56,15 +56,15 @@ pub static ADHESION_AVAILABLE: IndicatorSpec = IndicatorSpec {
     }),
     meaning: Meaning {
         name: "Adhesion available",
-        definition: "The most that the rail gives. While a wheelset slides it shows itself; otherwise what was used without sliding is a lower bound, marked ≥.",
-        interval: "95 % of what is believed after all slides and all rolling",
+        definition: "The largest adhesion that the rail can provide. It is measured while a wheelset slides; otherwise the adhesion used without sliding is a lower bound, marked ≥.",
+        interval: "95 %, from all slides and all rolling so far",
         limits: |settings, _| {
             format!(
-                "Not judged itself: see Rail. What a slide showed holds for {:.0} s.",
+                "Not judged itself (see Rail). A value from a slide is kept for {:.0} s.",
                 settings.adhesion.slide_hold_s
             )
         },
-        cannot_see: "The limit while everything rolls well below it.",
+        cannot_see: "The limit, while the adhesion used stays well below it.",
         ..Meaning::PLAIN
     },
     ..IndicatorSpec::PLAIN
@@ -78,7 +78,7 @@ fn judge_available(seen: &Observed, view: &RailView) -> Indicator {
 fn utilised(largest: Option<(f64, f64)>, settings: &AdhesionSettings) -> Indicator {
     let Some((value, sigma)) = largest else { return unknown("no estimate yet") };
     let half = 1.96 * sigma;
-    let reason = format!("{value:.3} ± {half:.3} at most in the last {:.0} s", settings.window_s);
+    let reason = format!("{value:.3} ± {half:.3}, the largest of the last {:.0} s", settings.window_s);
     known(value, (value - half).max(0.0), value + half, Grade::Ok, &reason)
 }
 
@@ -94,7 +94,7 @@ fn available(available: &Available) -> Indicator {
         None => unknown("no estimate yet"),
         Some((value, sigma)) => {
             let low = (value - 1.96 * sigma).max(0.0);
-            let reason = format!("at least {low:.3}: so much was utilised without sliding");
+            let reason = format!("at least {low:.3}: this much was used without sliding");
             known(low, low, available.high.max(low), Grade::Ok, &reason)
         }
     }

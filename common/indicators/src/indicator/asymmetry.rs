@@ -45,12 +45,12 @@ pub static ASYMMETRY: IndicatorSpec = IndicatorSpec {
         interval: "95 %",
         limits: |settings, _| {
             format!(
-                "Watch beyond ±{:.0} %, act beyond ±{:.0} %, by the end of the interval that is nearer to zero.",
+                "Watch beyond ±{:.0} %, act beyond ±{:.0} %, at the end of the interval nearer to zero.",
                 100.0 * settings.asymmetry.watch,
                 100.0 * settings.asymmetry.act
             )
         },
-        cannot_see: "While both wheelsets roll, speeds show the sum of their torques; the split shows in creepage as far as the wheel radii are known, and in slides.",
+        cannot_see: "While both wheelsets roll, only the sum of their torques is visible. The difference shows in slides, and in creepage if the wheel radii are known well.",
     },
     ..IndicatorSpec::PLAIN
 };
@@ -66,7 +66,7 @@ fn judge(
     let both =
         difference.zip(friction).filter(|(_, friction)| seconds >= min_braking_s && friction.value > 0.0);
     let Some((difference, friction)) = both else {
-        return unknown("needs braking in which each wheelset is observable on its own");
+        return unknown("needs braking in which the wheelsets can be told apart");
     };
     let (value, half) = (difference.value / friction.value, difference.half_width / friction.value);
     let (low, high) = (value - half, value + half);

@@ -27,16 +27,16 @@ pub static BRAKE_DELAY: IndicatorSpec = IndicatorSpec {
     )),
     meaning: Meaning {
         name: "Begins later than its place",
-        definition: "When the first pressing force comes on this wagon, against a line through the beginnings on all wagons: the signal travels along the brake pipe, and what remains is the delay of the wagon. Median of its latest applications.",
+        definition: "How much later the first pressing force comes on this wagon than a line through all wagons predicts. The signal travels along the brake pipe; what remains is the delay of this wagon. Median of its latest applications.",
         unit: "s",
         interval: "spread of the latest applications",
         limits: |settings, _| {
             format!(
-                "Watch above {:.1} s, act above {:.1} s, by the middle between median and lowest; needs three applications.",
+                "Watch above {:.1} s, act above {:.1} s, at the middle between median and lowest; needs three applications.",
                 settings.response.late_watch_s, settings.response.late_act_s
             )
         },
-        cannot_see: "A delay of the whole train, and one that bends evenly along it.",
+        cannot_see: "A delay of the whole train, or one that changes smoothly along it.",
         ..Meaning::PLAIN
     },
     ..IndicatorSpec::PLAIN
@@ -55,6 +55,6 @@ fn among(train: &Neighbours, wagon: u32, settings: &IndicatorSettings) -> Option
         _ => "begins in its turn",
     };
     let reason =
-        format!("{words}: {value:+.2} s against its place in the train, {low:+.2} to {high:+.2} s of late");
+        format!("{words}: {value:+.2} s against its place in the train, {low:+.2} to {high:+.2} s recently");
     Some(known(value, low, high, grade, &reason))
 }

@@ -46,9 +46,9 @@ pub static BRAKE_FRICTION: IndicatorSpec = IndicatorSpec {
     meaning: Meaning {
         name: "Pad friction",
         block: "health assessment",
-        definition: "Friction between pad and disc, mean over the latest braking, of the wagon and of each wheelset. Estimated from wheel speeds, train speed and brake-cylinder pressure; nothing measures it.",
+        definition: "Friction between pad and disc, mean over the latest braking, of the wagon and of each wheelset. Estimated from wheel speeds, train speed and brake-cylinder pressure; it is not measured directly.",
         unit: "none (a ratio of forces)",
-        interval: "95 %, from the filter and the scatter over blocks of braking, widened by what mass and wheel radii may be wrong",
+        interval: "95 %, from the filter and the scatter between blocks of braking, widened for errors of mass and wheel radii",
         limits: |settings, _| {
             let friction = &settings.brake_friction;
             format!(
@@ -60,7 +60,7 @@ pub static BRAKE_FRICTION: IndicatorSpec = IndicatorSpec {
                 friction.min_braking_s
             )
         },
-        cannot_see: "Anything while the pads are off: the figure is held. Of a single wheelset only braking counts in which the filter can tell it from the other one. A wrong mass shifts all of them alike.",
+        cannot_see: "Anything while the brakes are released: the last figure is held. For a single wheelset only braking counts in which the filter can tell the wheelsets apart. A wrong mass shifts all figures alike.",
     },
     ..IndicatorSpec::PLAIN
 };
@@ -91,25 +91,25 @@ pub static BRAKE_FRICTION_STANDARD: IndicatorSpec = IndicatorSpec {
     meaning: Meaning {
         name: "Pad friction at standard conditions",
         block: "health assessment",
-        definition: "What the pad friction would be at a standard speed, pressing force and disc temperature: a fit over the braking takes their influence out, so that mornings can be compared with each other.",
+        definition: "Pad friction converted to a standard speed, pressing force and disc temperature by a fit over the braking, so that different days can be compared.",
         unit: "none",
         interval: "95 %, from the fit",
         limits: |settings, _| {
             let standard = &settings.standard;
             format!(
-                "As pad friction. Standard is {:.0} km/h, {:.0} kN a wheelset and discs {:.0} K above their surroundings.",
+                "As pad friction. Standard is {:.0} km/h, {:.0} kN per wheelset and discs {:.0} K above ambient.",
                 3.6 * standard.speed_m_s,
                 1e-3 * standard.pressing_force_n,
                 standard.disc_rise_k
             )
         },
-        cannot_see: "The disc's temperature is worked out, not measured. Braking that is always alike cannot show what conditions do; the interval stays wide then.",
+        cannot_see: "The disc temperature is calculated, not measured. If all braking is alike, the influence of the conditions cannot be found and the interval stays wide.",
     },
     ..IndicatorSpec::PLAIN
 };
 
 const NO_BRAKING: &str = "no braking yet";
-const NOT_OBSERVABLE: &str = "needs braking in which this wheelset is observable on its own";
+const NOT_OBSERVABLE: &str = "needs braking in which this wheelset can be told from the others";
 
 fn judge(seen: &Observed, mean: Option<Mean>, seconds: f64, nothing: &str) -> Indicator {
     brake_friction(mean, seconds, seen.nominal.brake_friction, &seen.settings.brake_friction, nothing)

@@ -32,7 +32,7 @@ pub static DRAGGING: IndicatorSpec = IndicatorSpec {
             Reach::Wagon,
             Advice {
                 wagon: "Look for a brake that does not release: hot discs, handbrake, release valve.",
-                train: "Most wagons run hard: suspect an applied brake, a wrong gradient or a headwind before any single wagon.",
+                train: "Most wagons are held back: check for an applied brake, a wrong gradient or headwind before single wagons.",
             },
         )
     }),
@@ -45,17 +45,17 @@ pub static DRAGGING: IndicatorSpec = IndicatorSpec {
         name: "Drag when released",
         definition: "Force that holds the wagon back while its brakes are released, beyond running resistance and gradient.",
         unit: "kN",
-        interval: "95 %, with what wind, load and gradient may be",
+        interval: "95 %, allowing for wind, load and gradient",
         limits: |settings, _| {
             let dragging = &settings.dragging;
             format!(
-                "Watch above {:.1} %, act above {:.1} % of the weight, by the lower end; needs {:.0} s of released running.",
+                "Watch above {:.1} %, act above {:.1} % of the weight, at the lower end of the interval; needs {:.0} s of running with released brakes.",
                 100.0 * dragging.watch,
                 100.0 * dragging.act,
                 dragging.min_released_s
             )
         },
-        cannot_see: "In a coupled train the couplers spread the drag of one wagon over all of them: then all wagons show a part of it.",
+        cannot_see: "In a coupled train the couplers spread the drag of one wagon, so every wagon shows a part of it.",
         ..Meaning::PLAIN
     },
     formerly: &["dragging"],
@@ -74,7 +74,7 @@ fn judge(drag: Option<(f64, f64, f64)>, weight_n: f64, settings: &DraggingSettin
     let (grade, words) = match grade {
         Grade::Ok if half > limits.act => (Grade::Unknown, "too uncertain to judge"),
         Grade::Ok => (Grade::Ok, "runs freely"),
-        grade => (grade, "a brake drags, or something else holds the wagon"),
+        grade => (grade, "a brake drags, or another force holds the wagon back"),
     };
     let (value, half) = (share * weight_n, half * weight_n);
     known(value, value - half, value + half, grade, &format!("{words}: {figure}, {seconds:.0} s"))

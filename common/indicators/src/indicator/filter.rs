@@ -24,8 +24,8 @@ pub static FILTER: IndicatorSpec = IndicatorSpec {
             "filter",
             Reach::Wagon,
             Advice {
-                wagon: "The model does not explain this wagon: run `railgrip gap diagnose` on the recording that was kept.",
-                train: "The model explains no wagon: check vehicle file, loads and gradient of the train, then diagnose the gap.",
+                wagon: "The model does not fit this wagon: run `railgrip gap diagnose` on the saved recording.",
+                train: "The model fits none of these wagons: check vehicle file, loads and gradient, then run `railgrip gap diagnose`.",
             },
         )
     }),
@@ -38,7 +38,7 @@ pub static FILTER: IndicatorSpec = IndicatorSpec {
     meaning: Meaning {
         name: "Filter",
         block: "manipulation",
-        definition: "Mean normalised innovation squared over its degrees of freedom, over the latest seconds: how far the data are from what the filter expects, by its own measure. 1 is ideal.",
+        definition: "Mean normalised innovation squared over its degrees of freedom, over the last seconds. It compares the data with what the filter expects; 1 is ideal.",
         limits: |settings, _| {
             let filter = &settings.filter;
             format!(
@@ -46,7 +46,7 @@ pub static FILTER: IndicatorSpec = IndicatorSpec {
                 filter.nis_watch_high, filter.nis_watch_low, filter.nis_act_high, filter.min_speed_m_s
             )
         },
-        cannot_see: "A mismatch that another state takes up: the figures are wrong then and nothing looks wrong.",
+        cannot_see: "A mismatch that the filter absorbs into another state: the figures are then wrong without any sign of it.",
         ..Meaning::PLAIN
     },
     ..IndicatorSpec::PLAIN
@@ -70,7 +70,7 @@ fn judge(ratio: Option<f64>, settings: &FilterSettings) -> Indicator {
     } else if ratio > limits.nis_watch_high {
         (Grade::Watch, "model and data differ more than the sensors explain")
     } else if ratio < limits.nis_watch_low {
-        (Grade::Watch, "data are calmer than the declared sensors")
+        (Grade::Watch, "data vary less than the declared sensor noise")
     } else {
         (Grade::Ok, "model and data agree")
     };

@@ -27,7 +27,7 @@ pub static ISOLATED: IndicatorSpec = IndicatorSpec {
             "isolated",
             Reach::Wheelsets,
             Advice::same(
-                "Check the isolating cock, the brake cylinder and the rigging here; count this brake as missing until then.",
+                "Check the isolating cock, the brake cylinder and the rigging here. Count this brake as missing until then.",
             ),
         )
     }),
@@ -38,19 +38,19 @@ pub static ISOLATED: IndicatorSpec = IndicatorSpec {
     }),
     meaning: Meaning {
         name: "Without a brake",
-        definition: "Share of the latest braking during which a wheelset had no pressing force while others of the wagon had, or the whole wagon while the other wagons had; or pads that press without any effect.",
+        definition: "Share of the latest braking during which a wheelset had no pressing force while others of the wagon had, or the whole wagon while other wagons had. Also pads that press without effect.",
         unit: "% of the braking time",
         interval: "none: it is counted",
         limits: |settings, _| {
             let isolated = &settings.isolated;
             format!(
-                "Watch above {:.0} %, act above {:.0} %; act also when friction is surely below {:.0} % of nominal.",
+                "Watch above {:.0} %, act above {:.0} %; act also when friction is certainly below {:.0} % of nominal.",
                 100.0 * isolated.watch,
                 100.0 * isolated.act,
                 100.0 * isolated.effect_ratio
             )
         },
-        cannot_see: "A whole wagon that is cut off in a train of fewer than three wagons, or when half of them are.",
+        cannot_see: "A whole wagon without a brake in a train of fewer than three wagons, or when half of the wagons are.",
         ..Meaning::PLAIN
     },
     ..IndicatorSpec::PLAIN
@@ -85,7 +85,7 @@ fn among(train: &Neighbours, wagon: u32, settings: &IndicatorSettings) -> Option
         Grade::Watch => "the whole wagon is often without pressing force while the train brakes",
         _ => "pressed like the other wagons",
     };
-    let reason = format!("{words}: without in {:.0} % of the latest braking", 100.0 * share);
+    let reason = format!("{words}: {:.0} % of the latest braking without pressing force", 100.0 * share);
     Some(known(share, share, share, grade, &reason))
 }
 
@@ -113,6 +113,6 @@ fn judge(share: Option<f64>, friction_ratio: Option<(f64, f64)>, settings: &Isol
         share,
         share,
         grade,
-        &format!("{words}: without in {:.0} % of the latest braking", 100.0 * share),
+        &format!("{words}: {:.0} % of the latest braking without pressing force", 100.0 * share),
     )
 }

@@ -21,10 +21,8 @@ pub static MODEL: IndicatorSpec = IndicatorSpec {
     meaning: Meaning {
         name: "Model over time",
         block: "health assessment",
-        definition: "The same over minutes, watched by output and by what the wagon does; where it stays too large, the term of the equations to suspect is named and the latest minutes are kept as a recording for `railgrip gap diagnose`.",
-        limits: |_, _| {
-            "By a sequential test against chance; it speaks through the alert of the filter.".to_owned()
-        },
+        definition: "The filter's figure over minutes, by output and by driving situation. If it stays too large, the suspected term of the equations is named and the last minutes are saved as a recording for `railgrip gap diagnose`.",
+        limits: |_, _| "By a sequential test against chance. It raises the alert of the filter.".to_owned(),
         cannot_see: "As for the filter.",
         ..Meaning::PLAIN
     },

@@ -21,25 +21,25 @@ pub static RAIL: IndicatorSpec = IndicatorSpec {
             "rail",
             Reach::Wagon,
             Advice::same(
-                "Expect long braking distances here; sand or reduce speed, and tell those who follow.",
+                "Expect long braking distances here. Sand or reduce speed, and warn following trains.",
             ),
         )
     }),
     stored: Stored::Nothing,
     meaning: Meaning {
         name: "Rail",
-        definition: "Probability that the rail is dry, wet, low or very low, by Bayes' rule from slides and from rolling without a slide; without news it fades to what is usual.",
+        definition: "Probability that the rail is dry, wet, low or very low, from slides and from rolling without a slide (Bayes' rule). Without new evidence it returns to the usual values.",
         unit: "% probability",
-        interval: "the probabilities say it themselves",
+        interval: "none: the probabilities express the uncertainty",
         limits: |settings, _| {
             format!(
-                "Watch from {:.0} % low or very low on, act from {:.0} % very low on, ok up to {:.0} %; in between unknown.",
+                "Watch from {:.0} % probability of low or very low, act from {:.0} % of very low, ok up to {:.0} %; unknown in between.",
                 100.0 * settings.adhesion.low_probability_watch,
                 100.0 * settings.adhesion.very_low_probability_act,
                 100.0 * settings.adhesion.low_probability_ok
             )
         },
-        cannot_see: "Why it is low: leaves, water, oil or ice. A rail that is never asked for more than it gives looks like any better one.",
+        cannot_see: "Why the rail is low: leaves, water, oil or ice. A rail of which little adhesion is asked looks like a better one.",
         ..Meaning::PLAIN
     },
     ..IndicatorSpec::PLAIN
@@ -56,7 +56,7 @@ fn judge(classes: [f64; CLASSES], settings: &AdhesionSettings) -> Indicator {
     } else if poor <= settings.low_probability_ok {
         (Grade::Ok, "adhesion is not low")
     } else {
-        (Grade::Unknown, "nothing tells yet: no slide, little adhesion utilised")
+        (Grade::Unknown, "no evidence yet: no slide, and little adhesion used")
     };
     let mut order = [0, 1, 2, 3];
     order.sort_by(|a, b| classes[*b].total_cmp(&classes[*a]));

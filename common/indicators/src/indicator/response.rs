@@ -37,7 +37,7 @@ pub static RESPONSE: IndicatorSpec = IndicatorSpec {
     )),
     meaning: Meaning {
         name: "Brake builds up in",
-        definition: "Time from the first pressing force to 90 % of its level, median of the latest brake applications that came to rest.",
+        definition: "Time from the first pressing force to 90 % of its level, median of the latest brake applications in which the force became steady.",
         unit: "s",
         interval: "spread of the latest applications",
         limits: |settings, _| {
@@ -46,7 +46,7 @@ pub static RESPONSE: IndicatorSpec = IndicatorSpec {
                 settings.response.watch_s, settings.response.act_s
             )
         },
-        cannot_see: "The time from the driver's action to the first pressure here, and applications that never come to rest.",
+        cannot_see: "The time from the driver's action to the first pressure here, and applications in which the force never becomes steady.",
         ..Meaning::PLAIN
     },
     formerly: &["response"],
@@ -56,11 +56,11 @@ pub static RESPONSE: IndicatorSpec = IndicatorSpec {
 /// Time from the first pressing force to 90 % of its level.
 fn judge(time_s: Option<(f64, f64, f64)>, settings: &ResponseSettings) -> Indicator {
     let Some((median_s, low_s, high_s)) = time_s else {
-        return unknown("needs three brake applications that come to rest");
+        return unknown("needs three brake applications in which the force becomes steady");
     };
     let grade = large(low_s, settings.watch_s, settings.act_s);
     let words = if grade > Grade::Ok { "slow" } else { "as it should be" };
     let reason =
-        format!("{words}: {median_s:.1} s to 90 % of the force, {low_s:.1} to {high_s:.1} s of late");
+        format!("{words}: {median_s:.1} s to 90 % of the force, {low_s:.1} to {high_s:.1} s recently");
     known(median_s, low_s, high_s, grade, &reason)
 }

@@ -33,9 +33,9 @@ pub static SANDING: IndicatorSpec = IndicatorSpec {
         unit: "a factor",
         interval: "95 %, from the scatter of both",
         limits: |settings, _| {
-            format!("Watch when even the upper end is below {:.1}.", settings.sanding.factor_watch)
+            format!("Watch when the upper end of the interval is below {:.1}.", settings.sanding.factor_watch)
         },
-        cannot_see: "Sand that falls where nothing slides, and a rail that changes between the two.",
+        cannot_see: "Sand that falls where no wheelset slides, or a rail that changes between the slides compared.",
         ..Meaning::PLAIN
     },
     ..IndicatorSpec::PLAIN
@@ -58,6 +58,6 @@ fn judge(ratio: Option<(f64, f64, f64)>, settings: &SandingSettings) -> Indicato
         low,
         high,
         grade,
-        &format!("{words}: adhesion {ratio:.2} times that without, {low:.2} to {high:.2}"),
+        &format!("{words}: with sand {ratio:.2} times the adhesion without, {low:.2} to {high:.2}"),
     )
 }

@@ -37,7 +37,7 @@ pub static SENSORS: IndicatorSpec = IndicatorSpec {
             Reach::Wagon,
             Advice {
                 wagon: "Check the named sensors and their wiring on this wagon.",
-                train: "Many sensors at once: check what they share, supply and data bus, first.",
+                train: "Many sensors at once: check their common supply and data bus first.",
             },
         )
     }),
@@ -57,7 +57,7 @@ pub static SENSORS: IndicatorSpec = IndicatorSpec {
                 100.0 * settings.sensors.faulty_share_act
             )
         },
-        cannot_see: "A sensor that is wrong by a little, and an error that all sensors share.",
+        cannot_see: "A sensor with a small error, and an error common to all sensors.",
     },
     ..IndicatorSpec::PLAIN
 };

@@ -37,20 +37,20 @@ pub static SLIDES: IndicatorSpec = IndicatorSpec {
     meaning: Meaning {
         name: "Slides",
         block: "health assessment",
-        definition: "Slides counted, with the energy that went into tread and rail and the time with a locked wheelset: the risk of wheel flats.",
+        definition: "Number of slides, the energy they put into tread and rail, and the time with a locked wheelset. They show the risk of wheel flats.",
         unit: "number; J; s",
         interval: "none: they are counted",
         limits: |settings, _| {
             let slides = &settings.slides;
             format!(
-                "Of one wheelset, lately: watch above {:.0} MJ or {:.0} s locked, act above {:.0} MJ or {:.0} s.",
+                "For one wheelset, recently: watch above {:.0} MJ or {:.0} s locked, act above {:.0} MJ or {:.0} s.",
                 1e-6 * slides.energy_watch_j,
                 slides.locked_watch_s,
                 1e-6 * slides.energy_act_j,
                 slides.locked_act_s
             )
         },
-        cannot_see: "The form of the wheel itself; slides shorter than a tenth of a second.",
+        cannot_see: "The shape of the wheel itself, and slides shorter than a tenth of a second.",
     },
     ..IndicatorSpec::PLAIN
 };
@@ -79,9 +79,9 @@ fn judge(slides: &Slides, settings: &SlideSettings) -> Indicator {
         Grade::Ok if count == 0.0 => "none".to_owned(),
         Grade::Ok => total,
         _ if locked >= energy => {
-            format!("risk of wheel flats: locked for {:.1} s lately; {total}", slides.recent_locked_s)
+            format!("risk of wheel flats: locked for {:.1} s recently; {total}", slides.recent_locked_s)
         }
-        _ => format!("risk of wheel flats: {:.1} MJ lately; {total}", slides.recent_energy_j * 1e-6),
+        _ => format!("risk of wheel flats: {:.1} MJ recently; {total}", slides.recent_energy_j * 1e-6),
     };
     known(count, count, count, energy.max(locked), &reason)
 }

@@ -22,7 +22,7 @@ pub static STOPPING_DISTANCE: IndicatorSpec = IndicatorSpec {
         ..AlertRule::of(
             "stopping_distance",
             Reach::Nowhere,
-            Advice::same("Reduce speed: the train needs more than its nominal braking distance."),
+            Advice::same("Reduce speed: the train needs more than its nominal stopping distance."),
         )
     }),
     stored: Stored::Nothing,
@@ -30,19 +30,19 @@ pub static STOPPING_DISTANCE: IndicatorSpec = IndicatorSpec {
     meaning: Meaning {
         name: "Stopping distance now",
         block: "advisory",
-        definition: "How far the train runs from a speed under full braking: each wagon brakes with the lesser of what its pads give and what its rail takes, forces and masses add, rotating masses count where wheels roll, running resistance helps.",
+        definition: "Distance to stop from a speed under full braking. Each wagon brakes with the smaller of its pad force and its adhesion; forces and masses add up, rotating masses included where wheels roll; running resistance helps.",
         unit: "m; judged over the nominal distance",
-        interval: "95 %: pads err independently from wagon to wagon, the rail is the same for all; unknown pads count as 70 to 110 % of nominal",
+        interval: "95 %: pad errors are independent between wagons, the rail is common to all; unknown pads count as 70 to 110 % of nominal",
         limits: |_, full| {
             format!(
-                "By the lower end: watch above {:.0} %, act above {:.0} % of the nominal distance. Full braking is {:.2} m/s² after {:.1} s.",
+                "At the lower end of the interval: watch above {:.0} %, act above {:.0} % of the nominal distance. Full braking is {:.2} m/s² after {:.1} s.",
                 100.0 * WATCH_RATIO,
                 100.0 * ACT_RATIO,
                 full.deceleration_m_s2,
                 full.response_s
             )
         },
-        cannot_see: "Gradients ahead, magnetic track brakes, and that slide protection uses less than the rail gives. It is no brake test.",
+        cannot_see: "Gradients ahead, magnetic track brakes, and losses in slide protection. It does not replace a brake test.",
     },
     ..IndicatorSpec::PLAIN
 };
@@ -51,14 +51,14 @@ fn judge(train: &Capability) -> Indicator {
     let Some([value, low, high]) = train.ratio() else { return unknown("no speed is asked for") };
     let (grade, words) = match low {
         _ if train.known_wagons == 0 => {
-            (Grade::Unknown, "no wagon has told enough of its brakes yet, so this rests on assumptions")
+            (Grade::Unknown, "too little is known of the brakes yet; the figure rests on assumptions")
         }
         _ if low > ACT_RATIO => (Grade::Act, "needs far longer than nominal"),
         _ if low > WATCH_RATIO => (Grade::Watch, "needs longer than nominal"),
         _ if value > WATCH_RATIO => {
-            (Grade::Ok, "may need longer than nominal, which the interval does not settle")
+            (Grade::Ok, "may need longer than nominal, but the interval is too wide to tell")
         }
-        _ => (Grade::Ok, "nothing shows that it needs longer than nominal"),
+        _ => (Grade::Ok, "no sign that it needs longer than nominal"),
     };
     let reason = format!("{words}: about {:.0} % of the nominal distance", 100.0 * value);
     known(value, low, high, grade, &reason)

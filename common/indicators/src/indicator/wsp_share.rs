@@ -39,7 +39,7 @@ pub static WSP_SHARE: IndicatorSpec = IndicatorSpec {
     }),
     meaning: Meaning {
         name: "Braking with WSP",
-        definition: "Share of the latest braking during which slide protection acts. On low rail it does its work, so only what it does on good rail is judged.",
+        definition: "Share of the latest braking during which slide protection acts. On low rail it is expected to act, so only good rail is judged.",
         unit: "% of the braking time",
         interval: "none: it is counted",
         limits: |settings, _| {
@@ -49,7 +49,7 @@ pub static WSP_SHARE: IndicatorSpec = IndicatorSpec {
                 100.0 * settings.wsp.share_act
             )
         },
-        cannot_see: "Whether it could have used the rail better.",
+        cannot_see: "Whether slide protection used the rail as well as possible.",
         ..Meaning::PLAIN
     },
     ..IndicatorSpec::PLAIN

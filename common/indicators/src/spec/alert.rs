@@ -58,7 +58,7 @@ pub struct Advice {
 impl Advice {
     /// Where nothing better is known.
     pub const LOOK: Self =
-        Self { wagon: "Have a look at this wagon.", train: "Have a look at these wagons." };
+        Self { wagon: "Inspect this wagon.", train: "Inspect these wagons." };
 
     /// The same wherever it shows.
     #[must_use]

@@ -39,13 +39,13 @@ pub fn now(nominal: &Nominal, health: Option<&Health>) -> BrakedWagon {
     if available.known != 0 && health.adhesion_available_is_bound == 0 {
         now.adhesion = [available.value, available.low, available.high];
     } else if available.known != 0 {
-        // No slide of late: the mean over what the rail may be, within what is known of it.
+        // No recent slide: the mean over what the rail may be, within what is known of it.
         let [dry, wet, low] = nominal.rail;
         let levels: [f64; CLASSES] = [dry, wet, low, VERY_LOW * low];
         let classes = levels.iter().zip(health.condition_probability);
         let mean: f64 = classes.map(|(adhesion, share)| adhesion * share).sum();
         let high = available.high.max(available.low);
-        now.adhesion = [mean.clamp(available.low, high), available.low, high];
+        now.adhesion = [mean.min(high).max(available.low), available.low, high];
     }
     let wheelsets = health.wheelset_count();
     let isolated = (0..wheelsets).map(|index| ISOLATED.of_wheelset(health, index));
@@ -56,7 +56,7 @@ pub fn now(nominal: &Nominal, health: Option<&Health>) -> BrakedWagon {
     now
 }
 
-/// True if a wagon has told enough of its brakes.
+/// True if enough is known of the brakes of a wagon.
 #[must_use]
 pub fn is_known(health: &Health) -> bool {
     BRAKE_FRICTION.of(health).known != 0

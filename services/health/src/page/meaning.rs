@@ -76,35 +76,35 @@ fn others(limits: &Limits) -> Vec<Entry> {
             id: "age".to_owned(),
             name: "Age of the data",
             block: "acquisition",
-            is: "Time since the sample behind a figure was taken, by a clock that nobody sets.",
+            is: "Time since the sample behind a figure was taken, by a clock that cannot be set.",
             unit: "s",
             interval: "none",
-            limits: "Beyond the limit of the config a wagon is stale: nothing of it passes for the present."
+            limits: "Beyond the limit in the config a wagon is stale, and none of its figures is shown as current."
                 .to_owned(),
-            blind: "A data source that repeats old samples as new ones.",
+            blind: "A source that sends old samples with new time stamps.",
         },
         Entry {
             id: "map".to_owned(),
             name: "Adhesion along the track",
             block: "state detection",
-            is: "The same belief as Rail for each stretch of the track, from every wagon that passed: each one makes it more certain.",
+            is: "The probabilities of Rail for each stretch of the track, from every wagon that passed it. Each wagon makes them more certain.",
             unit: "none, by kilometre",
             interval: "95 %",
             limits: format!(
-                "A stretch is called low from 50 % probability on. Cells of {cell_m:.0} m; what they know fades in about {:.0} min.",
+                "A stretch counts as low from 50 % probability. Cells of {cell_m:.0} m; what is known of them fades in about {:.0} min.",
                 memory_s / 60.0
             ),
-            blind: "Stretches on which nobody braked or pulled; a restart of the service forgets the map.",
+            blind: "Stretches on which no wagon braked or pulled.",
         },
         Entry {
             id: "trend".to_owned(),
             name: "Trend and time left",
             block: "prognosis",
-            is: "Median of the slopes of all pairs of stored points (Theil and Sen) over 30 days of hours, or over less while there is less; the time left is where that line meets the limit of act.",
+            is: "Median slope between all pairs of stored points (Theil and Sen) over 30 days, or over what there is. The time left is the time until that line meets the act limit.",
             unit: "per day; days",
-            interval: "95 %, from Kendall's statistic, widened because neighbours resemble each other",
-            limits: "A trend is called one only when the interval of its slope does not hold zero; \"no trend\" is an answer.".to_owned(),
-            blind: "What does not go on as it did: a pad that is changed, a season. Fewer than eight points, or less than an hour, show nothing.",
+            interval: "95 %, from Kendall's statistic, widened because neighbouring points are alike",
+            limits: "There is a trend only if the interval of the slope excludes zero. \"No trend\" is a result, too.".to_owned(),
+            blind: "Changes to come, such as new pads or a new season. Fewer than eight points, or less than an hour, show no trend.",
         },
     ]
 }
