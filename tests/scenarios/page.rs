@@ -217,7 +217,9 @@ fn old_data_say_so_loudly_and_an_alert_is_acknowledged_with_the_keyboard() {
     tab.look(LAPTOP);
     tab.open(&format!("{base}/"));
     live(&tab);
-    let ingest = train.process("ingest");
+    let (up, ingest) = (train.process("up"), train.process("ingest"));
+    // The supervisor would restart what hangs.
+    up.signal(Signal::STOP);
     ingest.signal(Signal::STOP);
     tab.wait(PATIENCE, "document.querySelectorAll('.train .s-stale').length === 2");
     let pulse = tab.text(
@@ -251,7 +253,7 @@ fn old_data_say_so_loudly_and_an_alert_is_acknowledged_with_the_keyboard() {
         (&"acknowledged".into(), &"Early Shift".into())
     );
 
-    // Shelving asks for a reason and a time; the other page shows it.
+    // A silence asks for a reason and a time; the other page shows it.
     tab.open(&format!("{base}/alerts"));
     live(&tab);
     tab.click(&format!("#alert-{id} [data-act=silence]"));
@@ -264,6 +266,8 @@ fn old_data_say_so_loudly_and_an_alert_is_acknowledged_with_the_keyboard() {
     );
 
     ingest.signal(Signal::CONT);
+    std::thread::sleep(SECOND);
+    up.signal(Signal::CONT);
     tab.open(&format!("{base}/"));
     tab.wait(PATIENCE, "document.querySelectorAll('.train .s-live').length === 2");
     assert!(!tab.text("document.getElementById('pulse').className").contains("loud"));

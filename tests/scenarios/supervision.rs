@@ -4,6 +4,8 @@
 
 use std::time::{Duration, Instant};
 
+use rustix::process::Signal;
+
 use railgrip_tests::{Process, TrainUnderTest, program, within};
 
 fn config(name: &str, wagons: u32) -> String {
@@ -61,6 +63,30 @@ fn killed_children_come_back_and_nobody_else_notices() {
     let status = train.stop();
     assert!(status.success(), "{status}\n{}", train.log());
     assert_eq!(train.processes(), [], "no orphans");
+    assert_eq!(train.shared_memory(), Vec::<String>::new(), "no shared memory left");
+}
+
+#[test]
+fn a_process_that_hangs_is_noticed_and_restarted_and_nobody_else_is() {
+    let mut train = running("hang", 3);
+    for role in ["estimator 2", "health"] {
+        let victim = train.process(role);
+        let before = others(&train, &victim);
+        let stopped = Instant::now();
+        victim.signal(Signal::STOP);
+        std::thread::sleep(Duration::from_secs(5));
+        assert!(train.processes().contains(&victim), "a pause of some seconds is no hang");
+        let successor = within(Duration::from_secs(15), || {
+            train.processes().into_iter().find(|process| process.role == role && process.pid != victim.pid)
+        });
+        assert!(successor.is_some(), "{role} still hangs: {:?}\n{}", train.processes(), train.log());
+        println!("{role}: stopped, and restarted after {:.1} s", stopped.elapsed().as_secs_f64());
+        assert!(stopped.elapsed() < Duration::from_secs(20));
+        train.wait_ready(Duration::from_secs(15));
+        assert_eq!(others(&train, &victim), before, "nobody else may be disturbed");
+    }
+    assert!(train.log().contains("hangs; killed"), "{}", train.log());
+    assert!(train.stop().success());
     assert_eq!(train.shared_memory(), Vec::<String>::new(), "no shared memory left");
 }
 

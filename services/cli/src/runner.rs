@@ -1,7 +1,7 @@
 //! What every long-running process needs around its work: signals, the death of its supervisor, systemd.
 
 use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use railgrip_bus::Lifecycle;
 use rustix::process::{Signal, getppid, set_parent_process_death_signal};
@@ -12,7 +12,7 @@ use crate::CliError;
 
 /// Names the process id of `railgrip up` to its children, so that none outlives it.
 pub(crate) const SUPERVISOR_VARIABLE: &str = "RAILGRIP_SUPERVISOR_PID";
-/// How often systemd hears about readiness and beats, at least.
+/// How often readiness and beats are looked at, at least.
 const NOTIFY_PERIOD: Duration = Duration::from_millis(100);
 
 /// True if `railgrip up` or systemd started this process and starts it again when it ends.
@@ -58,22 +58,24 @@ fn follow_supervisor(lifecycle: &Lifecycle) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Tells systemd that the service is ready, that it makes progress, and that it stops.
+/// Tells systemd, or `railgrip up`, that the service is ready, that it makes progress, and that it stops.
 struct Notifier {
     thread: std::thread::JoinHandle<()>,
     done: Lifecycle,
 }
 
 impl Notifier {
-    /// `None` unless systemd listens.
+    /// `None` unless somebody listens.
     fn start(lifecycle: &Lifecycle) -> Option<Self> {
         std::env::var_os("NOTIFY_SOCKET")?;
         let watchdog = sd_notify::watchdog_enabled();
-        let period = watchdog.map_or(NOTIFY_PERIOD, |watchdog| (watchdog / 4).min(NOTIFY_PERIOD));
+        let beat_period = watchdog.map(|limit| limit / 4);
+        let period = beat_period.map_or(NOTIFY_PERIOD, |period| period.min(NOTIFY_PERIOD));
         let done = Lifecycle::new();
         let (lifecycle, until) = (lifecycle.clone(), done.clone());
         let thread = std::thread::spawn(move || {
             let (mut ready, mut stopping, mut beats) = (false, false, 0);
+            let mut beaten = Instant::now();
             while !until.should_stop() {
                 if lifecycle.is_ready() && !ready {
                     ready = true;
@@ -83,8 +85,9 @@ impl Notifier {
                     stopping = true;
                     tell(&[NotifyState::Stopping]);
                 }
-                if watchdog.is_some() && lifecycle.beats() != beats {
-                    beats = lifecycle.beats();
+                let due = beat_period.is_some_and(|period| beaten.elapsed() >= period);
+                if due && lifecycle.beats() != beats {
+                    (beats, beaten) = (lifecycle.beats(), Instant::now());
                     tell(&[NotifyState::Watchdog]);
                 }
                 std::thread::sleep(period);
@@ -104,6 +107,6 @@ impl Notifier {
 
 fn tell(state: &[NotifyState<'_>]) {
     if let Err(error) = sd_notify::notify(state) {
-        tracing::debug!(%error, "systemd does not listen");
+        tracing::debug!(%error, "the supervisor does not listen");
     }
 }

@@ -7,6 +7,7 @@ use railgrip_bus::{BusConfig, holder_pid};
 use railgrip_settings::{Source, TrainSettings};
 
 use super::unit::{News, Unit};
+use super::watchdog::Watchdog;
 use crate::CliError;
 
 /// How long a process may take to end in order.
@@ -33,28 +34,32 @@ impl Fleet {
         options: &[String],
     ) -> Result<Self, CliError> {
         let program = std::env::current_exe().map_err(CliError::failed)?;
-        let unit = |name: String, words: &[&str]| {
+        let mut sockets = (0..).map(|number: u32| settings.instance.dir.join(format!("notify-{number}")));
+        let mut unit = |name: String, words: &[&str]| {
             let words = words.iter().map(|word| (*word).to_owned());
-            Unit::new(name, words.chain(options.iter().cloned()).collect())
+            let path = sockets.next().unwrap_or_default();
+            let failed = |error| CliError::failed(format!("{}: {error}", path.display()));
+            let watchdog = Watchdog::listen(path.clone()).map_err(failed)?;
+            Ok::<_, CliError>(Unit::new(name, words.chain(options.iter().cloned()).collect(), watchdog))
         };
         let reads_stdin = settings.source == Source::Stdin;
-        let mut others = vec![unit("health".into(), &["health"])];
+        let mut others = vec![unit("health".into(), &["health"])?];
         for wagon in &bus.wagons {
             let number = wagon.to_string();
-            others.push(unit(format!("estimator {number}"), &["estimator", "--wagon", &number]));
+            others.push(unit(format!("estimator {number}"), &["estimator", "--wagon", &number])?);
         }
         for wagon in &bus.microphones {
             let number = wagon.to_string();
-            others.push(unit(format!("listener {number}"), &["listener", "--wagon", &number]));
+            others.push(unit(format!("listener {number}"), &["listener", "--wagon", &number])?);
         }
-        others.push(unit("ingest".into(), &["ingest"]).with_stdin(reads_stdin).may_finish());
+        others.push(unit("ingest".into(), &["ingest"])?.with_stdin(reads_stdin).may_finish());
         let address_file = settings.instance.http_address_file();
         let _ = std::fs::remove_file(&address_file);
         Ok(Self {
             program,
             bus: bus.clone(),
             address_file,
-            holder: unit("holder".into(), &["hold", "--patience", HOLDER_START_PATIENCE]),
+            holder: unit("holder".into(), &["hold", "--patience", HOLDER_START_PATIENCE])?,
             others,
         })
     }

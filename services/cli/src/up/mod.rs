@@ -1,7 +1,7 @@
 //! `railgrip up`: a whole train on one command.
 //!
 //! The holder comes first and leaves last. A process that dies is started again after a pause that grows while it keeps
-//! dying; if the holder dies, its channels are gone, so all others are stopped and everything starts anew. A process
+//! dying, and so is one that hangs (its watchdog hears nothing for ten seconds); if the holder dies, its channels are gone, so all others are stopped and everything starts anew. A process
 //! that refuses its config (exit code 2) ends the whole: starting it again would change nothing.
 //!
 //! # Glossary
@@ -11,6 +11,7 @@
 mod fleet;
 mod restart;
 mod unit;
+mod watchdog;
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, Write};

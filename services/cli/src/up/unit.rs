@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use rustix::process::{Pid, Signal, kill_process};
 
 use super::restart::Restarts;
+use super::watchdog::{self, Watchdog};
 use crate::CliError;
 use crate::runner::SUPERVISOR_VARIABLE;
 
@@ -31,19 +32,21 @@ pub(super) struct Unit {
     stdin: bool,
     may_finish: bool,
     child: Option<Child>,
+    watchdog: Watchdog,
     started: Option<Instant>,
     next_start: Option<Instant>,
     restarts: Restarts,
 }
 
 impl Unit {
-    pub(super) fn new(name: impl Into<String>, options: Vec<String>) -> Self {
+    pub(super) fn new(name: impl Into<String>, options: Vec<String>, watchdog: Watchdog) -> Self {
         Self {
             name: name.into(),
             options,
             stdin: false,
             may_finish: false,
             child: None,
+            watchdog,
             started: None,
             next_start: Some(Instant::now()),
             restarts: Restarts::default(),
@@ -86,12 +89,14 @@ impl Unit {
         if self.child.is_some() || self.next_start.is_none_or(|due| Instant::now() < due) {
             return Ok(());
         }
+        self.watchdog.begin();
         let stdin = if self.stdin { Stdio::inherit() } else { Stdio::null() };
         let child = Command::new(program)
             .args(&self.options)
             .env(SUPERVISOR_VARIABLE, std::process::id().to_string())
-            .env_remove("NOTIFY_SOCKET")
-            .env_remove("WATCHDOG_USEC")
+            .env("NOTIFY_SOCKET", self.watchdog.path())
+            .env("WATCHDOG_USEC", watchdog::LIMIT.as_micros().to_string())
+            .env_remove("WATCHDOG_PID")
             .stdin(stdin)
             .process_group(0)
             .spawn()
@@ -103,9 +108,15 @@ impl Unit {
         Ok(())
     }
 
-    /// Looks whether the process still runs.
+    /// Looks whether the process still runs. One that hangs is killed, and has died at the next look.
     pub(super) fn look(&mut self) -> Result<News, CliError> {
         let Some(child) = &mut self.child else { return Ok(News::None) };
+        self.watchdog.listen_now();
+        if let Some(silent) = self.watchdog.silent() {
+            tracing::warn!(process = self.name, silent_s = silent.as_secs_f64(), "hangs; killed");
+            self.watchdog.begin();
+            let _ = child.kill();
+        }
         let Some(status) = child.try_wait().map_err(CliError::failed)? else { return Ok(News::None) };
         self.child = None;
         if status.success() && self.may_finish {
@@ -147,6 +158,7 @@ impl Unit {
 
     /// True once the process is gone.
     pub(super) fn gone(&mut self) -> bool {
+        self.watchdog.listen_now();
         match &mut self.child {
             None => true,
             Some(child) => match child.try_wait() {
