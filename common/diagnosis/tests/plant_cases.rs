@@ -58,6 +58,7 @@ fn report(seed: u64, departure: Option<(&str, f64)>, without: &[&str]) -> Report
 fn a_wagon_with_tolerances_alone_has_no_effect() {
     let report = report(1, None, &[]);
     assert_eq!(report.verdict, Verdict::None);
+    assert_eq!(report.rule, "nothing_beyond_chance");
     assert!(report.effects.is_empty() && report.unexplained.is_none() && report.location.term.is_none());
 }
 
@@ -65,6 +66,7 @@ fn a_wagon_with_tolerances_alone_has_no_effect() {
 fn a_late_brake_is_named_and_the_gap_closes() {
     let report = report(1, Some(("brake_lag", 1.0)), &[]);
     assert_eq!(report.verdict, Verdict::Effects);
+    assert_eq!(report.rule, "effects_explain_gap");
     let named: Vec<&str> = report.effects.iter().map(|effect| effect.id.as_str()).collect();
     assert_eq!(named, ["brake_lag"]);
     assert_eq!(report.location.term.as_deref(), Some("brake_actuation"));

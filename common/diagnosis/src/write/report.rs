@@ -16,6 +16,7 @@ use crate::fit::windows::Models;
 use crate::model::discrepancy::Place;
 use crate::model::places;
 use crate::predict::open_loop::{self, Tally, sigmas};
+use crate::words::format::{plain, term};
 use crate::write::details;
 use crate::write::predictions::{self, Predicted};
 
@@ -209,9 +210,9 @@ fn next_run(effects: &[FoundEffect], judgement: &Judgement) -> Option<String> {
         ));
     }
     let missing = judgement.missing.as_ref()?;
+    let (place, variable) =
+        (term(missing.discrepancy.term.name()), plain(missing.discrepancy.covariate.name()));
     Some(format!(
-        "What is missing acts on {} over {}: repeat the run in which that varies most, with everything else held, at two levels of it.",
-        missing.discrepancy.term.name(),
-        missing.discrepancy.covariate.name()
+        "What is missing in {place} changes with {variable}. Make two runs that differ in {variable} and in nothing else."
     ))
 }
