@@ -77,12 +77,12 @@ fn a_late_brake_is_named_and_the_gap_closes() {
 }
 
 #[test]
-fn a_late_brake_that_the_library_lacks_is_unknown_in_the_right_term() {
-    let report = report(1, Some(("brake_lag", 1.0)), &["brake_lag"]);
+fn a_fading_brake_that_the_library_lacks_is_unknown_in_the_right_term() {
+    let report = report(1, Some(("brake_fade", 1.0)), &["brake_fade"]);
     assert_eq!(report.verdict, Verdict::Unknown);
-    assert_eq!(report.location.term.as_deref(), Some("brake_actuation"));
+    assert_eq!(report.location.term.as_deref(), Some("brake_friction"));
     assert!(report.effects.is_empty());
     let rest = report.unexplained.expect("what is missing");
-    assert!(rest.term == "brake_actuation" && !rest.curve.is_empty(), "{rest:?}");
+    assert!(rest.term == "brake_friction" && !rest.curve.is_empty(), "{rest:?}");
     assert_eq!(report.gap.holdout.extended, report.gap.holdout.calibrated);
 }
