@@ -57,8 +57,7 @@ pub struct Advice {
 
 impl Advice {
     /// Where nothing better is known.
-    pub const LOOK: Self =
-        Self { wagon: "Inspect this wagon.", train: "Inspect these wagons." };
+    pub const LOOK: Self = Self { wagon: "Inspect this wagon.", train: "Inspect these wagons." };
 
     /// The same wherever it shows.
     #[must_use]
