@@ -130,9 +130,18 @@ fn a_case_is_answered_by_the_contract_and_alike_on_any_number_of_threads() {
     }
     let (mut first, mut second) = (diagnose(&case, &one, "1"), diagnose(&case, &three, "3"));
 
-    for key in
-        ["schema", "verdict", "where", "effects", "candidates", "gap", "unexplained", "next_run", "seconds"]
-    {
+    for key in [
+        "schema",
+        "verdict",
+        "rule",
+        "where",
+        "effects",
+        "candidates",
+        "gap",
+        "unexplained",
+        "next_run",
+        "seconds",
+    ] {
         assert!(first.report.get(key).is_some(), "no {key}");
     }
     assert_eq!(first.report["schema"], "railgrip.gap.report/1");
@@ -159,7 +168,7 @@ fn a_case_is_answered_by_the_contract_and_alike_on_any_number_of_threads() {
     assert_eq!(first.report, second.report, "the report depends on the threads");
     assert_eq!(first.predictions, second.predictions, "the predictions depend on the threads");
     let timeless = |page: &str| {
-        let (before, after) = page.split_once("<dt>Took</dt>").expect("how long it took");
+        let (before, after) = page.split_once("<dt>Time taken</dt>").expect("how long it took");
         format!("{before}{}", after.split_once("</dd>").expect("an end").1)
     };
     assert_eq!(timeless(&first.page), timeless(&second.page), "the page depends on the threads");
