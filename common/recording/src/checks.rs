@@ -1,6 +1,6 @@
 //! What makes a table a run: header, cells, time.
 
-use crate::columns::{MAX_WHEELSETS, Quantity, columns_of_run, described, wheelsets_of_header};
+use crate::columns::{MAX_WHEELSETS, Quantity, columns_of_run, described, usual_name, wheelsets_of_header};
 use crate::error::{Problem, RecordingError, Result};
 use crate::table::Table;
 
@@ -20,7 +20,12 @@ const STEP_TOLERANCE: f64 = 0.05;
 const MINIMUM_DURATION_S: f64 = 1.0;
 
 pub(crate) fn check_header(names: &[String]) -> std::result::Result<(), (String, Problem)> {
-    let columns = columns_of_run(wheelsets_of_header(names));
+    let wheelsets = wheelsets_of_header(names);
+    let names = &names.iter().map(|name| usual_name(name, wheelsets)).collect::<Vec<_>>();
+    let columns = columns_of_run(wheelsets);
+    if let Some(twice) = (1..names.len()).find(|at| names[..*at].contains(&names[*at])) {
+        return Err((names[twice].clone(), Problem::DuplicateColumn));
+    }
     let known = |name: &String| columns.iter().any(|(_, _, column)| column == name);
     if let Some(unknown) = names.iter().find(|name| !known(name)) {
         let allowed = described(&columns);

@@ -1,7 +1,7 @@
 //! The columns of a run: their names, units and what values a sensor can give.
 //!
 //! A wagon with two wheelsets has the suffixes `f` (front) and `r` (rear); with any other number of wheelsets they are
-//! numbered from the front: `omega_1_rad_s`, `omega_2_rad_s`, ...
+//! numbered from the front: `omega_1_rad_s`, `omega_2_rad_s`, ... A reader takes numbers for two wheelsets as well.
 
 use std::fmt::Write as _;
 use std::ops::RangeInclusive;
@@ -33,11 +33,15 @@ pub enum Quantity {
     Position,
     /// 1 while wheel-slide protection controls the wheelset, else 0.
     WspActive,
+    /// Mass that the wagon's load sensors report, all of the wagon.
+    Load,
+    /// Brake that is ordered: 0 none, 1 a full brake.
+    BrakeDemand,
 }
 
 impl Quantity {
     /// All quantities in the order of a file's columns.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 11] = [
         Self::Time,
         Self::Speed,
         Self::WheelSpeed,
@@ -47,6 +51,8 @@ impl Quantity {
         Self::Sanding,
         Self::Position,
         Self::WspActive,
+        Self::Load,
+        Self::BrakeDemand,
     ];
 
     /// Whether there is one column a wheelset.
@@ -56,7 +62,7 @@ impl Quantity {
 
     /// Whether a run without it is no run.
     pub const fn required(self) -> bool {
-        !matches!(self, Self::Grade | Self::Sanding | Self::Position | Self::WspActive)
+        matches!(self, Self::Time | Self::Speed | Self::WheelSpeed | Self::PressingForce)
     }
 
     /// Values a sensor can give, with room for noise. Beyond it the unit or the sign is wrong.
@@ -68,7 +74,8 @@ impl Quantity {
             Self::PressingForce => -2e3..=1e6,
             Self::DriveTorque => -1e6..=1e6,
             Self::Grade => -0.2..=0.2,
-            Self::Sanding | Self::WspActive => 0.0..=1.0,
+            Self::Sanding | Self::WspActive | Self::BrakeDemand => 0.0..=1.0,
+            Self::Load => 0.0..=1e6,
             Self::Position => -1e8..=1e8,
         }
     }
@@ -82,7 +89,8 @@ impl Quantity {
             Self::PressingForce => "N",
             Self::DriveTorque => "N m",
             Self::Grade => "rad",
-            Self::Sanding | Self::WspActive => "(off to on)",
+            Self::Sanding | Self::WspActive | Self::BrakeDemand => "(off to on)",
+            Self::Load => "kg",
             Self::Position => "m",
         }
     }
@@ -100,6 +108,8 @@ impl Quantity {
             Self::Sanding => "sanding".to_owned(),
             Self::Position => "position_m".to_owned(),
             Self::WspActive => format!("wsp_{suffix}"),
+            Self::Load => "load_kg".to_owned(),
+            Self::BrakeDemand => "brake_demand".to_owned(),
         }
     }
 }
@@ -123,6 +133,17 @@ pub(crate) fn columns_of_run(wheelsets: usize) -> Vec<(Quantity, usize, String)>
         }
     }
     columns
+}
+
+/// The usual name of a column: of two wheelsets that are numbered, `omega_1_rad_s` is `omega_f_rad_s`.
+pub(crate) fn usual_name(name: &str, wheelsets: usize) -> String {
+    let numbered = |quantity: &Quantity, wheelset: usize| quantity.column(wheelset, MAX_WHEELSETS) == name;
+    let of_wheelset = |quantity: &Quantity| {
+        let wheelset = (0..2).find(|wheelset| numbered(quantity, *wheelset))?;
+        quantity.per_wheelset().then(|| quantity.column(wheelset, 2))
+    };
+    let found = if wheelsets == 2 { Quantity::ALL.iter().find_map(of_wheelset) } else { None };
+    found.unwrap_or_else(|| name.to_owned())
 }
 
 /// How many wheelsets a header describes: the highest number of `omega_N_rad_s`, else two.
@@ -152,7 +173,7 @@ mod tests {
         assert_eq!(
             names.join(","),
             "t_s,v_m_s,omega_f_rad_s,omega_r_rad_s,f_perp_f_n,f_perp_r_n,m_w_f_nm,m_w_r_nm,grade_rad,sanding,\
-             position_m,wsp_f,wsp_r"
+             position_m,wsp_f,wsp_r,load_kg,brake_demand"
         );
     }
 
@@ -162,5 +183,14 @@ mod tests {
         assert!(names.contains(&"f_perp_4_n".to_owned()));
         assert_eq!(wheelsets_of_header(&names), 4);
         assert_eq!(wheelsets_of_header(&["t_s".to_owned()]), 2);
+    }
+
+    #[test]
+    fn two_numbered_wheelsets_have_usual_names() {
+        assert_eq!(usual_name("m_w_2_nm", 2), "m_w_r_nm");
+        assert_eq!(usual_name("omega_1_rad_s", 2), "omega_f_rad_s");
+        assert_eq!(usual_name("omega_1_rad_s", 1), "omega_1_rad_s");
+        assert_eq!(usual_name("f_perp_3_n", 2), "f_perp_3_n");
+        assert_eq!(usual_name("load_kg", 2), "load_kg");
     }
 }

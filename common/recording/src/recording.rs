@@ -1,7 +1,7 @@
 //! One run of one wagon: measured columns over time.
 
 use crate::checks::{Strictness, check_columns, check_header};
-use crate::columns::{MAX_WHEELSETS, Quantity, columns_of_run, wheelsets_of_header};
+use crate::columns::{MAX_WHEELSETS, Quantity, columns_of_run, usual_name, wheelsets_of_header};
 use crate::error::{Problem, RecordingError, Result};
 use crate::run_name::{RailClass, RunFile};
 use crate::table::Table;
@@ -28,6 +28,10 @@ pub struct Row {
     pub position_m: f64,
     /// 1 while wheel-slide protection controls the wheelset.
     pub wsp_active: [f64; MAX_WHEELSETS],
+    /// Mass that load sensors report, kg.
+    pub load_kg: f64,
+    /// Brake that is ordered, 0 to 1.
+    pub brake_demand: f64,
 }
 
 impl Default for Row {
@@ -43,6 +47,8 @@ impl Default for Row {
             sanding: f64::NAN,
             position_m: f64::NAN,
             wsp_active: none,
+            load_kg: f64::NAN,
+            brake_demand: f64::NAN,
         }
     }
 }
@@ -60,6 +66,8 @@ impl Row {
             Quantity::Sanding => self.sanding,
             Quantity::Position => self.position_m,
             Quantity::WspActive => self.wsp_active[wheelset],
+            Quantity::Load => self.load_kg,
+            Quantity::BrakeDemand => self.brake_demand,
         }
     }
 
@@ -75,6 +83,8 @@ impl Row {
             Quantity::Sanding => &mut self.sanding,
             Quantity::Position => &mut self.position_m,
             Quantity::WspActive => &mut self.wsp_active[wheelset],
+            Quantity::Load => &mut self.load_kg,
+            Quantity::BrakeDemand => &mut self.brake_demand,
         }
     }
 }
@@ -90,13 +100,20 @@ pub struct Optional {
     pub position: bool,
     /// `wsp_f`, `wsp_r`.
     pub wsp: bool,
+    /// `load_kg`.
+    pub load: bool,
+    /// `brake_demand`.
+    pub brake_demand: bool,
 }
 
 impl Optional {
-    /// The columns of `gap/open`: all but the state of the wheel-slide protection.
-    pub const MEASURED: Self = Self { grade: true, sanding: true, position: true, wsp: false };
+    /// No column that may be missing.
+    pub const NONE: Self =
+        Self { grade: false, sanding: false, position: false, wsp: false, load: false, brake_demand: false };
+    /// The columns of most recordings: slope, sand and position.
+    pub const MEASURED: Self = Self { grade: true, sanding: true, position: true, ..Self::NONE };
     /// Every column.
-    pub const ALL: Self = Self { wsp: true, ..Self::MEASURED };
+    pub const ALL: Self = Self { wsp: true, load: true, brake_demand: true, ..Self::MEASURED };
 
     pub(crate) const fn has(self, quantity: Quantity) -> bool {
         match quantity {
@@ -104,6 +121,8 @@ impl Optional {
             Quantity::Sanding => self.sanding,
             Quantity::Position => self.position,
             Quantity::WspActive => self.wsp,
+            Quantity::Load => self.load,
+            Quantity::BrakeDemand => self.brake_demand,
             _ => true,
         }
     }
@@ -126,7 +145,7 @@ pub struct Recording {
     pub wheel_speed_rad_s: Vec<Vec<f64>>,
     /// Pad pressing force, a column a wheelset.
     pub pressing_force_n: Vec<Vec<f64>>,
-    /// Drive torque, a column a wheelset.
+    /// Drive torque, a column a wheelset; zero throughout where the file has none, as of a trailer.
     pub drive_torque_nm: Vec<Vec<f64>>,
     /// Slope, uphill positive.
     pub grade_rad: Option<Vec<f64>>,
@@ -136,6 +155,10 @@ pub struct Recording {
     pub position_m: Option<Vec<f64>>,
     /// 1 while wheel-slide protection is active, a column a wheelset.
     pub wsp_active: Option<Vec<Vec<f64>>>,
+    /// Mass that load sensors report, kg.
+    pub load_kg: Option<Vec<f64>>,
+    /// Brake that is ordered, 0 to 1.
+    pub brake_demand: Option<Vec<f64>>,
 }
 
 impl Recording {
@@ -156,6 +179,8 @@ impl Recording {
             sanding: column(optional.sanding),
             position_m: column(optional.position),
             wsp_active: optional.wsp.then(per_wheelset),
+            load_kg: column(optional.load),
+            brake_demand: column(optional.brake_demand),
         }
     }
 
@@ -172,7 +197,9 @@ impl Recording {
 
     fn from_table(mut table: Table, run: RunFile, strictness: Strictness) -> Result<Self> {
         let wheelsets = wheelsets_of_header(table.names());
+        table.rename(|name| usual_name(name, wheelsets));
         check_columns(&table, wheelsets, strictness)?;
+        let rows = table.rows();
         let mut recording = Self::empty(&run.name, run.rail, wheelsets, Optional::ALL);
         for (quantity, wheelset, name) in columns_of_run(wheelsets) {
             match table.take(&name) {
@@ -181,6 +208,9 @@ impl Recording {
                     if let Some(column) = recording.column_mut(quantity, wheelset) {
                         *column = cells;
                     }
+                }
+                None if quantity == Quantity::DriveTorque => {
+                    recording.drive_torque_nm[wheelset] = vec![0.0; rows];
                 }
                 None => recording.drop_optional(quantity),
             }
@@ -194,6 +224,8 @@ impl Recording {
             Quantity::Sanding => self.sanding = None,
             Quantity::Position => self.position_m = None,
             Quantity::WspActive => self.wsp_active = None,
+            Quantity::Load => self.load_kg = None,
+            Quantity::BrakeDemand => self.brake_demand = None,
             _ => {}
         }
     }
@@ -250,6 +282,8 @@ impl Recording {
             sanding: maybe(&self.sanding),
             position_m: maybe(&self.position_m),
             wsp_active: self.wsp_active.as_deref().map_or([f64::NAN; MAX_WHEELSETS], spread),
+            load_kg: maybe(&self.load_kg),
+            brake_demand: maybe(&self.brake_demand),
         }
     }
 
@@ -282,6 +316,8 @@ impl Recording {
             Quantity::Sanding => self.sanding.as_ref(),
             Quantity::Position => self.position_m.as_ref(),
             Quantity::WspActive => self.wsp_active.as_ref().and_then(|columns| columns.get(wheelset)),
+            Quantity::Load => self.load_kg.as_ref(),
+            Quantity::BrakeDemand => self.brake_demand.as_ref(),
         };
         column.map(Vec::as_slice)
     }
@@ -297,6 +333,8 @@ impl Recording {
             Quantity::Sanding => self.sanding.as_mut(),
             Quantity::Position => self.position_m.as_mut(),
             Quantity::WspActive => self.wsp_active.as_mut().and_then(|columns| columns.get_mut(wheelset)),
+            Quantity::Load => self.load_kg.as_mut(),
+            Quantity::BrakeDemand => self.brake_demand.as_mut(),
         }
     }
 

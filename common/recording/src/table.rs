@@ -67,6 +67,11 @@ impl Table {
         &self.names
     }
 
+    /// Gives columns other names.
+    pub(crate) fn rename(&mut self, other: impl Fn(&str) -> String) {
+        self.names.iter_mut().for_each(|name| *name = other(name));
+    }
+
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.columns.first().map_or(0, Vec::len)

@@ -22,6 +22,8 @@ fn run(wheelsets: usize, rows: usize, optional: Optional) -> Recording {
             sanding: f64::from(index % 7 == 0),
             position_m: 0.2 * x,
             wsp_active: [f64::from(index % 3 == 0); 4],
+            load_kg: 4e4 + x,
+            brake_demand: 0.2 * (index % 5) as f64,
         });
     }
     recording
@@ -144,4 +146,30 @@ proptest! {
             prop_assert_eq!(bits(&read), bits(&table));
         }
     }
+}
+
+#[test]
+fn a_trailer_of_a_train_is_read_with_numbered_wheelsets_load_and_demand() {
+    let header = |count: usize| {
+        let each = |before: &str, after: &str| {
+            (1..=count).map(|k| format!(",{before}{k}{after}")).collect::<String>()
+        };
+        format!("t_s,v_m_s{}{},load_kg,brake_demand", each("omega_", "_rad_s"), each("f_perp_", "_n"))
+    };
+    for count in [2, 4] {
+        let mut text = header(count) + "\n";
+        for row in 0..120 {
+            let wheels = ",45.0".repeat(count) + &",1000".repeat(count);
+            text += &format!("{:.2},20.0{wheels},41000,0.3\n", f64::from(row) / 100.0);
+        }
+        let run =
+            Recording::read_csv(text.as_bytes(), Path::new("run.csv"), Strictness::Strict).expect("good");
+        assert_eq!((run.wheelsets, run.len(), run.rail), (count, 120, None));
+        let row = run.row(7);
+        assert_eq!((row.load_kg, row.brake_demand, row.wheel_speed_rad_s[count - 1]), (41_000.0, 0.3, 45.0));
+        assert!(row.drive_torque_nm[..count].iter().all(|torque| *torque == 0.0) && row.grade_rad.is_nan());
+    }
+    let mixed = header(2).replace("omega_2", "omega_f") + "\n0,1,1,1,1,1,1,1\n";
+    Recording::read_csv(mixed.as_bytes(), Path::new("run.csv"), Strictness::Tolerant)
+        .expect_err("front twice");
 }

@@ -206,6 +206,7 @@ impl SimulatedWagon {
             sanding: self.input.sanding,
             position_m: self.sensors.position_m(self.position_m),
             wsp_active: only_own(self.wsp_active()),
+            ..Row::default()
         };
         let present = self.faults.apply(self.programme.time_s(t_s), &mut row);
         (row, present)

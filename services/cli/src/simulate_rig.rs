@@ -12,7 +12,7 @@ use crate::CliError;
 use crate::output::say;
 
 /// Columns of a roller rig: its sand and its place are no sensors.
-const ROLLER: Optional = Optional { grade: true, sanding: false, position: false, wsp: true };
+const ROLLER: Optional = Optional { grade: true, wsp: true, ..Optional::NONE };
 
 /// Runs the test into a folder; `ending` is the form of the files.
 pub(crate) fn run(programme: RigProgramme, seed: u64, out: &Path, ending: &str) -> Result<(), CliError> {

@@ -99,7 +99,7 @@ fn write_run(file: &Path, rows: &[Row], wheelsets: usize) -> Result<(), GapRecor
         grade: has(|row| row.grade_rad),
         sanding: has(|row| row.sanding),
         position: has(|row| row.position_m),
-        wsp: false,
+        ..Optional::NONE
     };
     let mut writer = RunWriter::create(file, wheelsets, optional)?;
     for row in rows {

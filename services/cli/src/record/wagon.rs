@@ -221,6 +221,7 @@ fn optional(sample: &Sample) -> Optional {
         sanding: sample.has(valid::SANDING),
         position: sample.has(valid::POSITION),
         wsp: sample.has(valid::WSP),
+        ..Optional::NONE
     }
 }
 
