@@ -47,7 +47,7 @@ mod wagon;
 pub use constants::{CREEPAGE_SPEED_FLOOR_M_S, GRAVITY_M_S2};
 pub use effects::ModelError;
 pub use parameters::{
-    Body, Brake, Contact, EffectEntry, ParameterError, Rail, RailClass, Resistance, Sensors,
+    Body, Bogie, Brake, Contact, EffectEntry, ParameterError, Rail, RailClass, Resistance, Running, Sensors,
     VehicleParameters, Wheelset,
 };
 pub use wagon::fast;

@@ -13,6 +13,9 @@ pub struct VehicleParameters {
     pub name: String,
     /// Car body.
     pub body: Body,
+    /// `[bogie]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bogie: Option<Bogie>,
     /// Wheelset, the same for all.
     pub wheelset: Wheelset,
     /// Brake unit of one wheelset.
@@ -25,6 +28,9 @@ pub struct VehicleParameters {
     pub rail: Rail,
     /// Declared accuracy of the sensors.
     pub sensors: Sensors,
+    /// `[train]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub train: Option<Running>,
     /// Effects that the model carries beyond the nominal laws, applied in this order.
     #[serde(default, rename = "effect", skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<EffectEntry>,
@@ -43,6 +49,27 @@ pub struct Body {
     /// Positions of the wheelsets ahead of the centre of mass, front first, m. Absent: two wheelsets at ± a/2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wheelset_positions_m: Option<Vec<f64>>,
+    /// Relative one sigma of the mass; wide where payload is not known. Absent: the mass is as a works plate has it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_sigma: Option<f64>,
+}
+
+/// The bogies of a wagon that has them; `body.wheelbase_m` is then the distance of their pivots.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bogie {
+    /// Distance of the wheelsets of one bogie, m.
+    pub wheelbase_m: f64,
+    /// Height of the traction pivot above the rail, m.
+    pub pivot_height_m: f64,
+}
+
+/// How the wagon runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Running {
+    /// Whether it runs alone; false: it is coupled, and couplers pull and push it.
+    pub free: bool,
 }
 
 /// One wheelset.
@@ -276,6 +303,17 @@ impl VehicleParameters {
         if !(0.0..=1e5).contains(&force) {
             let key = "sensors.pressing_force_sigma_n";
             return Err(ParameterError { key, value: force, allowed: "0 to 100000" });
+        }
+        let bogie = self.bogie.map_or((2.0, 0.5), |bogie| (bogie.wheelbase_m, bogie.pivot_height_m));
+        let optional = [
+            ("body.mass_sigma", self.body.mass_sigma.unwrap_or(0.01), 1e-4, 1.0, "0.0001 to 1"),
+            ("bogie.wheelbase_m", bogie.0, 0.5, 6.0, "0.5 to 6"),
+            ("bogie.pivot_height_m", bogie.1, 0.0, 3.0, "0 to 3"),
+        ];
+        for (key, value, low, high, allowed) in optional {
+            if !(low..=high).contains(&value) {
+                return Err(ParameterError { key, value, allowed });
+            }
         }
         self.check_pads()?;
         self.check_positions()

@@ -9,7 +9,13 @@ fn coach() -> VehicleParameters {
     VehicleParameters {
         schema: 1,
         name: "coach".into(),
-        body: Body { mass_kg: 38e3, com_height_m: 1.65, wheelbase_m: 9.8, wheelset_positions_m: None },
+        body: Body {
+            mass_kg: 38e3,
+            com_height_m: 1.65,
+            wheelbase_m: 9.8,
+            wheelset_positions_m: None,
+            mass_sigma: None,
+        },
         wheelset: Wheelset { radius_m: 0.43, inertia_kg_m2: 130.0 },
         brake: Brake { radius_m: 0.24, friction_coefficient: 0.35, friction_by_wheelset: None },
         resistance: Resistance { constant_n: 400.0, linear_n_s_per_m: 7.0, drag_n_s2_per_m2: 4.5 },
@@ -27,6 +33,8 @@ fn coach() -> VehicleParameters {
             wheel_speed_sigma_rad_s: 0.03,
             pressing_force_sigma_n: 150.0,
         },
+        bogie: None,
+        train: None,
         effects: Vec::new(),
     }
 }

@@ -20,13 +20,21 @@ pub(super) fn one_wheelset(
     VehicleParameters {
         schema: 1,
         name: name.into(),
-        body: Body { mass_kg, com_height_m: 0.0, wheelbase_m: 1.0, wheelset_positions_m: Some(vec![0.0]) },
+        body: Body {
+            mass_kg,
+            com_height_m: 0.0,
+            wheelbase_m: 1.0,
+            wheelset_positions_m: Some(vec![0.0]),
+            mass_sigma: None,
+        },
         wheelset,
         brake,
         resistance: Resistance { constant_n: 0.0, linear_n_s_per_m: 0.0, drag_n_s2_per_m2: 0.0 },
         contact: contact.clone(),
         rail,
         sensors,
+        bogie: None,
+        train: None,
         effects: Vec::new(),
     }
 }

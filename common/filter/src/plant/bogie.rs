@@ -297,6 +297,7 @@ impl BogieRigFile {
                 com_height_m: 0.0,
                 wheelbase_m: 1.0,
                 wheelset_positions_m: None,
+                mass_sigma: None,
             },
             wheelset: self.wheelset.clone(),
             brake: Brake {
@@ -313,6 +314,8 @@ impl BogieRigFile {
                 wheel_speed_sigma_rad_s: pulse * self.sensors.sample_rate_hz,
                 pressing_force_sigma_n: 0.0,
             },
+            bogie: None,
+            train: None,
             effects: Vec::new(),
         }
     }

@@ -8,7 +8,13 @@ pub fn coach() -> VehicleParameters {
     VehicleParameters {
         schema: 1,
         name: "coach".into(),
-        body: Body { mass_kg: 41e3, com_height_m: 1.6, wheelbase_m: 12.0, wheelset_positions_m: None },
+        body: Body {
+            mass_kg: 41e3,
+            com_height_m: 1.6,
+            wheelbase_m: 12.0,
+            wheelset_positions_m: None,
+            mass_sigma: None,
+        },
         wheelset: Wheelset { radius_m: 0.45, inertia_kg_m2: 140.0 },
         brake: Brake { radius_m: 0.25, friction_coefficient: 0.35, friction_by_wheelset: None },
         resistance: Resistance { constant_n: 400.0, linear_n_s_per_m: 8.0, drag_n_s2_per_m2: 4.0 },
@@ -26,6 +32,8 @@ pub fn coach() -> VehicleParameters {
             wheel_speed_sigma_rad_s: 0.04,
             pressing_force_sigma_n: 150.0,
         },
+        bogie: None,
+        train: None,
         effects: Vec::new(),
     }
 }
