@@ -16,6 +16,12 @@ pub struct WriteError {
     source: std::io::Error,
 }
 
+impl WriteError {
+    pub(crate) fn new(path: &Path, source: std::io::Error) -> Self {
+        Self { path: path.to_path_buf(), source }
+    }
+}
+
 /// Columns of a recording.
 pub const HEADER: &str = "t_s,v_m_s,omega_f_rad_s,omega_r_rad_s,f_perp_f_n,f_perp_r_n,m_w_f_nm,m_w_r_nm,grade_rad,sanding,position_m";
 /// Columns of the truth beside it.

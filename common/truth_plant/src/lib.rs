@@ -1,4 +1,5 @@
-//! An independent wagon, to judge a diagnosis with: it shares no formula code with the models under test.
+//! Independent wagons and trains, to judge a diagnosis and alarms with: they share no formula code with the models under
+//! test. [`train`] holds the trains; everything else here is about single wagons.
 //!
 //! **Glossary.** *Sheet*: what a simulator believes about a vehicle. *Nuisances*: tolerances that every real wagon has.
 //! *Departure*: one way in which the wagon is not what its sheet says, in this plant's own functional form. *Clutter*:
@@ -18,6 +19,7 @@ pub mod programme;
 pub mod protection;
 pub mod random;
 pub mod sheet;
+pub mod train;
 pub mod wagon;
 
 pub use case::{Case, Label, Recipe};
