@@ -14,6 +14,7 @@ mod bench_train;
 mod bench_transport;
 mod bench_unscented;
 mod blind;
+mod drill;
 mod error;
 mod estimate;
 mod estimate_columns;
@@ -28,6 +29,7 @@ mod output;
 mod process_figures;
 mod record;
 mod runner;
+mod sealed;
 mod services;
 mod simulate;
 mod simulate_rig;
@@ -88,6 +90,8 @@ enum Command {
     BenchPeer(bench_transport::PeerArgs),
     /// Diagnose the gap between simulator and recordings
     Gap(gap::Args),
+    /// Make sealed trains with faults, to judge alarms with
+    Drill(drill::Args),
     /// Turn a scenario into recordings, with the truth beside them
     Simulate(simulate::Args),
 }
@@ -111,6 +115,7 @@ impl Command {
             Self::Bench(args) => bench::run(&args),
             Self::BenchPeer(args) => bench_transport::peer(&args),
             Self::Gap(args) => gap::run(&args),
+            Self::Drill(args) => drill::run(&args),
             Self::Simulate(args) => simulate::run(&args),
         }
     }

@@ -16,14 +16,16 @@ use sha2::{Digest, Sha256};
 use super::{
     answer::Answer,
     args::{Args, Floor},
-    digest,
-    files::{cannot_write, read, write},
     make::{Made, case_folder, twin_folder},
     outcome::Outcome,
     rankings::Rankings,
     verify,
 };
 use crate::CliError;
+use crate::sealed::{
+    digest,
+    files::{cannot_write, read, write},
+};
 
 /// Where cases are diagnosed.
 pub(super) struct Surgery {

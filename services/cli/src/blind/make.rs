@@ -9,6 +9,7 @@ use railgrip_truth_plant::{Case, Label, Recipe, case, files, random::Stream};
 use serde::{Deserialize, Serialize};
 
 use crate::CliError;
+use crate::sealed::{digest::digest_of_folder, files::cannot_write};
 
 /// Share of all cases whose id is taken out of the library.
 const WITHHELD_SHARE: f64 = 0.12;
@@ -79,12 +80,12 @@ pub(super) fn make(out: &Path, order: &Order) -> Result<Made, CliError> {
     let folder = case_folder(out, name);
     for stale in [folder.clone(), twin_folder(out, name)] {
         if stale.exists() {
-            fs::remove_dir_all(&stale).map_err(|error| super::files::cannot_write(&stale, &error))?;
+            fs::remove_dir_all(&stale).map_err(|error| cannot_write(&stale, &error))?;
         }
     }
     let vehicle = case.sheet.to_toml();
     files::write_case(&folder, &vehicle, &case.runs).map_err(CliError::failed)?;
     files::write_case(&twin_folder(out, name), &vehicle, &case.twin).map_err(CliError::failed)?;
-    let recordings_sha256 = super::digest::digest_of_folder(&folder)?;
+    let recordings_sha256 = digest_of_folder(&folder)?;
     Ok(Made { label: case.label, withheld: order.withheld.clone(), recordings_sha256 })
 }

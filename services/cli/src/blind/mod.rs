@@ -12,29 +12,23 @@ mod answer;
 mod args;
 mod belief;
 mod diagnose;
-mod digest;
-mod files;
 mod make;
 mod outcome;
 mod rankings;
 mod score;
-mod seal;
 mod table;
 mod verify;
 
-use std::{
-    fs,
-    sync::atomic::{AtomicUsize, Ordering},
-    thread,
-    time::Instant,
-};
-
-use indicatif::{ProgressBar, ProgressStyle};
+use std::{fs, time::Instant};
 
 pub use args::Args;
 
 use crate::CliError;
-use files::{cannot_write, write};
+use crate::sealed::{
+    files::{cannot_write, write},
+    parallel::{parallel, progress, threads},
+    seal::{Sealed, salt_from},
+};
 use make::Made;
 use outcome::Outcome;
 
@@ -43,8 +37,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     if args.cases == 0 {
         return Err(CliError::bad_input("--cases 0: at least one case is needed"));
     }
-    let threads =
-        args.threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, usize::from)).max(1);
+    let threads = threads(args.threads);
     fs::create_dir_all(&args.out).map_err(|error| cannot_write(&args.out, &error))?;
     let orders = make::orders(args.cases, args.seed);
     let bar = progress("making cases", orders.len());
@@ -57,7 +50,8 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     bar.finish_and_clear();
     let made = made.into_iter().collect::<Result<Vec<Made>, CliError>>()?;
 
-    let sealed = seal::Sealed::new(args.seed, &made)?;
+    // The salt follows from the seed, so that an interrupted run continues under the same seal.
+    let sealed = Sealed::new(salt_from(&format!("railgrip gap blind {}", args.seed)), &made)?;
     sealed.publish(&args.out)?;
 
     let surgery = diagnose::Surgery::new(args)?;
@@ -85,39 +79,4 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     )?;
     crate::output::say(&markdown);
     Ok(())
-}
-
-/// Runs `work` on every index on so many threads while `goes_on`, results in order.
-fn parallel<T: Send>(
-    threads: usize,
-    count: usize,
-    goes_on: impl Fn() -> bool + Sync,
-    work: impl Fn(usize) -> T + Sync,
-) -> Vec<T> {
-    let next = AtomicUsize::new(0);
-    let take = || {
-        let mut done = Vec::new();
-        loop {
-            if !goes_on() {
-                return done;
-            }
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            if index >= count {
-                return done;
-            }
-            done.push((index, work(index)));
-        }
-    };
-    let mut all: Vec<(usize, T)> = thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads.min(count)).map(|_| scope.spawn(take)).collect();
-        workers.into_iter().filter_map(|worker| worker.join().ok()).flatten().collect()
-    });
-    all.sort_by_key(|(index, _)| *index);
-    all.into_iter().map(|(_, result)| result).collect()
-}
-
-fn progress(what: &'static str, count: usize) -> ProgressBar {
-    let style = ProgressStyle::with_template("{msg:14} {bar:40} {pos}/{len}  {elapsed} + {eta}")
-        .unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(count as u64).with_style(style).with_message(what)
 }

@@ -4,7 +4,7 @@ use std::{collections::HashMap, fs, path::Path};
 
 use serde_json::Value;
 
-use super::files::read;
+use crate::sealed::files::read;
 
 const OUTPUTS: [&str; 3] = ["v_m_s", "omega_f_rad_s", "omega_r_rad_s"];
 const MODELS: [&str; 3] = ["nominal", "calibrated", "extended"];

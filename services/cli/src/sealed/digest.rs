@@ -11,7 +11,7 @@ use sha2::{Digest, Sha256};
 use crate::CliError;
 
 /// SHA-256 over names and contents of all files below a folder, in the order of their names.
-pub(super) fn digest_of_folder(folder: &Path) -> Result<String, CliError> {
+pub(crate) fn digest_of_folder(folder: &Path) -> Result<String, CliError> {
     let mut paths = Vec::new();
     list(folder, &mut paths)?;
     paths.sort();
@@ -37,7 +37,7 @@ fn cannot_read(path: &Path, error: &std::io::Error) -> CliError {
 }
 
 /// Hexadecimal text of bytes.
-pub(super) fn hex(bytes: &[u8]) -> String {
+pub(crate) fn hex(bytes: &[u8]) -> String {
     bytes.iter().fold(String::with_capacity(2 * bytes.len()), |mut text, byte| {
         let _ = write!(text, "{byte:02x}");
         text
