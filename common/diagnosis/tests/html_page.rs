@@ -8,8 +8,8 @@ mod law_cases;
 use law_cases::{CreepTruth, Layout, PLAIN, brake, creep};
 use railgrip_diagnosis::answer::schema::*;
 use railgrip_diagnosis::answer::supplement::{
-    Alarm, Axis, CandidateDetail, Curve, CurvePoint, Detail, FreedPlace, HeatGroup, HeatMap, ParameterRow,
-    RunRow, Settings, Tie, Trace, TraceWindow,
+    Alarm, Axis, CandidateDetail, Curve, CurvePoint, Detail, Event, FreedPlace, HeatGroup, HeatMap,
+    ParameterRow, RunRow, Settings, Tie, Trace, TraceWindow,
 };
 use railgrip_diagnosis::html::render;
 use railgrip_diagnosis::law_bench::{Options, Outcome, diagnose};
@@ -29,6 +29,9 @@ fn check_self_contained(page: &str) {
     }
     for needed in ["<!DOCTYPE html>", "lang=\"en\"", "prefers-color-scheme: dark", "@media print"] {
         assert!(page.contains(needed), "{needed}");
+    }
+    for unclear in ["d=\"\"", "window 0", "nuisance", "simulated cases"] {
+        assert!(!page.contains(unclear), "{unclear}");
     }
     for svg in page.split("<svg").skip(1) {
         let head = svg.split('>').next().unwrap();
@@ -61,11 +64,12 @@ fn a_bench_with_an_effect() {
     for id in [
         "brake_fade",
         "brake_friction_speed",
-        "How far it shrinks",
+        "How sure",
+        "What to do",
         "Gap by operating range",
         "run0",
         "Seed",
-        "Decided by the rule",
+        "Why this answer",
     ] {
         assert!(page.contains(id), "{id}");
     }
@@ -82,7 +86,7 @@ fn a_creep_bench_whose_effect_is_unknown() {
     keep("bench_unknown", &page);
     check_self_contained(&page);
     assert_eq!(outcome.report.verdict, Verdict::Unknown, "{:?}", outcome.report.effects);
-    assert!(page.contains("What is missing") && page.contains("The run to make next"));
+    assert!(page.contains("What is missing") && page.contains("Next run: "));
 }
 
 #[test]
@@ -102,11 +106,18 @@ fn a_wagon_case_with_traces() {
     check_self_contained(&page);
     assert_eq!(
         headline(&report),
-        "Brake fade explains the gap: on data that were not fitted it falls from 8.34 to 3.31."
+        "Pads lose 8\u{a0}% of their friction per 100 K (7–9) once the disc is above about 20 °C: holdout gap 8.34 → 3.31."
     );
-    for needed in
-        ["front wheelset speed", "The worst window", "95 % interval 55 % to 66 %", "disc temperature"]
-    {
+    for needed in [
+        "front wheelset speed",
+        "The worst window",
+        "95 % interval 55 % to 66 %",
+        "disc temperature",
+        "front wheelset locks at 24.1 s of wet_stop.wet",
+        "The seconds 20 to 30 of run wet_stop.wet",
+        "disc above 140\u{a0}°C",
+        "This explains the gap.",
+    ] {
         assert!(page.contains(needed), "{needed}");
     }
 }
@@ -149,12 +160,16 @@ fn wagon_report() -> Report {
             id: "brake_fade".to_owned(),
             term: "brake_friction".to_owned(),
             confidence: 0.94,
+            p: None,
             equivalent: vec!["brake_friction_speed".to_owned()],
             parameters: BTreeMap::from([(
                 "alpha_per_k".to_owned(),
                 ParameterEstimate { value: 8.1e-4, ci95: [7.2e-4, 9.0e-4] },
             )]),
         }],
+        posterior: Vec::new(),
+        verdict_set: Vec::new(),
+        carries_over: Some(true),
         candidates: vec![
             candidate("brake_fade", 2.1, 0.83, 0.0017, true),
             candidate("brake_friction_speed", 2.6, 0.74, 0.0017, true),
@@ -230,9 +245,9 @@ fn wagon_detail() -> Detail {
             signals: ["v_m_s", "omega_f_rad_s", "omega_r_rad_s"].map(str::to_owned).to_vec(),
             groups: vec![
                 HeatGroup {
-                    variable: "disc temperature".to_owned(),
-                    unit: "K above start".to_owned(),
-                    edges: vec![0.0, 40.0, 80.0, 140.0, 220.0, 300.0],
+                    variable: "temperature".to_owned(),
+                    unit: "°C".to_owned(),
+                    edges: vec![20.0, 40.0, 80.0, 140.0, 220.0, 300.0],
                     samples: vec![4000, 3000, 2500, 1800, 900],
                     calibrated: vec![
                         vec![2.1, 2.4, 3.9, 8.2, 12.3],
@@ -257,11 +272,21 @@ fn wagon_detail() -> Detail {
         },
         freed: vec![FreedPlace {
             place: "share of pad friction".to_owned(),
+            terms: vec!["brake_friction".to_owned()],
             before: 812.0,
             after: Some(14.0),
             size: 0.09,
             unit: String::new(),
             time_s: 10.0,
+        }],
+        events: vec![Event {
+            run: "wet_stop.wet".to_owned(),
+            holdout: true,
+            wheelset: 0,
+            from_s: 24.1,
+            to_s: 25.6,
+            words: "front wheelset locks".to_owned(),
+            severity: 1.0,
         }],
         worst_window: Some(TraceWindow {
             run: "wet_stop.wet".to_owned(),
@@ -317,6 +342,7 @@ fn wagon_detail() -> Detail {
         }],
         alarm: Some(Alarm {
             statistic: "drop of the fit cost".to_owned(),
+            how: "errors got random signs".to_owned(),
             level: 0.05,
             threshold: 14.2,
             observed: 412.0,
@@ -341,7 +367,9 @@ fn the_summary_says_the_same_in_markdown() {
         "| holdout | 19.0 | 8.34 | 3.31 |",
         "Decided by the rule `effects_explain_gap`: Nothing asks for another cause.",
         "`brake_fade` (confidence 0.94",
-        "alpha_per_k",
+        "alpha 8\u{a0}% per 100 K (7–9)",
+        "How sure: Very likely that brake fade is at work",
+        "What to do:\n1. ",
     ] {
         assert!(text.contains(needed), "{needed}");
     }

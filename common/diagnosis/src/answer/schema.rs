@@ -31,6 +31,15 @@ pub struct Report {
     pub location: Location,
     /// Effects that were found, strongest first.
     pub effects: Vec<FoundEffect>,
+    /// Sets of effects that may be the cause, the likeliest first; empty in reports without a posterior.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub posterior: Vec<PosteriorSet>,
+    /// Indices into [`Self::posterior`]: the fewest sets of which one is the truth in 90 % of cases.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub verdict_set: Vec<usize>,
+    /// Whether the extended model predicts the holdout runs better; `null` where there is none.
+    #[serde(default)]
+    pub carries_over: Option<bool>,
     /// Every candidate that was tried, best predictor first.
     pub candidates: Vec<Candidate>,
     /// How large the gap is before and after.
@@ -127,10 +136,24 @@ pub struct FoundEffect {
     pub term: String,
     /// Probability that this is right.
     pub confidence: f64,
+    /// The same from the posterior over sets of effects; absent in reports without one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub p: Option<f64>,
     /// Ids that the data cannot tell from this one.
     pub equivalent: Vec<String>,
     /// Fitted parameters by name; the unit is in the name.
     pub parameters: BTreeMap<String, ParameterEstimate>,
+}
+
+/// A set of effects and how probable it is that just these are the cause.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PosteriorSet {
+    /// Ids; empty where nothing beyond tolerances is at work.
+    pub effects: Vec<String>,
+    /// Whether something is at work beside them that no candidate describes.
+    pub unknown: bool,
+    /// Probability.
+    pub p: f64,
 }
 
 /// A fitted value.
@@ -217,6 +240,9 @@ pub struct Unexplained {
     pub gap: f64,
     /// Place in the equations at which the rest would help most.
     pub term: String,
+    /// Places that these recordings cannot tell apart, the likeliest first; empty in reports that name one only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub terms: Vec<String>,
     /// What is missing there, over the variable that describes it best.
     pub curve: Vec<[f64; 2]>,
 }

@@ -22,7 +22,9 @@ pub struct Detail {
     pub heat_map: HeatMap,
     /// Places of the equations that were freed one at a time, the likeliest first; may be empty.
     pub freed: Vec<FreedPlace>,
-    /// The window in which the calibrated model is worst (wagon cases).
+    /// What happens in the recordings beside ordinary running, in the order of runs and time.
+    pub events: Vec<Event>,
+    /// The window in which the calibrated model is worst (wagon cases), one that was only predicted where there is one.
     pub worst_window: Option<TraceWindow>,
     /// Measured points and models over a covariate (law-level cases).
     pub scatters: Vec<Scatter>,
@@ -87,11 +89,32 @@ pub struct HeatGroup {
     pub extended: Vec<Vec<f64>>,
 }
 
+/// Something that happens to a wheelset in a recording.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Event {
+    /// Name of the run.
+    pub run: String,
+    /// Whether the run was only predicted: a run that was fitted may have the same name.
+    pub holdout: bool,
+    /// The wheelset's number from the front, from 0.
+    pub wheelset: usize,
+    /// Beginning, s as recorded.
+    pub from_s: f64,
+    /// End, s as recorded.
+    pub to_s: f64,
+    /// What happens: `front wheelset locks`.
+    pub words: String,
+    /// Largest creepage, 0 to 1: the events with the largest one matter most.
+    pub severity: f64,
+}
+
 /// A place of the equations that was freed by a wandering disturbance.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FreedPlace {
     /// In words, with its wheelset.
     pub place: String,
+    /// Terms of the equations whose effects show at this place.
+    pub terms: Vec<String>,
     /// Log-likelihood gained over the calibrated model.
     pub before: f64,
     /// Log-likelihood gained over the extended model, where there is one.
@@ -117,6 +140,15 @@ pub struct TraceWindow {
     pub t_s: Vec<f64>,
     /// One for each output.
     pub traces: Vec<Trace>,
+}
+
+impl TraceWindow {
+    /// Those of the events that are in this window.
+    pub fn among<'a>(&self, events: &'a [Event]) -> Vec<&'a Event> {
+        let (Some(first), Some(last)) = (self.t_s.first(), self.t_s.last()) else { return Vec::new() };
+        let same = |e: &&Event| e.run == self.run && e.holdout == self.holdout;
+        events.iter().filter(same).filter(|e| e.to_s >= *first && e.from_s <= *last).collect()
+    }
 }
 
 /// An output, measured and predicted.
@@ -263,7 +295,9 @@ pub struct Alarm {
     pub threshold: f64,
     /// What the best candidate reaches.
     pub observed: f64,
-    /// Simulated cases without an effect behind the quantile.
+    /// How recordings without an effect were imitated, as a clause that `… times` can follow.
+    pub how: String,
+    /// Draws behind the quantile.
     pub replicates: usize,
 }
 

@@ -88,7 +88,20 @@ impl Frame {
             let _ = write!(path, "{command}{:.1} {:.1}", self.sx(x), self.sy(y));
             drawing = true;
         }
-        html! { path class=(class) d=(path) {} }
+        // A path without points is no mark, and some programs warn of it.
+        html! { @if !path.is_empty() { path class=(class) d=(path) {} } }
+    }
+
+    /// A moment on the axis across, with its name, if it has one, at the top of the frame.
+    pub fn moment(&self, x: f64, name: &str) -> Markup {
+        let at = round(self.sx(x.clamp(self.x.0, self.x.1)));
+        // Names stand on the side on which there is room.
+        let (anchor, beside) =
+            if x > 0.5 * (self.x.0 + self.x.1) { ("end", at - 5.0) } else { ("start", at + 5.0) };
+        html! {
+            line class="moment" x1=(at) x2=(at) y1=(self.top) y2=(self.bottom()) {}
+            @if !name.is_empty() { text class="moment" x=(beside) y=(self.top + 11.0) text-anchor=(anchor) { (name) } }
+        }
     }
 
     /// Dots, those outside the frame left out.
@@ -114,7 +127,7 @@ impl Frame {
             let y = y.clamp(self.y.0, self.y.1);
             let _ = write!(path, "{command}{:.1} {:.1}", self.sx(x), self.sy(y));
         }
-        html! { path class="band" d={ (path) "Z" } {} }
+        html! { @if !path.is_empty() { path class="band" d={ (path) "Z" } {} } }
     }
 
     /// A region of x.

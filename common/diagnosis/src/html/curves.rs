@@ -2,8 +2,9 @@
 
 use super::chart::{Frame, legend, range, svg, with_unit};
 use crate::answer::schema::Report;
-use crate::answer::supplement::{Curve, Detail};
-use crate::words::format::{capital, number, plain, term};
+use crate::answer::supplement::{Axis, Curve, CurvePoint, Detail};
+use crate::words::format::{capital, number_to, on_axis, or_list, plain, term};
+use crate::words::sentences::place;
 use maud::{Markup, html};
 
 /// Curves of the effects found.
@@ -34,10 +35,14 @@ pub fn missing(report: &Report, detail: &Detail) -> Markup {
             section aria-labelledby="missing" {
                 h2 id="missing" { "What is missing" }
                 p.say {
-                    "Something in " b { (term(&rest.term)) } " (" code { (rest.term) } "). The gap left on the fitted data is "
+                    "Something in " b { (place(report)) } " (" code { (rest.term) } "). "
+                    @if rest.terms.len() > 1 {
+                        "These recordings cannot tell apart " (or_list(&rest.terms.iter().map(|name| term(name)).collect::<Vec<_>>())) ", the likeliest first; the curve is drawn for the first. "
+                    }
+                    "The gap left on the fitted data is "
                     b { (crate::words::format::gap(rest.gap)) } "."
                     @if let Some((curve, region)) = detail.missing_curve.as_ref().and_then(|curve| Some((curve, curve.region?))) {
-                        " It matters most from " (number(region[0])) " to " (number(region[1]))
+                        " It matters most from " (number_to(region[0], 2)) " to " (number_to(region[1], 2))
                         @if !curve.x.unit.is_empty() { " " (curve.x.unit) } " (shaded)."
                     }
                 }
@@ -51,7 +56,7 @@ pub fn missing(report: &Report, detail: &Detail) -> Markup {
 }
 
 fn figure(curve: &Curve, id: &str, narrow: bool) -> Markup {
-    let inner = |point: &crate::answer::supplement::CurvePoint| (point.high - point.low).abs();
+    let inner = |point: &CurvePoint| (point.high - point.low).abs();
     let mut widths: Vec<f64> = curve.points.iter().map(inner).filter(|w| w.is_finite()).collect();
     widths.sort_by(f64::total_cmp);
     // A band that explodes at one end must not flatten the curve.
@@ -93,12 +98,22 @@ fn figure(curve: &Curve, id: &str, narrow: bool) -> Markup {
 
 /// The curve in words: its values at both ends.
 fn ends(curve: &Curve) -> String {
-    let point = |p: &crate::answer::supplement::CurvePoint| format!("{} at {}", number(p.y), number(p.x));
+    let span = |of: fn(&CurvePoint) -> f64| {
+        let (low, high) = curve
+            .points
+            .iter()
+            .map(of)
+            .filter(|x| x.is_finite())
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        (high - low).max(high.abs().max(low.abs()) * 1e-3)
+    };
+    let (x_span, y_span) = (span(|p| p.x), span(|p| p.y));
+    let unit = |axis: &Axis| if axis.unit.is_empty() { String::new() } else { format!(" {}", axis.unit) };
+    let point = |p: &CurvePoint| {
+        format!("{}{} at {}{}", on_axis(p.y, y_span), unit(&curve.y), on_axis(p.x, x_span), unit(&curve.x))
+    };
     match (curve.points.first(), curve.points.last()) {
-        (Some(first), Some(last)) => {
-            let unit = if curve.x.unit.is_empty() { String::new() } else { format!(" {}", curve.x.unit) };
-            format!("From {}{unit} to {}{unit}", point(first), point(last))
-        }
+        (Some(first), Some(last)) => format!("From {} to {}", point(first), point(last)),
         _ => "No data".to_owned(),
     }
 }

@@ -1,45 +1,56 @@
-//! Header, next run, parameters, runs and settings: the parts that are words and tables.
+//! The rule, parameters, runs and settings: the parts that are words and tables.
 
-use crate::answer::schema::{Report, Verdict};
-use crate::answer::supplement::Detail;
-use crate::words::format::{gap, interval, number, number_to, plain};
-use crate::words::sentences::{evidence, headline};
+use crate::answer::schema::{ParameterEstimate, Report};
+use crate::answer::supplement::{Detail, ParameterRow};
+use crate::words::format::{gap, interval, number, plain};
+use crate::words::parameters::{self, estimate, shown};
 use maud::{Markup, html};
 
-/// Case, verdict and evidence.
-pub fn header(report: &Report, detail: &Detail) -> Markup {
-    let class = match report.verdict {
-        Verdict::None => "badge none",
-        Verdict::Effects => "badge",
-        Verdict::Unknown | Verdict::EffectsAndUnknown => "badge unknown",
-    };
+/// The rule that decided, and what a reader must know of the case.
+pub fn rule(report: &Report, detail: &Detail) -> Markup {
     html! {
-        header.top {
-            p.eyebrow {
-                span { "Sim-to-real gap" }
-                strong { (detail.case) }
-                span { (detail.subject) }
-                span class=(class) { (report.verdict.name()) }
-            }
-            h1 { (headline(report)) }
-            p.lede {
-                @for (index, piece) in evidence(report).iter().enumerate() {
-                    @if index % 2 == 1 { b { (piece) } } @else { (piece) }
+        @if !detail.rule.is_empty() || !detail.notes.is_empty() {
+            section aria-labelledby="why" {
+                h2 id="why" { "Why this answer" }
+                @if !detail.rule.is_empty() {
+                    p.say {
+                        (detail.rule) " A table of named rules turns the evidence into the verdict, and the first that holds decides: here "
+                        code { (report.rule) } "."
+                    }
                 }
+                @if !detail.notes.is_empty() { ul.notes { @for note in &detail.notes { li { (note) } } } }
             }
-            @if !detail.rule.is_empty() {
-                p.rule { "Decided by the rule " code { (report.rule) } ": " (detail.rule) }
-            }
-            @if !detail.notes.is_empty() { ul.notes { @for note in &detail.notes { li { (note) } } } }
         }
     }
 }
 
-/// The run to make next.
-pub fn next_run(report: &Report) -> Markup {
+/// Sets of effects that may be the cause, with their probabilities; nothing in reports without a posterior.
+pub fn posterior(report: &Report) -> Markup {
     html! {
-        @if let Some(next) = &report.next_run {
-            section aria-labelledby="next" { h2 id="next" { "The run to make next" } p.next { (next) } }
+        @if !report.posterior.is_empty() {
+            section aria-labelledby="sets" {
+                h2 id="sets" { "What else it may be" }
+                p.say {
+                    "Each row is a set of effects that may be at work together, with its probability. In nine of ten cases the truth is among the rows that are marked."
+                }
+                div.scroll { table {
+                    caption { "Sets of effects, the likeliest first" }
+                    thead { tr { th scope="col" { "At work" } th.n scope="col" { "Probability" } th scope="col" { "In the set of nine in ten" } } }
+                    tbody {
+                        @for (index, set) in report.posterior.iter().enumerate() {
+                            tr {
+                                th scope="row" {
+                                    @if set.effects.is_empty() && !set.unknown { "tolerances and noise alone" }
+                                    (set.effects.iter().map(|id| plain(id)).collect::<Vec<_>>().join(" with "))
+                                    @if set.unknown { @if !set.effects.is_empty() { " with " } "something that no candidate describes" }
+                                }
+                                td.n { (crate::words::format::percent(set.p)) }
+                                td { @if report.verdict_set.contains(&index) { "yes" } @else { "no" } }
+                            }
+                        }
+                    }
+                } }
+            }
         }
     }
 }
@@ -50,26 +61,34 @@ pub fn parameters(detail: &Detail) -> Markup {
         @if !detail.parameters.is_empty() {
             section aria-labelledby="parameters" {
                 h2 id="parameters" { "Parameters of the extended model" }
+                p.say {
+                    "Tolerances are what differs from wagon to wagon and day to day without being a cause: pad friction of each wheelset, adhesion of each class of rail, "
+                    "running resistance, mass, inertia. They are fitted first and never named as the answer. A tolerance in per cent is the difference from the vehicle file."
+                }
                 div.scroll { table {
                     caption { "Tolerances and effects, fitted together" }
                     thead { tr {
-                        th scope="col" { "Parameter" } th scope="col" { "Belongs to" } th.n scope="col" { "Nominal" }
-                        th.n scope="col" { "Fitted" } th.n scope="col" { "95 % interval" } th.n scope="col" { "Allowed range" }
+                        th scope="col" { "Parameter" } th scope="col" { "Belongs to" } th.n scope="col" { "Vehicle file" }
+                        th.n scope="col" { "Fitted (95 % interval)" } th.n scope="col" { "Allowed range" }
                     } }
-                    tbody {
-                        @for row in &detail.parameters {
-                            tr {
-                                th scope="row" { code { (row.name) } }
-                                td { @if row.owner == "nuisance" { "tolerance" } @else { (plain(&row.owner)) } }
-                                td.n { (row.nominal.map_or_else(|| "–".to_owned(), |x| number_to(x, 4))) }
-                                td.n { b { (number_to(row.value, 4)) } }
-                                td.n { (interval(row.ci95)) }
-                                td.n { (interval(row.bounds)) }
-                            }
-                        }
-                    }
+                    tbody { @for row in &detail.parameters { (parameter(row)) } }
                 } }
             }
+        }
+    }
+}
+
+fn parameter(row: &ParameterRow) -> Markup {
+    let unit = shown(&row.owner, &row.name);
+    let fitted = ParameterEstimate { value: row.value, ci95: row.ci95 };
+    let beside = if unit.unit.is_empty() { String::new() } else { format!(" {}", unit.unit) };
+    html! {
+        tr {
+            th scope="row" { (parameters::name(&row.name)) " " code { (row.name) } }
+            td { @if row.owner == "nuisance" { "tolerance" } @else { (plain(&row.owner)) } }
+            td.n { (row.nominal.map_or_else(|| "–".to_owned(), |x| number(unit.factor * x) + &beside)) }
+            td.n { b { (estimate(&row.owner, &row.name, &fitted)) } }
+            td.n { (interval(row.bounds.map(|x| unit.factor * x))) (beside) }
         }
     }
 }

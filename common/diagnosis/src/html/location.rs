@@ -2,7 +2,8 @@
 
 use crate::answer::schema::Report;
 use crate::answer::supplement::{Detail, HeatGroup, HeatMap};
-use crate::words::format::{gap, number, number_to, percent, plain, signal, term};
+use crate::words::format::{gap, number_to, on_axis, percent, plain, signal, term};
+use crate::words::regime::regime;
 use maud::{Markup, html};
 
 /// Strongest tint of a cell.
@@ -19,15 +20,13 @@ pub fn section(report: &Report, detail: &Detail) -> Markup {
                     Some(name) => { "In " b { (term(name)) } " (" code { (name) } ")." }
                     None => { "No part of the model stands out." }
                 }
-                @if let Some(regime) = &place.regime {
-                    @let scale = Scale::of_variable(&detail.heat_map, &regime.variable, regime.range[1]);
-                    " The gap is largest where " b { (plain(&regime.variable)) " is " (number(regime.range[0] * scale.factor)) " to "
-                    (number(regime.range[1] * scale.factor)) @if !scale.unit.is_empty() { " " (scale.unit) } } ": " b { (gap(regime.gap_inside)) } " there, "
-                    (gap(regime.gap_outside)) " elsewhere."
+                @if let Some(found) = &place.regime {
+                    " The gap is largest with " b { (regime(found, &detail.heat_map)) } ": " b { (gap(found.gap_inside)) } " there, "
+                    (gap(found.gap_outside)) " elsewhere."
                 }
             }
             @if place.signals.len() > 1 { (signals(report)) }
-            (super::places::table(detail))
+            (super::places::table(report, detail))
             (heat(&detail.heat_map))
         }
     }
@@ -65,6 +64,9 @@ fn heat(map: &HeatMap) -> Markup {
                 "Each cell shows the gap of the calibrated model"
                 @if map.groups.iter().any(|group| !group.extended.is_empty()) { ", and after the arrow that of the extended model" }
                 ". Deeper colour: larger gap."
+                @if map.groups.iter().any(|group| group.variable == "temperature") {
+                    " Temperature is that of the disc, worked out from the heat of braking, with 20 °C at the start of each run."
+                }
             }
             div.pair { @for group in &map.groups { (table(map, group, top)) } }
         }
@@ -75,10 +77,12 @@ fn table(map: &HeatMap, group: &HeatGroup, top: f64) -> Markup {
     let regions = group.edges.len().saturating_sub(1);
     let scale = Scale::of(&group.unit, group.edges.last().copied().unwrap_or(0.0));
     let unit = if scale.unit.is_empty() { String::new() } else { format!(" ({})", scale.unit) };
-    let limit = |at: usize| edge(group.edges[at] * scale.factor);
+    let ends = group.edges.first().copied().zip(group.edges.last().copied());
+    let span = scale.factor * ends.map_or(0.0, |(first, last)| last - first);
+    let limit = |at: usize| edge(group.edges[at] * scale.factor, span);
     html! {
         div.scroll { table.heat {
-            caption { (plain(&group.variable)) (unit) }
+            caption { @if group.variable == "temperature" { "disc temperature" } @else { (plain(&group.variable)) } (unit) }
             thead { tr {
                 td style="--a:0" {}
                 @for region in 0..regions {
@@ -110,17 +114,15 @@ impl Scale {
             _ => Self { factor: 1.0, unit: unit.to_owned() },
         }
     }
-
-    /// The scale of the variable of this name, as far as the heat map knows its unit.
-    fn of_variable(map: &HeatMap, name: &str, largest: f64) -> Self {
-        let known = map.groups.iter().find(|group| plain(&group.variable) == plain(name));
-        Self::of(known.map_or("", |group| &group.unit), largest)
-    }
 }
 
 /// A limit of a region: two digits are enough below ten.
-fn edge(x: f64) -> String {
-    if x.abs() < 10.0 { number_to(x, 2) } else { number_to(x.round(), 3) }
+fn edge(x: f64, span: f64) -> String {
+    if span > 0.0 && span < 10.0 {
+        number_to((100.0 * x / span).round() * span / 100.0 + 0.0, 2)
+    } else {
+        on_axis(x.round(), span)
+    }
 }
 
 fn cell(group: &HeatGroup, row: usize, region: usize, top: f64) -> Markup {

@@ -7,6 +7,7 @@
 mod chart;
 mod curves;
 mod facts;
+mod first_page;
 mod gaps;
 mod location;
 mod places;
@@ -39,19 +40,20 @@ pub fn render(report: &Report, detail: &Detail) -> String {
             }
             body {
                 main {
-                    (facts::header(report, detail))
+                    (first_page::page(report, detail))
                     (gaps::section(report))
                     (location::section(report, detail))
                     (traces::section(detail))
                     (curves::effects(report, detail))
                     (curves::missing(report, detail))
+                    (facts::rule(report, detail))
+                    (facts::posterior(report))
                     (ranking::section(report, detail))
-                    (facts::next_run(report))
                     (facts::parameters(detail))
                     (facts::runs(detail))
                     (facts::settings(report, detail))
                 }
-                footer { p { "railgrip. Gap: RMS error of a prediction, divided by the noise of the sensor; 1 is as good as the sensors can tell." } }
+                footer { p { "railgrip advises people; it drives no brake and no traction." } }
             }
         }
     }

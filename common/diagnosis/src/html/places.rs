@@ -1,14 +1,16 @@
 //! The table of places: what is gained by letting one place of the equations err at a time, before and after the effects.
 
+use crate::answer::schema::Report;
 use crate::answer::supplement::{Detail, FreedPlace};
-use crate::words::format::number;
+use crate::words::format::{number, number_to, percent};
+use crate::words::sentences::disagreement;
 use maud::{Markup, html};
 
 /// Places that are shown.
 const MOST: usize = 8;
 
 /// The table; nothing where no place was freed, as on a bench.
-pub fn table(detail: &Detail) -> Markup {
+pub fn table(report: &Report, detail: &Detail) -> Markup {
     let top = detail.freed.iter().map(|place| place.before).fold(1.0, f64::max);
     let extended = detail.freed.iter().any(|place| place.after.is_some());
     html! {
@@ -17,7 +19,7 @@ pub fn table(detail: &Detail) -> Markup {
             p.note {
                 "In each row one part of the model was allowed to be wrong by an amount that varies with time. The gain says how much more likely that makes the recordings "
                 "(log-likelihood): where it is largest, the model is most likely wrong. Size: by how much that part would have to be wrong (one sigma). Lasts: for how long at a time."
-                @if extended { " With effects: the gain that is left once the effects are in the model." }
+                @if extended { " With effects: the gain that is left once the effects are in the model; below zero means that nothing is left to gain there." }
             }
             div.scroll { table {
                 caption { "Parts of the model, the likeliest first" }
@@ -27,6 +29,7 @@ pub fn table(detail: &Detail) -> Markup {
                 } }
                 tbody { @for place in detail.freed.iter().take(MOST) { (row(place, top, extended)) } }
             } }
+            @if let Some(words) = detail.freed.first().and_then(|first| disagreement(report, first)) { p.say { (words) } }
         }
     }
 }
@@ -43,8 +46,18 @@ fn row(place: &FreedPlace, top: f64, extended: bool) -> Markup {
                 }
             }
             @if extended { td.n { (place.after.map_or_else(|| "–".to_owned(), |after| number(after.round()))) } }
-            td.n { (number(place.size)) @if !place.unit.is_empty() { " " (place.unit) } }
+            td.n { (size(place)) }
             td.n { (number(place.time_s)) " s" }
         }
+    }
+}
+
+/// The size with its unit. A share of more than the whole means that the recordings set no limit to it.
+fn size(place: &FreedPlace) -> String {
+    match (place.unit.as_str(), place.size) {
+        ("", size) if size > 1.0 => "no limit seen".to_owned(),
+        ("", size) if size < 0.1 => format!("{} %", number_to(100.0 * size, 2)),
+        ("", size) => percent(size),
+        (unit, size) => format!("{} {unit}", number_to(size, 2)),
     }
 }

@@ -1,8 +1,8 @@
 //! The ranking of candidates, the test against chance, and groups that the data cannot separate.
 
 use crate::answer::schema::{Candidate, Report};
-use crate::answer::supplement::{CandidateDetail, Detail};
-use crate::words::format::{gap, number, p_value, percent, plain};
+use crate::answer::supplement::{Alarm, CandidateDetail, Detail};
+use crate::words::format::{gap, number, p_value, part, percent, plain};
 use crate::words::sentences::caution;
 use maud::{Markup, html};
 
@@ -11,12 +11,18 @@ pub fn section(report: &Report, detail: &Detail) -> Markup {
     html! {
         section aria-labelledby="which" {
             h2 id="which" { "Which effect: all " (report.candidates.len()) " candidates" }
-            p.say {
-                "Each candidate was added alone to the calibrated model and fitted together with the tolerances. Gain: the share of the squared error that it removes on data left out of the fit. "
-                "p: the probability that the best of all candidates gains as much by chance, where there is no effect."
-                @if let Some(alarm) = &detail.alarm {
-                    " In " (percent(alarm.level)) " of " (alarm.replicates) " simulated cases without an effect the best candidate scores more than " b { (number(alarm.threshold)) }
-                    "; here it scores " b { (number(alarm.observed)) } ". The score is the " (alarm.statistic) "."
+            p.say { "Each candidate was added alone to the calibrated model and fitted together with the tolerances." }
+            dl.words {
+                dt { "Gain" } dd { "share of the removable squared error that it removes on data left out of the fit; “all” where nothing is left" }
+                dt { "p" }
+                dd {
+                    "probability that the best of all candidates gains as much by chance, where there is no effect. It cannot be told below one in the number of draws, so many candidates share the smallest."
+                    @if let Some(alarm) = &detail.alarm { " " (chance(alarm)) }
+                }
+                dt { "Settled" }
+                dd {
+                    "whether the search for the candidate's best values ended by itself. Where it did not, they were still moving a little and the gain is a lower limit. "
+                    "An effect that was found is fitted again at the end, together with all others."
                 }
             }
             @if let Some(words) = caution(report) { p.say { b { (words) } } }
@@ -24,7 +30,7 @@ pub fn section(report: &Report, detail: &Detail) -> Markup {
                 caption { "Candidates, the best at predicting left-out data first" }
                 thead { tr {
                     th scope="col" { "Effect" } th.n scope="col" { "Gap, fitted" } th scope="col" { "Gain on left-out data" }
-                    th.n scope="col" { "p" } th scope="col" { "Converged" }
+                    th.n scope="col" { "p" } th scope="col" { "Settled" }
                     @if detail.candidates.iter().any(|c| !c.form.is_empty()) { th scope="col" { "Best form" } }
                 } }
                 tbody { @for candidate in &report.candidates { (row(report, detail, candidate)) } }
@@ -42,6 +48,15 @@ pub fn section(report: &Report, detail: &Detail) -> Markup {
     }
 }
 
+/// How the threshold against chance was found.
+fn chance(alarm: &Alarm) -> Markup {
+    html! {
+        "For the comparison with chance, " (alarm.how) " " (alarm.replicates) " times; in " (percent(alarm.level))
+        " of these draws the best candidate scores more than " b { (number(alarm.threshold)) } ", and in the recordings it scores "
+        b { (number(alarm.observed)) } ". The score is the " (alarm.statistic) "."
+    }
+}
+
 fn row(report: &Report, detail: &Detail, candidate: &Candidate) -> Markup {
     let found = report.effects.iter().any(|effect| effect.id == candidate.id);
     let more = detail.candidates.iter().find(|more| more.id == candidate.id);
@@ -51,9 +66,9 @@ fn row(report: &Report, detail: &Detail, candidate: &Candidate) -> Markup {
             th scope="row" { code { (candidate.id) } }
             td.n { (gap(candidate.fit_gap)) }
             td.gain { (gain(candidate, more)) }
-            td.n { (p_value(candidate.p_value)) }
+            td.n { (p_value(candidate.p_value, detail.alarm.as_ref().map(|alarm| alarm.replicates))) }
             td {
-                @if candidate.converged { "yes" } @else { "no" }
+                @if candidate.converged { "yes" } @else if found { "no; fitted again at the end" } @else { "no" }
                 @if let Some(bound) = more.filter(|more| !more.on_bound.is_empty()) {
                     span.form { " · at the limit of what is allowed: " (bound.on_bound.join(", ")) }
                 }
@@ -69,14 +84,14 @@ fn gain(candidate: &Candidate, more: Option<&CandidateDetail>) -> Markup {
     let (zero, end) = (place(0.0), place(candidate.cv_gain));
     let class = if candidate.cv_gain >= 0.0 { "var(--extended)" } else { "var(--nominal)" };
     html! {
-        svg viewBox="0 0 150 18" role="img" aria-label={ "gain " (percent(candidate.cv_gain)) } {
+        svg viewBox="0 0 150 18" role="img" aria-label={ "gain " (part(candidate.cv_gain)) } {
             line class="axis" x1=(zero) x2=(zero) y1="1" y2="17" {}
             rect x=(format!("{:.1}", zero.min(end))) y="5" width=(format!("{:.1}", (end - zero).abs().max(1.0))) height="8" rx="1"
                 style={ "fill:" (class) } {}
             @if let Some([low, high]) = more.and_then(|more| more.cv_gain_interval) {
                 line x1=(format!("{:.1}", place(low))) x2=(format!("{:.1}", place(high))) y1="9" y2="9" style="stroke:var(--ink);stroke-width:1.3" {}
             }
-            text x="148" y="13.5" text-anchor="end" { (percent(candidate.cv_gain)) }
+            text x="148" y="13.5" text-anchor="end" { (part(candidate.cv_gain)) }
         }
     }
 }

@@ -1,8 +1,9 @@
 //! Measured against calibrated against extended: traces of the worst window, or points of a bench.
 
 use super::chart::{Frame, legend, range, svg};
-use crate::answer::supplement::{Axis, Detail, Scatter, Trace, TraceWindow, rms};
-use crate::words::format::{capital, gap, signal};
+use crate::answer::schema::Report;
+use crate::answer::supplement::{Axis, Detail, Event, Scatter, Trace, TraceWindow, rms};
+use crate::words::format::{capital, gap, number_to, signal};
 use maud::{Markup, html};
 
 const WIDTH: f64 = 860.0;
@@ -19,12 +20,12 @@ pub fn section(detail: &Detail) -> Markup {
             section aria-labelledby="worst" {
                 h2 id="worst" { "The worst window" }
                 p.say {
-                    "Run " code { (window.run) } ", window " (window.window) ", "
-                    @if window.holdout { "a run that was only predicted" } @else { "a run that was fitted" }
-                    ". Every model starts at the measured state and is then driven by the recorded inputs alone. Under each output stands its error in units of the sensor's noise (sigma), averaged over neighbouring samples."
+                    (capital(&which(window))) " is where the calibrated model errs most"
+                    @if window.holdout { " among the runs that were only predicted" } @else { ", a run that was fitted" }
+                    ". A window is ten seconds long; every model starts at the measured state and is then driven by the recorded inputs alone. Under each output stands its error in units of the sensor's noise (sigma), averaged over neighbouring samples."
                 }
                 (legend(Some("line"), models(window.traces.iter().all(|trace| trace.extended.is_empty()))))
-                @for (index, trace) in window.traces.iter().enumerate() { (output(window, trace, index)) }
+                @for (index, trace) in window.traces.iter().enumerate() { (output(window, trace, &format!("trace-{index}"), &detail.events)) }
             }
         }
         @if !detail.scatters.is_empty() {
@@ -47,7 +48,39 @@ fn models(without_extended: bool) -> &'static [(&'static str, &'static str)] {
     if without_extended { &MODELS[..2] } else { &MODELS }
 }
 
-fn output(window: &TraceWindow, trace: &Trace, index: usize) -> Markup {
+/// One picture of before and after for the first page: the output that the calibrated model misses most in the window, or
+/// the first panel of a bench.
+pub fn before_and_after(report: &Report, detail: &Detail) -> Markup {
+    let worst = detail.worst_window.as_ref().and_then(|window| {
+        let error = |trace: &Trace| rms(&trace.errors(&trace.calibrated));
+        Some((window, window.traces.iter().max_by(|a, b| error(a).total_cmp(&error(b)))?))
+    });
+    let without = report.effects.is_empty();
+    html! {
+        @if let Some((window, trace)) = worst {
+            section.picture aria-labelledby="picture" {
+                h2 id="picture" { @if without { "What the model misses" } @else { "Before and after" } }
+                p.note { (capital(&which(window))) ", the worst for the calibrated model. Every model starts at the measured state and is then driven by the recorded inputs alone." }
+                (legend(Some("line"), models(trace.extended.is_empty())))
+                (output(window, trace, "first", &detail.events))
+            }
+        } @else if let Some(panel) = detail.scatters.first() {
+            section.picture aria-labelledby="picture" {
+                h2 id="picture" { @if without { "What the model misses" } @else { "Before and after" } }
+                (legend(Some("dots"), models(panel.extended.is_empty())))
+                (scatter(panel, usize::MAX))
+            }
+        }
+    }
+}
+
+/// `the seconds 30 to 40 of run dry_stop.dry`.
+fn which(window: &TraceWindow) -> String {
+    let end = |t: Option<&f64>| t.map_or_else(|| "–".to_owned(), |t| number_to(*t, 3));
+    format!("the seconds {} to {} of run {}", end(window.t_s.first()), end(window.t_s.last()), window.run)
+}
+
+fn output(window: &TraceWindow, trace: &Trace, id: &str, events: &[Event]) -> Markup {
     let Some(frame) = outer_frame(window, trace) else { return html! {} };
     let time = &window.t_s;
     let line = |class: &str, values: &[f64]| frame.line(class, pairs(time, values));
@@ -65,22 +98,27 @@ fn output(window: &TraceWindow, trace: &Trace, index: usize) -> Markup {
     let time_axis = Axis { label: "time".to_owned(), unit: "s".to_owned() };
     let marks = html! {
         (frame.axes(None, &super::chart::with_unit(&axis), 4))
-        (frame.clipped(&format!("trace-{index}"), html! {
+        (frame.clipped(id, html! {
             (line("measured-line", &trace.measured))
             (line("nominal-line", &trace.nominal))
             (line("calibrated-line", &trace.calibrated))
             (line("extended-line", &trace.extended))
         }))
-        (below.axes(Some(&time_axis), "error / sigma", 6))
+        (moments(&frame, window, trace, events))
+        (below.axes(Some(&time_axis), "error in units of the sensor's noise; grey: within the noise", 6))
         (below.stripe("limit", -1.0, 1.0))
         (below.line("calibrated-line", smoothed(time, &calibrated).into_iter()))
         (below.line("extended-line", smoothed(time, &extended).into_iter()))
     };
     let title = format!("{} over time, measured and predicted", signal(&trace.name));
     let describe = match trace.extended.is_empty() {
-        true => format!("RMS error {} sigma, calibrated", gap(rms_before)),
+        true => format!("RMS error {} times the sensor's noise, calibrated", gap(rms_before)),
         false => {
-            format!("RMS error {} sigma, calibrated; {} sigma, extended", gap(rms_before), gap(rms_after))
+            format!(
+                "RMS error {} times the sensor's noise before (calibrated), {} after (extended)",
+                gap(rms_before),
+                gap(rms_after)
+            )
         }
     };
     html! {
@@ -89,6 +127,24 @@ fn output(window: &TraceWindow, trace: &Trace, index: usize) -> Markup {
             figcaption { (capital(&signal(&trace.name))) ". " (describe) "." }
         }
     }
+}
+
+/// Beginnings of what happens to the wheelset of this output; names that would lie on another one are left out.
+fn moments(frame: &Frame, window: &TraceWindow, trace: &Trace, events: &[Event]) -> Markup {
+    let wheelset =
+        window.traces.iter().position(|other| other.name == trace.name).and_then(|at| at.checked_sub(1));
+    let mut named: Vec<f64> = Vec::new();
+    let marks =
+        window.among(events).into_iter().filter(|e| wheelset.is_none_or(|w| e.wheelset == w)).map(|event| {
+            let apart = 0.25 * (frame.x.1 - frame.x.0);
+            let room = named.iter().all(|at| (event.from_s - at).abs() > apart);
+            if room {
+                named.push(event.from_s);
+            }
+            frame.moment(event.from_s, if room { &event.words } else { "" })
+        });
+    let marks: Vec<Markup> = marks.collect();
+    html! { @for mark in marks { (mark) } }
 }
 
 fn outer_frame(window: &TraceWindow, trace: &Trace) -> Option<Frame> {

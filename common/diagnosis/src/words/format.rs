@@ -72,14 +72,61 @@ pub fn percent(share: f64) -> String {
     if share.is_finite() { format!("{rounded:.0} %").replace('-', "−") } else { "–".to_owned() }
 }
 
-/// A p-value: never zero.
-pub fn p_value(p: f64) -> String {
-    if p < 0.01 { format!("{p:.4}") } else { format!("{p:.2}") }
+/// A share of a whole as a percentage; what exceeds the whole is all of it, and what is worse than nothing is said so.
+pub fn part(share: f64) -> String {
+    match share {
+        x if !x.is_finite() => "–".to_owned(),
+        x if x >= 0.995 => "all".to_owned(),
+        x if x < -1.0 => "worse".to_owned(),
+        x => percent(x),
+    }
+}
+
+/// A p-value in two digits. Where it comes from `replicates` random draws, they cannot tell less than one in so many.
+pub fn p_value(p: f64, replicates: Option<usize>) -> String {
+    let least = replicates.map_or(1e-3, |n| 1.0 / (n as f64 + 1.0));
+    match p {
+        p if !p.is_finite() => "–".to_owned(),
+        p if p <= least * 1.01 => format!("< {}", number_to(least * 1.5, 1)),
+        p if p < 0.1 => number_to(p, 1),
+        p => format!("{p:.1}"),
+    }
 }
 
 /// An interval.
 pub fn interval([low, high]: [f64; 2]) -> String {
     format!("{} to {}", number(low), number(high))
+}
+
+/// Decimals that an interval allows: one digit of its width. `None` where it has no width. Negative counts are tens, hundreds.
+pub fn interval_digits([low, high]: [f64; 2]) -> Option<i32> {
+    let width = high - low;
+    (width.is_finite() && width > 0.0).then(|| -(width.log10() + 1e-9).floor() as i32)
+}
+
+/// A number with so many decimals; with a negative count rounded to tens, hundreds and so on.
+pub fn rounded(x: f64, decimals: i32) -> String {
+    if !x.is_finite() {
+        return "–".to_owned();
+    }
+    let step = 10f64.powi(-decimals);
+    // Adding zero turns −0 into 0.
+    let x = (x / step).round() * step + 0.0;
+    let text = match usize::try_from(decimals) {
+        Ok(decimals) if x != 0.0 => format!("{x:.decimals$}"),
+        Ok(_) => "0".to_owned(),
+        Err(_) => thousands(x.round() as i64),
+    };
+    text.replace('-', "−")
+}
+
+/// A number on an axis that spans `span`: three digits of the span, so that rounding errors beside it read as zero.
+pub fn on_axis(x: f64, span: f64) -> String {
+    if !(x.is_finite() && span > 0.0 && span.is_finite()) {
+        return number(x);
+    }
+    let step = 10f64.powi(span.log10().floor() as i32 - 2);
+    number((x / step).round() * step + 0.0)
 }
 
 /// An id or name with underscores as words.
@@ -126,10 +173,19 @@ pub fn capital(text: &str) -> String {
 
 /// `a`, `a and b`, `a, b and c`.
 pub fn list(items: &[String]) -> String {
+    joined(items, "and")
+}
+
+/// `a`, `a or b`, `a, b or c`.
+pub fn or_list(items: &[String]) -> String {
+    joined(items, "or")
+}
+
+fn joined(items: &[String], word: &str) -> String {
     match items {
         [] => String::new(),
         [one] => one.clone(),
-        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+        [first @ .., last] => format!("{} {word} {last}", first.join(", ")),
     }
 }
 
@@ -147,5 +203,41 @@ mod tests {
         assert_eq!(number(6.04e6), "6.04 × 10⁶");
         assert_eq!(number(f64::NAN), "–");
         assert_eq!(list(&["a".into(), "b".into(), "c".into()]), "a, b and c");
+    }
+
+    #[test]
+    fn shares_and_chances_say_no_more_than_they_can() {
+        let parts = [(1.22, "all"), (0.88, "88 %"), (-0.02, "−2 %"), (-7.0, "worse"), (f64::NAN, "–")];
+        for (share, words) in parts {
+            assert_eq!(part(share), words);
+        }
+        let chances = [
+            (1.0 / 401.0, Some(400), "< 0.004"),
+            (2.0 / 401.0, Some(400), "0.005"),
+            (0.0, None, "< 0.002"),
+            (0.0312, Some(400), "0.03"),
+            (0.58, Some(400), "0.6"),
+            (1.0, None, "1.0"),
+        ];
+        for (p, replicates, words) in chances {
+            assert_eq!(p_value(p, replicates), words);
+        }
+    }
+
+    #[test]
+    fn digits_follow_the_interval_or_the_axis() {
+        for ([low, high], digits) in
+            [([1.39, 1.46], Some(2)), ([1.4, 1.52], Some(1)), ([20.0, 56.0], Some(-1))]
+        {
+            assert_eq!(interval_digits([low, high]), digits);
+        }
+        assert_eq!(interval_digits([2.0, 2.0]), None);
+        let numbers = [(0.2104, 3, "0.210"), (-0.004, 2, "0"), (1234.0, -2, "1200"), (-55.7, -1, "−60")];
+        for (x, decimals, words) in numbers {
+            assert_eq!(rounded(x, decimals).replace('\u{202f}', ""), words);
+        }
+        assert_eq!(on_axis(-2.1e-11, 0.4), "0");
+        assert_eq!(on_axis(-2.29, 1500.0), "0");
+        assert_eq!(on_axis(-0.123_45, 0.4), "−0.123");
     }
 }

@@ -1,7 +1,10 @@
 //! The report as a short Markdown text for the terminal.
 
-use super::format::{gap, interval, number, p_value, percent, term};
-use super::sentences::{caution, evidence, headline};
+use super::advice::advice;
+use super::format::{gap, p_value, part, term};
+use super::parameters;
+use super::regime::regime;
+use super::sentences::{caution, certainty, evidence, headline};
 use crate::answer::schema::{Report, ThreeGaps};
 use crate::answer::supplement::Detail;
 use std::fmt::Write;
@@ -20,13 +23,19 @@ pub fn summary(report: &Report, detail: &Detail) -> String {
 fn write(text: &mut String, report: &Report, detail: &Detail) -> std::fmt::Result {
     writeln!(text, "# {}: {}\n", detail.case, report.verdict.name())?;
     writeln!(text, "**{}**\n\n{}\n", headline(report), evidence(report).concat())?;
+    writeln!(text, "How sure: {}\n", certainty(report).join(" "))?;
+    writeln!(text, "What to do:")?;
+    for (index, step) in advice(report).iter().enumerate() {
+        writeln!(text, "{}. {step}", index + 1)?;
+    }
+    writeln!(text)?;
     if !detail.rule.is_empty() {
         writeln!(text, "Decided by the rule `{}`: {}\n", report.rule, detail.rule)?;
     }
     gaps(text, report)?;
-    location(text, report)?;
+    location(text, report, detail)?;
     effects(text, report)?;
-    candidates(text, report)?;
+    candidates(text, report, detail)?;
     if let Some(rest) = &report.unexplained {
         writeln!(
             text,
@@ -35,9 +44,6 @@ fn write(text: &mut String, report: &Report, detail: &Detail) -> std::fmt::Resul
             rest.term,
             gap(rest.gap)
         )?;
-    }
-    if let Some(next) = &report.next_run {
-        writeln!(text, "Next run: {next}\n")?;
     }
     writeln!(text, "{:.1} s", report.seconds)
 }
@@ -54,18 +60,17 @@ fn gaps(text: &mut String, report: &Report) -> std::fmt::Result {
     writeln!(text)
 }
 
-fn location(text: &mut String, report: &Report) -> std::fmt::Result {
+fn location(text: &mut String, report: &Report, detail: &Detail) -> std::fmt::Result {
     let place = &report.location;
     if let Some(name) = &place.term {
         write!(text, "Where: {} (`{name}`)", term(name))?;
-        if let Some(regime) = &place.regime {
+        if let Some(found) = &place.regime {
             write!(
                 text,
-                ", largest where {} is {}: {} there, {} elsewhere",
-                regime.variable,
-                interval(regime.range),
-                gap(regime.gap_inside),
-                gap(regime.gap_outside)
+                ", largest with {}: {} there, {} elsewhere",
+                regime(found, &detail.heat_map),
+                gap(found.gap_inside),
+                gap(found.gap_outside)
             )?;
         }
         writeln!(text, ".\n")?;
@@ -80,21 +85,22 @@ fn effects(text: &mut String, report: &Report) -> std::fmt::Result {
             write!(text, "; the data cannot tell it from `{}`", effect.equivalent.join("`, `"))?;
         }
         let values = effect.parameters.iter().map(|(name, estimate)| {
-            format!("{name} {} ({})", number(estimate.value), interval(estimate.ci95))
+            format!("{} {}", parameters::name(name), parameters::estimate(&effect.id, name, estimate))
         });
         writeln!(text, "): {}", values.collect::<Vec<_>>().join(", "))?;
     }
     if report.effects.is_empty() { Ok(()) } else { writeln!(text) }
 }
 
-fn candidates(text: &mut String, report: &Report) -> std::fmt::Result {
+fn candidates(text: &mut String, report: &Report, detail: &Detail) -> std::fmt::Result {
+    let replicates = detail.alarm.as_ref().map(|alarm| alarm.replicates);
     if report.candidates.is_empty() {
         return Ok(());
     }
     if let Some(words) = caution(report) {
         writeln!(text, "{words}\n")?;
     }
-    writeln!(text, "| candidate | fit gap | gain on left-out data | p | converged |")?;
+    writeln!(text, "| candidate | fit gap | gain on left-out data | p | settled |")?;
     writeln!(text, "| --- | ---: | ---: | ---: | --- |")?;
     for candidate in report.candidates.iter().take(MOST_CANDIDATES) {
         writeln!(
@@ -102,8 +108,8 @@ fn candidates(text: &mut String, report: &Report) -> std::fmt::Result {
             "| `{}` | {} | {} | {} | {} |",
             candidate.id,
             gap(candidate.fit_gap),
-            percent(candidate.cv_gain),
-            p_value(candidate.p_value),
+            part(candidate.cv_gain),
+            p_value(candidate.p_value, replicates),
             if candidate.converged { "yes" } else { "no" }
         )?;
     }

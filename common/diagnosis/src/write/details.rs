@@ -11,11 +11,13 @@ use crate::decide::evidence::Judgement;
 use crate::decide::selection::Selection;
 use crate::fit::solver::assemble;
 use crate::fit::windows::Models;
-use crate::model::discrepancy::{Place, Scope};
+use crate::model::discrepancy::{Covariate, Place, Scope};
 use crate::model::parameters::Built;
+use crate::model::places;
 use crate::predict::localise::PlaceEvidence;
 use crate::predict::open_loop::{Tally, sigmas};
 use crate::write::effect_curve::{FittedModel, effect_curve};
+use crate::write::events;
 use crate::write::predictions::Predicted;
 
 /// Two-sided 95 % quantile of the normal distribution.
@@ -67,6 +69,7 @@ pub(crate) fn detail(
             vehicle.wheelsets()
         ),
         notes: notes(case),
+        events: events::events(case),
         rule: judgement.decision.rule.words.to_owned(),
         parameters: parameters(selection, models, criteria.report.widening),
         candidates: candidate_details(selection, report),
@@ -78,6 +81,9 @@ pub(crate) fn detail(
             level: criteria.significance.level,
             threshold: chance.threshold(),
             observed: selection.rounds[0].gains.iter().map(|g| g.gain).fold(0.0, f64::max),
+            how: "the errors that the final model leaves got random signs, stretch by stretch, and every candidate was \
+                  fitted to them in linear form"
+                .into(),
             replicates: criteria.significance.replicates,
         }),
         ..Detail::default()
@@ -161,6 +167,7 @@ fn freed(selection: &Selection, report: &Report) -> Vec<FreedPlace> {
             selection.rest.iter().find(|rest| same(rest, place)).filter(|_| !report.effects.is_empty());
         FreedPlace {
             place: format!("{}{scope}", axis.label.trim_start_matches("missing ")),
+            terms: terms_at(place.place),
             before: place.evidence,
             after: after.map(|rest| rest.evidence),
             size: place.amplitude,
@@ -169,6 +176,18 @@ fn freed(selection: &Selection, report: &Report) -> Vec<FreedPlace> {
         }
     };
     selection.places.iter().map(shown).collect()
+}
+
+/// Terms of the catalogue whose effects show at a place.
+fn terms_at(place: Place) -> Vec<String> {
+    let mut terms: Vec<_> = railgrip_vehicle::effects::CATALOGUE
+        .iter()
+        .map(|(spec, _)| spec.term)
+        .filter(|term| places::of(*term).contains(&place))
+        .collect();
+    terms.sort_unstable();
+    terms.dedup();
+    terms.into_iter().map(|term| term.name().to_owned()).collect()
 }
 
 fn ties(report: &Report) -> Vec<Tie> {
@@ -206,28 +225,34 @@ fn missing_axis(place: Place) -> Axis {
 fn missing_curve(judgement: &Judgement, report: &Report) -> Option<Curve> {
     let missing = judgement.missing.as_ref()?;
     let unexplained = report.unexplained.as_ref()?;
-    let point = |p: &[f64; 2]| CurvePoint { x: p[0], y: p[1], low: f64::NAN, high: f64::NAN };
+    let covariate = missing.discrepancy.covariate;
+    let (factor, unit) = match covariate.unit() {
+        "N" => (1e-3, "kN"),
+        "W" => (1e-3, "kW"),
+        "J" => (1e-6, "MJ"),
+        unit => (1.0, unit),
+    };
     Some(Curve {
         title: format!("missing in {}", unexplained.term),
         equation: String::new(),
         x: Axis {
-            label: missing.discrepancy.covariate.name().into(),
-            unit: missing.discrepancy.covariate.unit().into(),
+            label: if covariate == Covariate::Temperature { "disc temperature" } else { covariate.name() }
+                .into(),
+            unit: unit.into(),
         },
         y: missing_axis(missing.discrepancy.place),
-        points: unexplained.curve.iter().map(point).collect(),
+        points: unexplained
+            .curve
+            .iter()
+            .map(|p| CurvePoint { x: factor * p[0], y: p[1], low: f64::NAN, high: f64::NAN })
+            .collect(),
         reference: [unexplained.curve.first(), unexplained.curve.last()]
             .into_iter()
             .flatten()
-            .map(|p| [p[0], 0.0])
+            .map(|p| [factor * p[0], 0.0])
             .collect(),
         data: Vec::new(),
-        region: report
-            .location
-            .regime
-            .as_ref()
-            .filter(|r| r.variable == missing.discrepancy.covariate.name())
-            .map(|r| r.range),
+        region: report.location.regime.as_ref().filter(|r| r.variable == covariate.name()).map(|r| r.range),
     })
 }
 
@@ -247,7 +272,11 @@ pub(crate) fn add_runs(detail: &mut Detail, case: &Case, fit: &[Predicted], hold
                 extended: gap(2),
             });
             for (w, tally) in p.tallies[1].iter().enumerate() {
-                if worst.as_ref().is_none_or(|(gap, ..)| tally.gap() > *gap) {
+                // Runs that were only predicted are the proof: a fit run is shown where there are none.
+                let better = |(gap, .., holdout): &(f64, &Run, &Predicted, usize, bool)| {
+                    (is_holdout && !holdout) || tally.gap() > *gap
+                };
+                if worst.as_ref().is_none_or(better) {
                     worst = Some((tally.gap(), run, p, w, is_holdout));
                 }
             }

@@ -7,6 +7,7 @@ use crate::data::case::{Case, OUTPUTS, Run};
 use crate::model::discrepancy::{Covariate, along};
 use crate::model::parameters::Built;
 use crate::predict::open_loop::{self, sigmas};
+use crate::words::findings::AMBIENT_C;
 
 /// Variables over which the gap is cut.
 const VARIABLES: [Covariate; 6] = [
@@ -19,8 +20,13 @@ const VARIABLES: [Covariate; 6] = [
 ];
 /// Regions of each variable.
 const REGIONS: usize = 5;
-/// Ambient that temperatures in the report are counted from, °C.
-const AMBIENT_C: f64 = 20.0;
+/// Least width of a region, as a share of what the variable spans: a plateau of full braking is one place, not a range.
+const LEAST_WIDTH: f64 = 0.05;
+/// Factor by which the gap inside must exceed that outside for the variable of the answer itself to be told: brake force,
+/// time since onset and temperature rise together in every stop, so that another one may stand out a little more.
+const STANDS_OUT: f64 = 1.2;
+/// How much more a place on the track must stand out than what the vehicle does there: runs pass each place once.
+const PLACE_FACTOR: f64 = 2.0;
 
 /// Squared errors of each sample of the windows, by output.
 struct Errors {
@@ -44,17 +50,40 @@ fn errors(case: &Case, built: &Built) -> Errors {
     Errors { squares, from }
 }
 
+/// The variable over which an effect of the catalogue acts, where it is one of those that the gap is cut by.
+pub fn variable_of(id: &str) -> Option<Covariate> {
+    match id {
+        "brake_fade" => Some(Covariate::Temperature),
+        "brake_friction_pressure" | "pressing_force_offset" | "rigging_hysteresis" => {
+            Some(Covariate::BrakeForce)
+        }
+        "brake_lag" => Some(Covariate::TimeInBraking),
+        "falling_friction" | "self_cleaning" => Some(Covariate::SlipPower),
+        "low_adhesion_patch" | "grade" => Some(Covariate::Position),
+        "brake_friction_speed"
+        | "adhesion_speed"
+        | "speed_scale"
+        | "speed_latency"
+        | "wheel_radius"
+        | "running_resistance"
+        | "headwind" => Some(Covariate::Speed),
+        _ => None,
+    }
+}
+
 /// Gap of both models by region, and the region in which the first one's stands out; it must hold a share of the samples
-/// between the two of `region_share`.
+/// between the two of `region_share`. `of_answer` is the variable over which what was found acts.
 pub fn locate(
     case: &Case,
     calibrated: &Built,
     extended: &Built,
     region_share: [f64; 2],
+    of_answer: Option<Covariate>,
 ) -> (HeatMap, Option<Regime>) {
     let (before, after) = (errors(case, calibrated), errors(case, extended));
     let mut groups = Vec::new();
     let mut best: Option<(f64, Regime)> = None;
+    let mut of_its_own: Option<Regime> = None;
     for variable in VARIABLES {
         let columns: Vec<Vec<f64>> = case.fit.iter().map(|run: &Run| along(case, run, variable)).collect();
         let shift = if variable == Covariate::Temperature { AMBIENT_C } else { 0.0 };
@@ -62,17 +91,21 @@ pub fn locate(
         let Some(edges) = edges(&values) else { continue };
         let region = |x: f64| edges[1..edges.len() - 1].iter().filter(|edge| x >= **edge).count();
         let group = group(variable, &edges, &values, &region, &before, &after);
-        if let Some((score, regime)) = stand_out(variable, &edges, &group, region_share)
-            && best.as_ref().is_none_or(|(s, _)| score > *s)
-        {
-            best = Some((score, regime));
+        if let Some((score, regime)) = stand_out(variable, &edges, &group, region_share) {
+            if of_answer == Some(variable) && regime.gap_inside > STANDS_OUT * regime.gap_outside {
+                of_its_own = Some(regime.clone());
+            }
+            let score = if variable == Covariate::Position { score / PLACE_FACTOR } else { score };
+            if best.as_ref().is_none_or(|(s, _)| score > *s) {
+                best = Some((score, regime));
+            }
         }
         groups.push(group);
     }
     groups.extend(by_wheel_angle(case, &before, &after));
     groups.push(by_frequency(case, calibrated, extended));
     let signals = crate::data::case::OUTPUT_NAMES.map(str::to_owned).to_vec();
-    (HeatMap { signals, groups }, best.map(|(_, regime)| regime))
+    (HeatMap { signals, groups }, of_its_own.or(best.map(|(_, regime)| regime)))
 }
 
 fn edges(values: &[f64]) -> Option<Vec<f64>> {
@@ -81,7 +114,12 @@ fn edges(values: &[f64]) -> Option<Vec<f64>> {
     let at = |share: f64| sorted.get(((sorted.len().max(1) - 1) as f64 * share) as usize).copied();
     let mut edges: Vec<f64> = (0..=REGIONS).filter_map(|k| at(k as f64 / REGIONS as f64)).collect();
     let span = edges.last()? - edges.first()?;
-    edges.dedup_by(|a, b| (*a - *b).abs() <= 1e-3 * span);
+    let last = *edges.last()?;
+    edges.dedup_by(|a, b| (*a - *b).abs() <= LEAST_WIDTH * span);
+    // The last region ends where the recordings do, even if it takes up the one before it.
+    if let Some(end) = edges.last_mut() {
+        *end = last;
+    }
     (edges.len() >= 3).then_some(edges)
 }
 

@@ -13,9 +13,10 @@ use crate::decide::round::Gain;
 use crate::decide::selection::Selection;
 use crate::decide::verdict::Decision;
 use crate::fit::windows::Models;
-use crate::model::discrepancy::Place;
+use crate::model::discrepancy::{Covariate, Place};
 use crate::model::places;
 use crate::predict::open_loop::{self, Tally, sigmas};
+use crate::words::findings::AMBIENT_C;
 use crate::words::format::{plain, term};
 use crate::write::details;
 use crate::write::predictions::{self, Predicted};
@@ -68,7 +69,10 @@ pub(crate) fn report(
         },
         unexplained: unexplained(case, judgement, fit_totals[2].gap()),
         next_run: next_run(&effects, judgement),
+        carries_over: carries_over(case, &effects, holdout),
         effects,
+        posterior: Vec::new(),
+        verdict_set: Vec::new(),
         seconds: 0.0,
     }
 }
@@ -135,6 +139,7 @@ fn effects(
                 id: spec.id.to_owned(),
                 term: spec.term.name().to_owned(),
                 confidence: confidence::confidence(standing, &criteria.confidence),
+                p: None,
                 equivalent,
                 parameters,
             };
@@ -149,7 +154,9 @@ fn effects(
 fn candidates(case: &Case, selection: &Selection, judgement: &Judgement) -> Vec<Candidate> {
     let Some(round) = selection.rounds.first() else { return Vec::new() };
     let expected = 0.5 * selection.base.fitted.residuals.len() as f64;
-    let excess = (selection.base.fitted.predictive_cost() - expected).max(1.0);
+    // Robust costs may lie below what is expected of white noise: there is at least as much to remove as the best one removes.
+    let most = round.gains.iter().map(|g| g.predictive).fold(1.0, f64::max);
+    let excess = (selection.base.fitted.predictive_cost() - expected).max(most);
     let mut order: Vec<&Gain> = round.gains.iter().collect();
     order.sort_by(|a, b| b.predictive.total_cmp(&a.predictive));
     let sigma = sigmas(&case.vehicle.sensors);
@@ -168,6 +175,12 @@ fn candidates(case: &Case, selection: &Selection, judgement: &Judgement) -> Vec<
             }
         })
         .collect()
+}
+
+/// Whether the extended model predicts the holdout runs better than the calibrated one; `None` where there is nothing to compare.
+fn carries_over(case: &Case, effects: &[FoundEffect], holdout: &[Predicted]) -> Option<bool> {
+    let [_, calibrated, extended] = predictions::totals(holdout);
+    (!case.holdout.is_empty() && !effects.is_empty()).then(|| extended.gap() < calibrated.gap())
 }
 
 fn holdout_gap(holdout: &[Predicted], seed: u64) -> HoldoutGap {
@@ -194,8 +207,11 @@ fn unexplained(case: &Case, judgement: &Judgement, gap: f64) -> Option<Unexplain
         Place::PadFriction => case.vehicle.brake.friction_coefficient,
         _ => 1.0,
     };
-    let curve = missing.discrepancy.curve(values).into_iter().map(|[x, y]| [x, y * reference]).collect();
-    Some(Unexplained { gap, term: missing.discrepancy.term.name().to_owned(), curve })
+    // The discrepancy knows the rise of the disc's temperature; reports give temperatures in °C.
+    let shift = if missing.discrepancy.covariate == Covariate::Temperature { AMBIENT_C } else { 0.0 };
+    let shown = |[x, y]: [f64; 2]| [x + shift, y * reference];
+    let curve = missing.discrepancy.curve(values).into_iter().map(shown).collect();
+    Some(Unexplained { gap, term: missing.discrepancy.term.name().to_owned(), terms: Vec::new(), curve })
 }
 
 fn next_run(effects: &[FoundEffect], judgement: &Judgement) -> Option<String> {

@@ -52,6 +52,9 @@ pub fn write(findings: &Findings, options: &Options, started: Instant) -> Result
         rule: findings.rule.name.to_owned(),
         location: location(findings, &fit, calibrated, regime),
         effects: effects(findings, &rows),
+        posterior: Vec::new(),
+        verdict_set: Vec::new(),
+        carries_over: None,
         candidates: candidates(findings),
         gap: Gap {
             fit: ThreeGaps { nominal, calibrated, extended: extended_gap },
@@ -92,6 +95,7 @@ fn detail(
         runs,
         heat_map: figures::heat_map(case.kind, fit),
         freed: Vec::new(),
+        events: Vec::new(),
         worst_window: None,
         scatters: figures::scatters(case.kind, holdout, variable, "holdout"),
         effect_curves: curves.collect(),
@@ -112,6 +116,9 @@ fn alarm(findings: &Findings) -> Alarm {
         level,
         threshold: findings.selection.chance.library_threshold(level),
         observed: findings.selection.alone.iter().map(|scored| scored.score).fold(0.0, f64::max),
+        how: "noise of the estimated size and colour was drawn at the measured points, and every candidate was fitted to it in \
+              linear form"
+            .to_owned(),
         replicates: findings.criteria.replicates,
     }
 }
@@ -154,6 +161,7 @@ fn unexplained(findings: &Findings, gap: f64) -> Option<Unexplained> {
     missing.then(|| Unexplained {
         gap,
         term: findings.case.kind.term().to_owned(),
+        terms: Vec::new(),
         curve: findings.missing.iter().flat_map(curve).map(|[x, y, _]| [x, y]).collect(),
     })
 }
@@ -175,6 +183,7 @@ fn effects(findings: &Findings, rows: &[ParameterRow]) -> Vec<FoundEffect> {
         id: selected.spec.id.to_owned(),
         term: selected.spec.term.to_owned(),
         confidence: confidence(selected, findings.recovered, criteria),
+        p: None,
         equivalent: tied(selected, criteria).iter().map(|rival| rival.id.to_owned()).collect(),
         parameters: estimates::by_name(rows, selected.spec.id),
     };

@@ -1,0 +1,121 @@
+//! The first page, made for one sheet of A4: the sentence with the number, how sure, where and when, one picture of before
+//! and after, and what to do.
+
+use super::{gaps, traces};
+use crate::answer::schema::{Report, Verdict};
+use crate::answer::supplement::{Detail, Event};
+use crate::words::advice::advice;
+use crate::words::format::{gap, list, term};
+use crate::words::regime::regime;
+use crate::words::sentences::{certainty, evidence, headline, place};
+use maud::{Markup, html};
+
+/// Events that are named where none is in the picture.
+const MOST_EVENTS: usize = 3;
+
+/// The page.
+pub fn page(report: &Report, detail: &Detail) -> Markup {
+    let class = match report.verdict {
+        Verdict::None => "badge none",
+        Verdict::Effects => "badge",
+        Verdict::Unknown | Verdict::EffectsAndUnknown => "badge unknown",
+    };
+    html! {
+        div.sheet {
+            header.top {
+                p.eyebrow {
+                    span { "Sim-to-real gap" }
+                    strong { (detail.case) }
+                    span { (detail.subject) }
+                    span class=(class) title="the verdict as report.json names it" { (verdict(report.verdict)) }
+                }
+                h1 { (unbroken(&headline(report))) }
+                p.lede {
+                    @for (index, piece) in evidence(report).iter().enumerate() {
+                        @if index % 2 == 1 { b { (piece) } } @else { (piece) }
+                    }
+                }
+            }
+            div.answers {
+                section aria-labelledby="sure" {
+                    h2 id="sure" { "How sure" }
+                    @for words in certainty(report) { p { (words) } }
+                }
+                section aria-labelledby="where-short" {
+                    h2 id="where-short" { "Where and when" }
+                    (where_and_when(report, detail))
+                }
+                section aria-labelledby="do" {
+                    h2 id="do" { "What to do" }
+                    ol { @for step in advice(report) { li { (step) } } }
+                }
+            }
+            (traces::before_and_after(report, detail))
+            (gaps::bars(report))
+            p.note {
+                "Gap: RMS error of a prediction over ten seconds, divided by the noise of the sensor; 1 (dotted) is as good as the sensors can tell. "
+                b { "Nominal" } ": the model as the vehicle file states it. " b { "Calibrated" } ": with its tolerances fitted. "
+                b { "Extended" } ": with tolerances and effects fitted. " b { "Holdout" } ": runs that no model was fitted on, only predicted."
+            }
+        }
+    }
+}
+
+/// The verdict in words.
+fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::None => "nothing missing",
+        Verdict::Effects => "cause found",
+        Verdict::Unknown => "cause unknown",
+        Verdict::EffectsAndUnknown => "one cause found, another unknown",
+    }
+}
+
+fn where_and_when(report: &Report, detail: &Detail) -> Markup {
+    let terms: Vec<String> = report.effects.iter().map(|effect| effect.term.clone()).collect();
+    let mut named: Vec<String> = Vec::new();
+    for words in terms.iter().map(|name| term(name)) {
+        if !named.contains(&words) {
+            named.push(words);
+        }
+    }
+    html! {
+        p {
+            @if report.verdict == Verdict::None { "No part of the model stands out." }
+            @else if named.is_empty() { "In " b { (place(report)) } "." }
+            @else { "In " b { (list(&named)) } "." }
+            @if let Some(found) = &report.location.regime {
+                " Largest with " b { (regime(found, &detail.heat_map)) } ": gap " (gap(found.gap_inside)) " there, "
+                (gap(found.gap_outside)) " elsewhere."
+            }
+        }
+        @let seen = seen(detail);
+        @if !seen.is_empty() { p { "Seen in the recordings: " (list(&seen)) "." } }
+    }
+}
+
+/// Events in words: those of the picture, else the most severe ones of the case.
+fn seen(detail: &Detail) -> Vec<String> {
+    let pictured: Vec<&Event> =
+        detail.worst_window.iter().flat_map(|window| window.among(&detail.events)).collect();
+    let mut events = if pictured.is_empty() { detail.events.iter().collect() } else { pictured };
+    events.sort_by(|a, b| b.severity.total_cmp(&a.severity));
+    events.truncate(MOST_EVENTS);
+    events.sort_by(|a, b| {
+        (&a.run, a.from_s).partial_cmp(&(&b.run, b.from_s)).unwrap_or(std::cmp::Ordering::Equal)
+    });
+    let words = |event: &&Event| format!("{} at {:.1} s of {}", event.words, event.from_s, event.run);
+    events.iter().map(words).collect()
+}
+
+/// A text whose intervals in brackets stay on one line.
+fn unbroken(text: &str) -> Markup {
+    html! {
+        @for (index, piece) in text.split('(').enumerate() {
+            @match piece.split_once(')') {
+                Some((inside, rest)) if index > 0 => { span.whole { "(" (inside) ")" } (rest) }
+                _ => { @if index > 0 { "(" } (piece) }
+            }
+        }
+    }
+}

@@ -1,0 +1,297 @@
+//! What was found, as a sentence with its number: one line of a table for each effect of the catalogue.
+
+use super::format::{capital, number, plain, rounded};
+use super::parameters::{estimate, shown, with_word};
+use crate::answer::schema::{FoundEffect, ParameterEstimate};
+
+/// Ambient from which disc temperatures are counted, °C.
+pub const AMBIENT_C: f64 = 20.0;
+/// Speed at which an added resistance is told, m/s.
+const TOLD_SPEED_M_S: f64 = 20.0;
+/// Pressing forces between which the fall of friction is told, N.
+const TOLD_FORCES_N: [f64; 2] = [25e3, 50e3];
+
+/// An effect as a clause that a sentence can begin with, such as `vehicle speed reads 1.4 % low (1.4–1.5)`. Effects or
+/// forms that the table does not know are named.
+pub fn finding(effect: &FoundEffect) -> String {
+    of_catalogue(effect).unwrap_or_else(|| format!("the model lacks {}", plain(&effect.id)))
+}
+
+/// The finding as the beginning of a sentence.
+pub fn sentence(effect: &FoundEffect) -> String {
+    capital(&finding(effect))
+}
+
+fn of_catalogue(effect: &FoundEffect) -> Option<String> {
+    let id = effect.id.as_str();
+    let get = |name: &str| effect.parameters.get(name);
+    let value = |name: &str| get(name).map(|p| p.value);
+    // With its unit and interval, as it stands.
+    let told = |name: &str| get(name).map(|p| estimate(id, name, p));
+    // Without its sign, which a word tells.
+    let signed = |name: &str, plus: &str, minus: &str| {
+        let (p, shown) = (get(name)?, shown(id, name));
+        let ParameterEstimate { value, ci95 } = unsigned(p);
+        let word = if p.value < 0.0 { minus } else { plus };
+        Some(with_word(shown.factor * value, ci95.map(|x| shown.factor * x), shown.unit, word))
+    };
+    let wheelset = || value("wheelset").map_or("one", wheelset_name);
+    Some(match id {
+        "speed_scale" => {
+            format!("vehicle speed reads {}", signed("relative_error", "high", "low")?)
+        }
+        "speed_latency" => format!("vehicle speed reads {} late", told("latency_s")?),
+        "wheel_radius" => format!(
+            "the {} wheelset's radius is {} than the vehicle file says",
+            wheelset(),
+            signed("relative_error", "larger", "smaller")?
+        ),
+        "wheel_encoder_eccentricity" => {
+            let swing = |first: &str, second: &str| Some(value(first)?.hypot(value(second).unwrap_or(0.0)));
+            format!(
+                "the speed reading of {} swings by ±{} % once a turn",
+                if value("wheelset") == Some(0.0) {
+                    "both wheelsets".to_owned()
+                } else {
+                    format!("the {} wheelset", wheelset())
+                },
+                number(100.0 * swing("sine", "cosine")?)
+            )
+        }
+        "wheel_encoder_window" => {
+            format!("wheelset speeds are means over the last {}", told("window_s")?)
+        }
+        "clock_skew" => format!(
+            "wheelset speeds come later and later, by {} of the time since the start, on top of {}",
+            told("drift")?,
+            told("offset_s")?
+        ),
+        "mass_error" => format!(
+            "the wagon is {} than the vehicle file says",
+            signed("relative_error", "heavier", "lighter")?
+        ),
+        "rotating_inertia" => format!(
+            "the wheelsets' inertia is {} than the vehicle file says",
+            signed("relative_error", "larger", "smaller")?
+        ),
+        "load_transfer" => format!(
+            "braking shifts load between the wheelsets {} than the model says",
+            signed("relative_error", "more", "less")?
+        ),
+        "brake_fade" => format!(
+            "pads lose {} once the disc is above about {} °C",
+            with_word(
+                1e4 * value("alpha_per_k")?,
+                get("alpha_per_k")?.ci95.map(|x| 1e4 * x),
+                "%",
+                "of their friction per 100 K"
+            ),
+            rounded(AMBIENT_C + value("onset_k").unwrap_or(0.0), -1)
+        ),
+        "brake_friction_speed" => {
+            format!("pads grip {} near standstill than at speed", signed("rise", "more", "less")?)
+        }
+        "brake_friction_pressure" => pressure(effect)?,
+        "brake_wet_delay" => format!(
+            "wet pads grip {} less until about {} kJ have gone into each disc",
+            told("loss")?,
+            number(1e-3 * value("drying_energy_j")?)
+        ),
+        "brake_lag" => format!(
+            "pad force follows brake pressure with a dead time of {} and a lag of {}",
+            told("dead_time_s")?,
+            told("time_constant_s")?
+        ),
+        "rigging_hysteresis" => format!(
+            "the brake rigging holds pad force back by ±{} and ±{} N",
+            told("relative_half_width")?,
+            number(value("half_width_n")?)
+        ),
+        "pressing_force_offset" => {
+            format!("pads take hold only above {} of the force that pressure tells", told("threshold_n")?)
+        }
+        "dragging_brake" => {
+            format!("the brake of the {} wheelset drags with {} at all times", wheelset(), told("torque_nm")?)
+        }
+        "falling_friction" => format!("adhesion falls in a slide to {} of its peak", told("friction_ratio")?),
+        "self_cleaning" => format!(
+            "the rail gives following wheelsets {} more adhesion, and {} more behind a sliding one",
+            told("gain")?,
+            told("gain_in_slip")?
+        ),
+        "low_adhesion_patch" => {
+            format!("adhesion is {} lower from {}", told("loss")?, stretch(effect)?)
+        }
+        "adhesion_speed" => {
+            let [slow, fast] = [15.0, 30.0].map(|v| {
+                let floor = value("asymptote_share").unwrap_or(0.0);
+                Some(floor + (1.0 - floor) / (1.0 + v * value("decay_s_per_m")?))
+            });
+            format!(
+                "adhesion at 30 m/s is about {} % of what it is at 15 m/s",
+                rounded(100.0 * fast? / slow?, 0)
+            )
+        }
+        "sanding" => format!("sand raises adhesion by {}", told("gain")?),
+        "axle_torsion" => {
+            format!(
+                "the axle or drivetrain vibrates at {} and shows in the wheelset speeds",
+                told("frequency_hz")?
+            )
+        }
+        "grade" => format!(
+            "the track is {} than the map says from {}",
+            signed("error_permil", "steeper", "less steep")?,
+            stretch(effect)?
+        ),
+        "running_resistance" => {
+            let added = value("constant_n")? + TOLD_SPEED_M_S * value("linear_n_s_per_m").unwrap_or(0.0);
+            format!(
+                "running resistance is {} N {} at {} m/s than the vehicle file says",
+                number(added.abs()),
+                if added < 0.0 { "lower" } else { "higher" },
+                number(TOLD_SPEED_M_S)
+            )
+        }
+        "headwind" => {
+            format!("the wind blows with {}", signed("headwind_m_s", "from ahead", "from behind")?)
+        }
+        "coupler_force" => format!(
+            "a neighbour of about {} t pushes and pulls through the coupler",
+            number(1e-3 * value("mass_kg")?)
+        ),
+        _ => return None,
+    })
+}
+
+/// A value and its interval without their sign. An interval that reaches over zero begins there.
+fn unsigned(p: &ParameterEstimate) -> ParameterEstimate {
+    let [low, high] = p.ci95;
+    let ci95 = match (low < 0.0, high < 0.0) {
+        (true, true) => [-high, -low],
+        (true, false) => [0.0, if p.value < 0.0 { -low } else { high }],
+        _ => [low, high],
+    };
+    ParameterEstimate { value: p.value.abs(), ci95 }
+}
+
+/// By how much friction falls when the pressing force doubles.
+fn pressure(effect: &FoundEffect) -> Option<String> {
+    let exponent = effect.parameters.get("exponent")?;
+    let levelling = effect.parameters.get("levelling_force_n").map_or(0.0, |p| p.value);
+    let [low, high] = TOLD_FORCES_N;
+    let fall = |n: f64| 100.0 * (1.0 - ((low + levelling) / (high + levelling)).powf(n));
+    let told = ParameterEstimate { value: fall(exponent.value), ci95: exponent.ci95.map(fall) };
+    let word = if told.value < 0.0 { "more" } else { "less" };
+    let told = unsigned(&told);
+    Some(format!(
+        "pads grip {} at {} kN than at {} kN",
+        with_word(told.value, told.ci95, "%", word),
+        number(1e-3 * high),
+        number(1e-3 * low)
+    ))
+}
+
+/// `150 to 210 m`.
+fn stretch(effect: &FoundEffect) -> Option<String> {
+    let start = effect.parameters.get("start_m")?.value;
+    let end = start + effect.parameters.get("length_m")?.value;
+    Some(format!("{} to {} m", rounded(start, 0), rounded(end, 0)))
+}
+
+/// A wheelset by its number from the front.
+fn wheelset_name(number: f64) -> &'static str {
+    match number.round() as i64 {
+        1 => "front",
+        2 => "rear",
+        3 => "third",
+        4 => "fourth",
+        _ => "one",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    /// Parameters by name, with value and interval.
+    type Values<'a> = &'a [(&'a str, f64, [f64; 2])];
+
+    fn found(id: &str, parameters: Values<'_>) -> FoundEffect {
+        let parameters = parameters.iter().map(|(name, value, ci95)| {
+            ((*name).to_owned(), ParameterEstimate { value: *value, ci95: *ci95 })
+        });
+        FoundEffect {
+            id: id.to_owned(),
+            term: String::new(),
+            confidence: 0.9,
+            p: None,
+            equivalent: Vec::new(),
+            parameters: parameters.collect::<BTreeMap<_, _>>(),
+        }
+    }
+
+    #[test]
+    fn findings_say_what_and_how_much() {
+        let cases: &[(&str, Values<'_>, &str)] = &[
+            (
+                "speed_scale",
+                &[("relative_error", -0.0143, [-0.0151, -0.0138])],
+                "vehicle speed reads 1.4\u{a0}% low (1.4–1.5)",
+            ),
+            (
+                "wheel_radius",
+                &[("relative_error", 0.0062, [0.0057, 0.0066]), ("wheelset", 2.0, [2.0, 2.0])],
+                "the rear wheelset's radius is 0.62\u{a0}% larger (0.57–0.66) than the vehicle file says",
+            ),
+            (
+                "brake_fade",
+                &[("alpha_per_k", 3.26e-4, [2.1e-4, 4.6e-4]), ("onset_k", 37.3, [20.9, 55.7])],
+                "pads lose 3\u{a0}% of their friction per 100 K (2–5) once the disc is above about 60 °C",
+            ),
+            (
+                "brake_friction_pressure",
+                &[("exponent", 0.152, [0.139, 0.162]), ("levelling_force_n", 0.0, [0.0, 1e3])],
+                "pads grip 10\u{a0}% less (9–11) at 50 kN than at 25 kN",
+            ),
+            (
+                "low_adhesion_patch",
+                &[
+                    ("loss", 0.523, [0.49, 0.57]),
+                    ("start_m", 151.2, [148.0, 153.0]),
+                    ("length_m", 60.4, [55.0, 66.0]),
+                ],
+                "adhesion is 52\u{a0}% (49–57) lower from 151 to 212 m",
+            ),
+            (
+                "mass_error",
+                &[("relative_error", -0.001, [-0.02, 0.018])],
+                "the wagon is 0\u{a0}% lighter (0–2) than the vehicle file says",
+            ),
+            (
+                "clock_skew",
+                &[("drift", 0.011, [0.0102, 0.0113]), ("offset_s", 0.0, [-0.02, 0.02])],
+                "wheelset speeds come later and later, by 1.1\u{a0}% (1.0–1.1) of the time since the start, on top of 0\u{a0}s (−0.02 to 0.02)",
+            ),
+            ("own_effect", &[], "the model lacks own effect"),
+            ("grade", &[], "the model lacks grade"),
+        ];
+        for (id, parameters, words) in cases {
+            assert_eq!(finding(&found(id, parameters)), *words);
+        }
+    }
+
+    #[test]
+    fn every_effect_of_the_catalogue_has_its_sentence() {
+        for (spec, _) in railgrip_vehicle::effects::CATALOGUE {
+            let parameters: Vec<(&str, f64, [f64; 2])> = spec
+                .parameters
+                .iter()
+                .map(|p| (p.name, p.default, if p.discrete { [p.default; 2] } else { [p.lower, p.upper] }))
+                .collect();
+            let words = finding(&found(spec.id, &parameters));
+            assert!(!words.starts_with("the model lacks"), "{}: {words}", spec.id);
+        }
+    }
+}
