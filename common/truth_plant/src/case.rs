@@ -6,12 +6,15 @@ use crate::{
     departure::{Departure, Departures},
     departures::{CATALOGUE, Kind},
     gap,
+    label::{Gaps, Label, LabelledEffect},
     plant::{Plant, Run},
     programme,
     random::Stream,
     sheet::Sheet,
     wagon::{Nuisances, TrueWagon},
 };
+
+pub use crate::family::family_deck;
 
 /// A case as it is ordered.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -22,51 +25,6 @@ pub struct Recipe {
     pub seed: u64,
     /// Ids of the departures; empty for a case that holds nuisances and clutter only.
     pub departures: Vec<String>,
-}
-
-/// Gap on both sets of runs.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Gaps {
-    /// On the runs that may be fitted.
-    pub fit: f64,
-    /// On the runs that may only be predicted.
-    pub holdout: f64,
-}
-
-/// One departure in a label.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct LabelledEffect {
-    /// Id of the contract or the plant's own name.
-    pub id: String,
-    /// Term of the equations.
-    pub term: String,
-    /// Whether the contract has an id for it.
-    pub named: bool,
-    /// Size and shape in the plant's own terms.
-    pub parameters: Vec<(String, f64)>,
-}
-
-/// The answer to a case.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Label {
-    /// Name of the case.
-    pub case: String,
-    /// Family of the vehicle.
-    pub vehicle: String,
-    /// What departs.
-    pub effects: Vec<LabelledEffect>,
-    /// Gap of the calibrated nominal model.
-    pub gap_calibrated: Gaps,
-    /// The same on the twin without the effect: what a perfect diagnosis leaves.
-    pub gap_without_the_effect: Gaps,
-}
-
-impl Label {
-    /// Whether any effect is one that no id names.
-    #[must_use]
-    pub fn has_nameless(&self) -> bool {
-        self.effects.iter().any(|effect| !effect.named)
-    }
 }
 
 /// A finished case with its twin.
@@ -221,6 +179,7 @@ impl Bench {
             effects,
             gap_calibrated: gaps,
             gap_without_the_effect: self.floor,
+            plant: None,
         };
         Case { sheet: self.sheet, nuisances: self.nuisances, runs, twin: self.twin, label }
     }
@@ -231,6 +190,9 @@ impl Bench {
             id: chosen.kind.id.to_owned(),
             term: chosen.kind.term.to_owned(),
             named: chosen.kind.named,
+            form: String::new(),
+            set: String::new(),
+            strength: chosen.strength,
             parameters: parameters.into_iter().map(|(name, value)| (name.to_owned(), value)).collect(),
         }
     }

@@ -45,6 +45,11 @@ impl Stream {
         self.0.random_range(0..count.max(1))
     }
 
+    /// A seed for further streams.
+    pub fn seed(&mut self) -> u64 {
+        self.0.random()
+    }
+
     /// The items in random order.
     pub fn shuffle<T>(&mut self, items: &mut [T]) {
         for last in (1..items.len()).rev() {

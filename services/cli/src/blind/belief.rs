@@ -1,6 +1,6 @@
 //! Whether stated confidences and intervals mean what they say.
 
-use railgrip_truth_plant::case::LabelledEffect;
+use railgrip_truth_plant::label::LabelledEffect;
 use serde::Serialize;
 
 use super::{
