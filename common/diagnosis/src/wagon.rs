@@ -84,12 +84,16 @@ pub fn diagnose(case: &Case, options: &Options, progress: &(dyn Fn(&'static str)
     let three = [nominal, calibrated, extended];
     let fit = predictions::predict(case, &case.fit, three);
     let holdout = predictions::predict(case, &case.holdout, three);
-    let of_answer = match named.and_then(|fitted| fitted.shape.effects.first()) {
-        Some(effect) => regime::variable_of(effect.spec.id),
-        None => judgement.missing.as_ref().map(|missing| missing.discrepancy.covariate),
+    let answer = match named.and_then(|fitted| fitted.shape.effects.first()) {
+        Some(effect) => {
+            Some(regime::Answer { term: effect.spec.term, variable: regime::variable_of(effect.spec.id) })
+        }
+        None => judgement.missing.as_ref().map(|missing| regime::Answer {
+            term: missing.discrepancy.term,
+            variable: Some(missing.discrepancy.covariate),
+        }),
     };
-    let (heat_map, regime) =
-        regime::locate(case, calibrated, extended, criteria.report.region_share, of_answer);
+    let (heat_map, regime) = regime::locate(case, calibrated, extended, criteria.report.region_share, answer);
     let report = report::report(
         case,
         options.seed,

@@ -11,8 +11,9 @@ use railgrip_diagnosis::answer::supplement::{
     Alarm, Axis, CandidateDetail, Curve, CurvePoint, Detail, Event, FreedPlace, HeatGroup, HeatMap,
     ParameterRow, RunRow, Settings, Tie, Trace, TraceWindow,
 };
-use railgrip_diagnosis::html::render;
+use railgrip_diagnosis::html::{compare, render};
 use railgrip_diagnosis::law_bench::{Options, Outcome, diagnose};
+use railgrip_diagnosis::words::compare::{Named, changes};
 use railgrip_diagnosis::words::{headline, summary};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -367,7 +368,7 @@ fn the_summary_says_the_same_in_markdown() {
         "| holdout | 19.0 | 8.34 | 3.31 |",
         "Decided by the rule `effects_explain_gap`: Nothing asks for another cause.",
         "`brake_fade` (confidence 0.94",
-        "alpha 8\u{a0}% per 100 K (7–9)",
+        "loss of friction 8\u{a0}% per 100 K (7–9)",
         "How sure: Very likely that brake fade is at work",
         "What to do:\n1. ",
     ] {
@@ -383,4 +384,61 @@ fn the_report_reads_back_as_it_was_written() {
         "{\"schema\":\"railgrip.gap.report/1\",\"verdict\":\"effects\",\"rule\":\"effects_explain_gap\",\"where\":{\"term\":\"brake_friction\""
     ));
     assert_eq!(serde_json::from_str::<Report>(&json).unwrap(), report);
+}
+
+/// The report of a later day: the pads fade more, and something is missing beside them.
+fn later_report() -> Report {
+    let mut report = wagon_report();
+    report.verdict = Verdict::EffectsAndUnknown;
+    let moved = ParameterEstimate { value: 1.2e-3, ci95: [1.1e-3, 1.3e-3] };
+    report.effects[0].parameters.insert("alpha_per_k".to_owned(), moved);
+    report.gap.holdout.extended = 4.4;
+    report.unexplained =
+        Some(Unexplained { gap: 4.0, term: "adhesion".to_owned(), terms: Vec::new(), curve: Vec::new() });
+    report
+}
+
+#[test]
+fn two_reports_are_compared_in_words_and_on_a_page() {
+    let (may, june, none) = (wagon_report(), later_report(), {
+        let report = wagon_report();
+        Report { verdict: Verdict::None, effects: Vec::new(), ..report }
+    });
+    let [may, june, none] =
+        [("may", &may), ("june", &june), ("new pads", &none)].map(|(name, report)| Named { name, report });
+    let table: [(Named<'_>, Named<'_>, &[&str]); 4] = [
+        (
+            may,
+            june,
+            &[
+                "Brake fade has changed: loss of friction from 8\u{a0}% per 100 K (7–9) to 12\u{a0}% per 100 K (11–13).",
+                "Something unknown is new, in the adhesion between wheel and rail.",
+            ],
+        ),
+        (
+            may,
+            may,
+            &[
+                "Brake fade is as before, within the intervals: pads lose 8\u{a0}% of their friction per 100 K (7–9) once the disc is above about 20 °C.",
+            ],
+        ),
+        (
+            june,
+            none,
+            &[
+                "Brake fade is gone; before, pads lose 12\u{a0}% of their friction per 100 K (11–13) once the disc is above about 20 °C.",
+                "What was missing in the adhesion between wheel and rail is no longer.",
+            ],
+        ),
+        (none, none, &["Neither report finds anything missing: tolerances and noise explain both."]),
+    ];
+    for (first, second, said) in table {
+        assert_eq!(changes(first, second), said);
+    }
+    let page = compare::render(may, june);
+    keep("compared", &page);
+    check_self_contained(&page);
+    for needed in ["may → june", "<b>yes</b>", "8.34", "4.40"] {
+        assert!(page.contains(needed), "{needed}");
+    }
 }

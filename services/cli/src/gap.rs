@@ -17,7 +17,7 @@ use railgrip_vehicle::effects::{CATALOGUE, EffectSpec};
 use serde_json::{Value, json};
 
 use crate::output::say;
-use crate::{CliError, blind};
+use crate::{CliError, blind, gap_compare};
 
 /// Diagnose the gap between simulator and recordings.
 #[derive(Debug, clap::Args)]
@@ -30,6 +30,8 @@ pub(crate) struct Args {
 enum Command {
     /// Say where the gap of a case lies, which effect causes it, and how far it shrinks
     Diagnose(DiagnoseArgs),
+    /// Compare two reports of one vehicle: what is new, what is gone, what has changed
+    Compare(gap_compare::Args),
     /// List the effects that can be found
     Effects(EffectsArgs),
     /// Score the diagnosis on simulated cases whose effect is withheld
@@ -77,6 +79,7 @@ struct EffectsArgs {
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     match &args.command {
         Command::Diagnose(args) => diagnose(args),
+        Command::Compare(args) => gap_compare::run(args),
         Command::Effects(args) => {
             effects(args);
             Ok(())

@@ -20,6 +20,7 @@ mod estimate;
 mod estimate_columns;
 mod experiment;
 mod gap;
+mod gap_compare;
 mod history;
 mod hold;
 mod load;

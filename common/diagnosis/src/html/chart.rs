@@ -92,6 +92,15 @@ impl Frame {
         html! { @if !path.is_empty() { path class=(class) d=(path) {} } }
     }
 
+    /// A tick below the frame.
+    pub fn tick(&self, x: f64, name: &str) -> Markup {
+        let (at, bottom) = (round(self.sx(x)), self.bottom());
+        html! {
+            line class="grid" x1=(at) x2=(at) y1=(self.top) y2=(bottom) {}
+            text x=(at) y=(bottom + 13.0) text-anchor="middle" { (name) }
+        }
+    }
+
     /// A moment on the axis across, with its name, if it has one, at the top of the frame.
     pub fn moment(&self, x: f64, name: &str) -> Markup {
         let at = round(self.sx(x.clamp(self.x.0, self.x.1)));

@@ -1,6 +1,7 @@
 //! The first page, made for one sheet of A4: the sentence with the number, how sure, where and when, one picture of before
 //! and after, and what to do.
 
+use super::document::unbroken;
 use super::{gaps, traces};
 use crate::answer::schema::{Report, Verdict};
 use crate::answer::supplement::{Detail, Event};
@@ -106,16 +107,4 @@ fn seen(detail: &Detail) -> Vec<String> {
     });
     let words = |event: &&Event| format!("{} at {:.1} s of {}", event.words, event.from_s, event.run);
     events.iter().map(words).collect()
-}
-
-/// A text whose intervals in brackets stay on one line.
-fn unbroken(text: &str) -> Markup {
-    html! {
-        @for (index, piece) in text.split('(').enumerate() {
-            @match piece.split_once(')') {
-                Some((inside, rest)) if index > 0 => { span.whole { "(" (inside) ")" } (rest) }
-                _ => { @if index > 0 { "(" } (piece) }
-            }
-        }
-    }
 }

@@ -5,7 +5,9 @@
 //! nothing is computed but where a mark is drawn.
 
 mod chart;
+pub mod compare;
 mod curves;
+mod document;
 mod facts;
 mod first_page;
 mod gaps;
@@ -16,9 +18,7 @@ mod traces;
 
 use crate::answer::schema::Report;
 use crate::answer::supplement::Detail;
-use maud::{DOCTYPE, html};
-
-const STYLE: &str = include_str!("page.css");
+use maud::html;
 
 /// The whole page.
 pub fn render(report: &Report, detail: &Detail) -> String {
@@ -28,36 +28,21 @@ pub fn render(report: &Report, detail: &Detail) -> String {
     }
     let detail = &detail;
     let title = format!("{}: sim-to-real gap", detail.case);
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { (title) }
-                style { (chart::raw(STYLE)) }
-            }
-            body {
-                main {
-                    (first_page::page(report, detail))
-                    (gaps::section(report))
-                    (location::section(report, detail))
-                    (traces::section(detail))
-                    (curves::effects(report, detail))
-                    (curves::missing(report, detail))
-                    (facts::rule(report, detail))
-                    (facts::posterior(report))
-                    (ranking::section(report, detail))
-                    (facts::parameters(detail))
-                    (facts::runs(detail))
-                    (facts::settings(report, detail))
-                }
-                footer { p { "railgrip advises people; it drives no brake and no traction." } }
-            }
-        }
-    }
-    .into_string()
+    let body = html! {
+        (first_page::page(report, detail))
+        (gaps::section(report))
+        (location::section(report, detail))
+        (traces::section(detail))
+        (curves::effects(report, detail))
+        (curves::missing(report, detail))
+        (facts::rule(report, detail))
+        (facts::posterior(report))
+        (ranking::section(report, detail))
+        (facts::parameters(detail))
+        (facts::runs(detail))
+        (facts::settings(report, detail))
+    };
+    document::frame(&title, &body)
 }
 
 /// Without an effect the extended model is the calibrated one, and its lines would hide those of the calibrated model.

@@ -76,7 +76,7 @@ pub fn before_and_after(report: &Report, detail: &Detail) -> Markup {
 
 /// `the seconds 30 to 40 of run dry_stop.dry`.
 fn which(window: &TraceWindow) -> String {
-    let end = |t: Option<&f64>| t.map_or_else(|| "–".to_owned(), |t| number_to(*t, 3));
+    let end = |t: Option<&f64>| t.map_or_else(|| "–".to_owned(), |t| number_to(t.round(), 4));
     format!("the seconds {} to {} of run {}", end(window.t_s.first()), end(window.t_s.last()), window.run)
 }
 

@@ -1,6 +1,7 @@
 //! What a report says in words: numbers and names as people read them, the sentences, and the summary on the terminal.
 
 pub mod advice;
+pub mod compare;
 pub mod findings;
 pub mod format;
 pub mod parameters;

@@ -50,8 +50,21 @@ pub fn shown(owner: &str, name: &str) -> Shown {
     }
 }
 
+/// Names that say little without the equation.
+const BY_NAME: &[(&str, &str)] = &[
+    ("alpha_per_k", "loss of friction"),
+    ("onset_k", "onset above ambient"),
+    ("rise", "rise towards standstill"),
+    ("relative_half_width", "half width, share of the force"),
+    ("constant_n", "constant part"),
+    ("linear_n_s_per_m", "part that grows with speed"),
+];
+
 /// The name without its unit, as words.
 pub fn name(name: &str) -> String {
+    if let Some((_, words)) = BY_NAME.iter().find(|(known, _)| *known == name) {
+        return (*words).to_owned();
+    }
     let end = BY_ENDING.iter().find(|(end, _)| name.ends_with(end)).map_or("", |(end, _)| end);
     plain(name.strip_suffix(end).unwrap_or(name))
 }
@@ -109,7 +122,7 @@ mod tests {
     #[test]
     fn names_lose_their_units() {
         assert_eq!(name("time_constant_s"), "time constant");
-        assert_eq!(name("alpha_per_k"), "alpha");
+        assert_eq!(name("alpha_per_k"), "loss of friction");
         assert_eq!(name("relative_error"), "relative error");
     }
 }

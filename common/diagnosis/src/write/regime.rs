@@ -8,6 +8,7 @@ use crate::model::discrepancy::{Covariate, along};
 use crate::model::parameters::Built;
 use crate::predict::open_loop::{self, sigmas};
 use crate::words::findings::AMBIENT_C;
+use railgrip_vehicle::effects::Term;
 
 /// Variables over which the gap is cut.
 const VARIABLES: [Covariate; 6] = [
@@ -71,14 +72,38 @@ pub fn variable_of(id: &str) -> Option<Covariate> {
     }
 }
 
+/// Whether a variable can say something about an answer in this term: that the gap is larger with a warm disc says nothing
+/// of a sensor.
+fn tells(variable: Covariate, term: Term) -> bool {
+    match variable {
+        Covariate::Temperature => term == Term::BrakeFriction,
+        Covariate::SlipPower => matches!(term, Term::Adhesion | Term::LoadDistribution),
+        Covariate::Position => matches!(term, Term::Adhesion | Term::Resistance),
+        Covariate::BrakeForce | Covariate::TimeInBraking => !matches!(
+            term,
+            Term::Adhesion | Term::Resistance | Term::Kinematics | Term::SensorSpeed | Term::SensorWheelSpeed
+        ),
+        _ => true,
+    }
+}
+
+/// What was found or is missing, as far as it guides where to look: its term and the variable over which it acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Answer {
+    /// The term of the equations.
+    pub term: Term,
+    /// The variable, where it is one of those that the gap is cut by.
+    pub variable: Option<Covariate>,
+}
+
 /// Gap of both models by region, and the region in which the first one's stands out; it must hold a share of the samples
-/// between the two of `region_share`. `of_answer` is the variable over which what was found acts.
+/// between the two of `region_share`.
 pub fn locate(
     case: &Case,
     calibrated: &Built,
     extended: &Built,
     region_share: [f64; 2],
-    of_answer: Option<Covariate>,
+    answer: Option<Answer>,
 ) -> (HeatMap, Option<Regime>) {
     let (before, after) = (errors(case, calibrated), errors(case, extended));
     let mut groups = Vec::new();
@@ -92,11 +117,14 @@ pub fn locate(
         let region = |x: f64| edges[1..edges.len() - 1].iter().filter(|edge| x >= **edge).count();
         let group = group(variable, &edges, &values, &region, &before, &after);
         if let Some((score, regime)) = stand_out(variable, &edges, &group, region_share) {
-            if of_answer == Some(variable) && regime.gap_inside > STANDS_OUT * regime.gap_outside {
+            if answer.and_then(|answer| answer.variable) == Some(variable)
+                && regime.gap_inside > STANDS_OUT * regime.gap_outside
+            {
                 of_its_own = Some(regime.clone());
             }
             let score = if variable == Covariate::Position { score / PLACE_FACTOR } else { score };
-            if best.as_ref().is_none_or(|(s, _)| score > *s) {
+            let tells = answer.is_none_or(|answer| tells(variable, answer.term));
+            if tells && best.as_ref().is_none_or(|(s, _)| score > *s) {
                 best = Some((score, regime));
             }
         }
