@@ -10,6 +10,7 @@ pub mod api;
 mod collect;
 pub mod history;
 pub mod limits;
+pub mod notes;
 pub mod page;
 pub mod shared;
 pub mod store;
@@ -60,6 +61,7 @@ pub enum HealthError {
 pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), HealthError> {
     let shared = Shared::new(Store::new(settings).snapshot(now()), now);
     shared.judge_by(limits::Limits::of(settings));
+    shared.notes().keep(settings.alert_journal.with_file_name("notes.jsonl"));
     let (recorder, writer) = remember(settings, &shared).unzip();
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()

@@ -42,6 +42,7 @@ struct Inner {
     history: std::sync::OnceLock<Arc<History>>,
     limits: std::sync::OnceLock<Limits>,
     receiver_states: crate::alerts::notify::ReceiverStates,
+    notes: crate::notes::NoteBook,
     table: Table,
 }
 
@@ -60,6 +61,7 @@ impl Shared {
             history: std::sync::OnceLock::new(),
             limits: std::sync::OnceLock::new(),
             receiver_states: crate::alerts::notify::ReceiverStates::default(),
+            notes: crate::notes::NoteBook::default(),
         };
         Self { inner: Arc::new(inner) }
     }
@@ -165,6 +167,12 @@ impl Shared {
     #[must_use]
     pub fn receiver_states(&self) -> &crate::alerts::notify::ReceiverStates {
         &self.inner.receiver_states
+    }
+
+    /// What people wrote down about vehicles.
+    #[must_use]
+    pub fn notes(&self) -> &crate::notes::NoteBook {
+        &self.inner.notes
     }
 
     pub(crate) fn openapi(&self) -> &std::sync::OnceLock<Bytes> {

@@ -5,7 +5,7 @@
 //! | `/health/live`, `/health/ready` | none | a supervisor or load balancer holds no secret; without one the answer is a status, no reasons |
 //! | `/login`, `/logout`, `/login.css` | none | where a browser trades a token for a session |
 //! | every other GET, `/metrics` and `/openapi.json` included | read | figures of the train's operation; Prometheus sends a token (`authorization.credentials_file`) |
-//! | anything but GET below `/api/v1/alerts/` | acknowledge | changes what other people see |
+//! | anything but GET below `/api/v1/alerts/`, and notes on a wagon | acknowledge | changes what other people see |
 //! | `/api/v1/audit`, and whatever else changes something | admin | |
 
 use axum::http::{HeaderMap, Method, header};
@@ -50,6 +50,14 @@ pub struct Identity {
     pub by: Proof,
 }
 
+impl Identity {
+    /// The name, where a token or session vouches for it: nobody then acts in another's name.
+    #[must_use]
+    pub fn vouched_name(&self) -> Option<&str> {
+        matches!(self.by, Proof::Token | Proof::Session).then_some(&*self.name)
+    }
+}
+
 /// How somebody showed who they are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Proof {
@@ -76,11 +84,18 @@ pub(super) fn needed(method: &Method, path: &str, headers: &HeaderMap) -> Option
     }
     if is_safe(method) {
         Some(Role::Read)
-    } else if path.starts_with("/api/v1/alerts/") {
+    } else if path.starts_with("/api/v1/alerts/") || is_note(path) {
         Some(Role::Acknowledge)
     } else {
         Some(Role::Admin)
     }
+}
+
+/// Whether a path is that of the notes on a wagon.
+fn is_note(path: &str) -> bool {
+    path.strip_prefix("/api/v1/wagons/")
+        .and_then(|rest| rest.strip_suffix("/notes"))
+        .is_some_and(|id| !id.contains('/'))
 }
 
 /// True if the method changes nothing.
@@ -104,6 +119,9 @@ mod tests {
             (Method::POST, "/api/v1/alerts/3/acknowledge", Some(Role::Acknowledge)),
             (Method::DELETE, "/api/v1/alerts/3/silence", Some(Role::Acknowledge)),
             (Method::POST, "/api/v1/alerts", Some(Role::Admin)),
+            (Method::POST, "/api/v1/wagons/3/notes", Some(Role::Acknowledge)),
+            (Method::GET, "/api/v1/wagons/3/notes", Some(Role::Read)),
+            (Method::POST, "/api/v1/wagons/3/x/notes", Some(Role::Admin)),
             (Method::PUT, "/", Some(Role::Admin)),
             (Method::GET, "/api/v1/audit", Some(Role::Admin)),
             (Method::OPTIONS, "/api/v1/wagons", Some(Role::Read)),

@@ -20,7 +20,7 @@ macro_rules! asset {
     };
 }
 
-static ASSETS: [Asset; 11] = [
+static ASSETS: [Asset; 12] = [
     asset!("base.css", "text/css; charset=utf-8", "base.css"),
     asset!("parts.css", "text/css; charset=utf-8", "parts.css"),
     asset!("theme.js", "text/javascript; charset=utf-8", "theme.js"),
@@ -28,6 +28,7 @@ static ASSETS: [Asset; 11] = [
     asset!("acts.js", "text/javascript; charset=utf-8", "acts.js"),
     asset!("charts.js", "text/javascript; charset=utf-8", "charts.js"),
     asset!("trends.js", "text/javascript; charset=utf-8", "trends.js"),
+    asset!("notes.js", "text/javascript; charset=utf-8", "notes.js"),
     asset!("map.js", "text/javascript; charset=utf-8", "map.js"),
     asset!("icon.svg", "image/svg+xml", "icon.svg"),
     asset!("uPlot.iife.min.js", "text/javascript; charset=utf-8", "vendor/uPlot.iife.min.js"),

@@ -65,7 +65,7 @@ fn head(title: &str) -> Markup {
             link rel="stylesheet" href=(path("base.css"));
             link rel="stylesheet" href=(path("parts.css"));
             script src=(path("theme.js")) {}
-            @for script in ["live.js", "acts.js", "uPlot.iife.min.js", "charts.js", "trends.js", "map.js"] {
+            @for script in ["live.js", "acts.js", "uPlot.iife.min.js", "charts.js", "trends.js", "map.js", "notes.js"] {
                 script src=(path(script)) defer {}
             }
         }

@@ -17,6 +17,7 @@ mod frame;
 mod kind;
 mod live;
 mod meaning;
+mod notes;
 mod outlook;
 mod stopping;
 mod train;

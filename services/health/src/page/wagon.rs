@@ -3,7 +3,7 @@
 use super::bar::bar;
 use super::kind::Part;
 use super::words::{NOTHING, Written, capital, chip, data_age, energy, icon, instant, maybe, number};
-use super::{alerts, outlook, train};
+use super::{alerts, notes, outlook, train};
 use crate::api::acoustic::AcousticView;
 use crate::api::figure::Figure;
 use crate::api::grade::{DataState, Grade};
@@ -58,6 +58,7 @@ pub(super) fn body(id: u32, limits: &Limits, snapshot: &Snapshot) -> Markup {
                 h2 #h-events { "Latest events" }
                 div #events data-wagon=(id) { p .calm { "Loading events…" } }
             }
+            (notes::section(id))
             section .card aria-labelledby="h-behind" { h2 #h-behind { "Behind the figures" } (behind(wagon)) }
         }
     }

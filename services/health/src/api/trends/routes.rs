@@ -12,6 +12,7 @@ use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use railgrip_history::{HistoryError, Point};
 use railgrip_indicators::IndicatorSpec;
+use railgrip_indicators::indicator::{BRAKE_FRICTION, BRAKE_FRICTION_STANDARD};
 use railgrip_indicators::trend::Trend;
 use std::sync::Arc;
 
@@ -49,9 +50,10 @@ pub(crate) async fn of(shared: &Shared, wagon: u32) -> Result<Vec<TrendView>, Pr
     let history = shared.history().cloned().ok_or_else(nothing)?;
     let turn =
         Arc::clone(&history.turns).acquire_owned().await.map_err(|error| refused(error.to_string()))?;
+    let pads_changed_s = shared.notes().pads_changed_unix_s(&crate::notes::routes::vehicle(shared, wagon));
     let (limits, now_s) = (shared.limits().clone(), shared.now().unix_ns.div_euclid(1_000_000_000));
     let read = tokio::task::spawn_blocking(move || {
-        let trends = of_wagon(&history, wagon, &limits, now_s);
+        let trends = of_wagon(&history, wagon, &limits, now_s, pads_changed_s);
         drop(turn);
         trends
     });
@@ -64,6 +66,7 @@ fn of_wagon(
     wagon: u32,
     limits: &Limits,
     now_s: i64,
+    pads_changed_s: Option<i64>,
 ) -> Result<Vec<TrendView>, HistoryError> {
     let columns: Vec<(&Column, &IndicatorSpec)> = history
         .columns()
@@ -87,7 +90,10 @@ fn of_wagon(
     }
     let view = |(place, (column, spec)): (usize, &(&Column, &IndicatorSpec))| {
         let at = |point: &Point| ((point.unix_s - now_s) as f64, f64::from(point.cells[place].mean));
-        let series: Vec<(f64, f64)> = points.iter().map(at).collect();
+        // What the old pads did says nothing of the new ones.
+        let since_s = if is_of_pads(spec) { pads_changed_s } else { None };
+        let points = points.iter().filter(|point| since_s.is_none_or(|since_s| point.unix_s >= since_s));
+        let series: Vec<(f64, f64)> = points.map(at).collect();
         view(
             &column.name,
             column.unit,
@@ -96,4 +102,9 @@ fn of_wagon(
         )
     };
     Ok(columns.iter().enumerate().map(view).collect())
+}
+
+/// Whether an indicator is one of the brake pads.
+fn is_of_pads(spec: &IndicatorSpec) -> bool {
+    [BRAKE_FRICTION.id, BRAKE_FRICTION_STANDARD.id].contains(&spec.id)
 }

@@ -1,0 +1,11 @@
+//! What people write down about a vehicle: notes, and that its brake pads were changed.
+//!
+//! Notes belong to the vehicle, not to its place in the train. They are kept as lines of JSON beside the journal of alerts:
+//! a note counts once its line is on the disk, nothing is ever rewritten, and a line that a power cut left half is skipped.
+//! After a change of pads the trends of pad friction begin anew: what the old pads did says nothing of the new ones.
+
+mod book;
+pub mod model;
+pub mod routes;
+
+pub use book::NoteBook;

@@ -1,0 +1,81 @@
+"use strict";
+// Notes on a vehicle: reads them, and sends what somebody writes down.
+{
+  const list = document.getElementById("notes");
+  const form = document.getElementById("note-form");
+  const get = (id) => document.getElementById(id);
+  const path = () => `/api/v1/wagons/${list.dataset.wagon}/notes`;
+
+  function entry(note) {
+    const item = document.createElement("li");
+    const when = document.createElement("time");
+    when.dateTime = note.at;
+    when.textContent = new Date(note.at).toLocaleString(undefined, { dateStyle: "medium", timeStyle: "short", hour12: false });
+    const who = document.createElement("b");
+    who.textContent = note.by;
+    const words = [note.kind === "pads_changed" ? "Brake pads changed." : "", note.text || ""].filter(Boolean).join(" ");
+    item.append(when, " ", who, ": ", words);
+    return item;
+  }
+
+  function show(answer) {
+    if (answer.notes.length === 0) {
+      const calm = document.createElement("p");
+      calm.className = "calm";
+      calm.textContent = "Nobody has written anything down.";
+      list.replaceChildren(calm);
+      return;
+    }
+    const all = document.createElement("ul");
+    all.className = "notes";
+    all.append(...answer.notes.map(entry));
+    list.replaceChildren(all);
+  }
+
+  async function problem(answer) {
+    const said = await answer.json().catch(() => ({}));
+    const detail = said.detail || said.title || `status ${answer.status}`;
+    if (answer.status === 401) return `Not logged in any more; open /login in another tab, then send again. (${detail})`;
+    if (answer.status === 403) return `Your login may only read. (${detail})`;
+    return `Refused: ${detail}`;
+  }
+
+  async function load() {
+    try {
+      const answer = await fetch(path());
+      if (answer.ok) show(await answer.json());
+      else list.textContent = await problem(answer);
+    } catch {
+      list.textContent = "The service cannot be reached.";
+    }
+  }
+
+  async function send(event) {
+    event.preventDefault();
+    const by = get("note-by").value.trim();
+    const text = get("note-text").value.trim();
+    const request = { kind: get("note-pads").checked ? "pads_changed" : "note" };
+    if (by) request.by = by;
+    if (text) request.text = text;
+    get("note-error").textContent = "";
+    try {
+      const headers = { "content-type": "application/json" };
+      const answer = await fetch(path(), { method: "POST", headers, body: JSON.stringify(request) });
+      if (!answer.ok) {
+        get("note-error").textContent = await problem(answer);
+        return;
+      }
+      show(await answer.json());
+      get("note-text").value = "";
+      get("note-pads").checked = false;
+      get("note-text").focus();
+    } catch {
+      get("note-error").textContent = "The service cannot be reached; nothing was written. Try again.";
+    }
+  }
+
+  if (list && form) {
+    form.addEventListener("submit", send);
+    load();
+  }
+}
