@@ -19,17 +19,27 @@ const STEP_TOLERANCE: f64 = 0.05;
 /// Shortest run that a gap window fits in (seconds).
 const MINIMUM_DURATION_S: f64 = 1.0;
 
+/// Fails for a header that is not that of a run, or names a column that no run has.
 pub(crate) fn check_header(names: &[String]) -> std::result::Result<(), (String, Problem)> {
+    let wheelsets = wheelsets_of_header(names);
+    let columns = columns_of_run(wheelsets);
+    let known = |name: &&String| {
+        let usual = usual_name(name, wheelsets);
+        columns.iter().any(|(_, _, column)| *column == usual)
+    };
+    match names.iter().find(|name| !known(name)) {
+        Some(unknown) => Err((unknown.clone(), Problem::UnknownColumn { allowed: described(&columns) })),
+        None => check_required(names),
+    }
+}
+
+/// Fails for a header that lacks a column of a run or has one twice; it may name others beside them.
+pub(crate) fn check_required(names: &[String]) -> std::result::Result<(), (String, Problem)> {
     let wheelsets = wheelsets_of_header(names);
     let names = &names.iter().map(|name| usual_name(name, wheelsets)).collect::<Vec<_>>();
     let columns = columns_of_run(wheelsets);
     if let Some(twice) = (1..names.len()).find(|at| names[..*at].contains(&names[*at])) {
         return Err((names[twice].clone(), Problem::DuplicateColumn));
-    }
-    let known = |name: &String| columns.iter().any(|(_, _, column)| column == name);
-    if let Some(unknown) = names.iter().find(|name| !known(name)) {
-        let allowed = described(&columns);
-        return Err((unknown.clone(), Problem::UnknownColumn { allowed }));
     }
     let absent = |(quantity, _, name): &&(Quantity, usize, String)| {
         let wanted = quantity.required() || some_wheelset(names, &columns, *quantity);
@@ -48,20 +58,24 @@ fn some_wheelset(names: &[String], columns: &[(Quantity, usize, String)], quanti
         .any(|(other, _, name)| *other == quantity && quantity.per_wheelset() && names.contains(name))
 }
 
-pub(crate) fn check_columns(table: &Table, wheelsets: usize, strictness: Strictness) -> Result<()> {
-    debug_assert!((1..=MAX_WHEELSETS).contains(&wheelsets));
+/// Fails for a table without rows or without a time in one of them.
+pub(crate) fn check_time_present(table: &Table, wheelsets: usize) -> Result<()> {
     if table.rows() == 0 {
         return Err(RecordingError::new(table.file(), Problem::EmptyRun));
     }
-    let time = Quantity::Time.column(0, wheelsets);
-    table.require_finite(&time)?;
+    table.require_finite(&Quantity::Time.column(0, wheelsets))
+}
+
+pub(crate) fn check_columns(table: &Table, wheelsets: usize, strictness: Strictness) -> Result<()> {
+    debug_assert!((1..=MAX_WHEELSETS).contains(&wheelsets));
+    check_time_present(table, wheelsets)?;
     if strictness == Strictness::Tolerant {
         return Ok(());
     }
     for (quantity, _, name) in columns_of_run(wheelsets) {
         check_cells(table, quantity, &name)?;
     }
-    check_time(table, &time)
+    check_time(table, &Quantity::Time.column(0, wheelsets))
 }
 
 fn check_cells(table: &Table, quantity: Quantity, name: &str) -> Result<()> {

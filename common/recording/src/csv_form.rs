@@ -2,17 +2,32 @@
 //! same bits.
 
 use crate::error::{Place, Problem, RecordingError, Result};
-use crate::table::{HeaderCheck, Table, Words};
+use crate::table::{ColumnChoice, Table, Words};
 use csv::ByteRecord;
 use std::io::{Read, Write};
 use std::path::Path;
 
 const BYTE_ORDER_MARK: &str = "\u{feff}";
 
-pub(crate) fn read(source: impl Read, file: &Path, check: HeaderCheck<'_>) -> Result<Table> {
+/// What a cell may hold where nothing was measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Missing {
+    /// Nothing, `NaN` or an infinity.
+    AnyText,
+    /// Nothing: `NaN` and infinities are errors.
+    Empty,
+}
+
+/// Reads the columns that `choose` wants; cells of the others may hold any text.
+pub(crate) fn read(
+    source: impl Read,
+    file: &Path,
+    choose: ColumnChoice<'_>,
+    missing: Missing,
+) -> Result<Table> {
     let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(source);
     let mut record = ByteRecord::new();
-    let names = header(&mut reader, &mut record, file, check)?;
+    let (names, wanted) = header(&mut reader, &mut record, file, choose)?;
     let mut columns = vec![Vec::new(); names.len()];
     let mut lines = Vec::new();
     while next(&mut reader, &mut record, file)? {
@@ -21,20 +36,22 @@ pub(crate) fn read(source: impl Read, file: &Path, check: HeaderCheck<'_>) -> Re
         if record.len() != names.len() {
             return Err(error(Problem::Ragged { expected: names.len(), found: record.len() }));
         }
-        for ((cell, name), column) in record.iter().zip(&names).zip(&mut columns) {
-            column.push(number(cell, name).map_err(|problem| error(problem).column(name))?);
+        for (index, cell) in record.iter().enumerate().filter(|(index, _)| wanted[*index]) {
+            let name = &names[index];
+            let value = number(cell, name, missing).map_err(|problem| error(problem).column(name))?;
+            columns[index].push(value);
         }
         lines.push(line);
     }
-    Table::assemble(file, names, columns, Some(lines))
+    Table::chosen(file, names, columns, &wanted, Some(lines))
 }
 
 fn header(
     reader: &mut csv::Reader<impl Read>,
     record: &mut ByteRecord,
     file: &Path,
-    check: HeaderCheck<'_>,
-) -> Result<Vec<String>> {
+    choose: ColumnChoice<'_>,
+) -> Result<(Vec<String>, Vec<bool>)> {
     if !next(reader, record, file)? {
         return Err(RecordingError::new(file, Problem::NoHeader));
     }
@@ -48,8 +65,8 @@ fn header(
         }
         names.push(name.to_owned());
     }
-    check(&names).map_err(|(column, problem)| error(problem).column(&column))?;
-    Ok(names)
+    let wanted = choose(&names).map_err(|(column, problem)| error(problem).column(&column))?;
+    Ok((names, wanted))
 }
 
 fn next(reader: &mut csv::Reader<impl Read>, record: &mut ByteRecord, file: &Path) -> Result<bool> {
@@ -66,15 +83,19 @@ fn line_of(record: &ByteRecord) -> u64 {
     record.position().map_or(0, csv::Position::line)
 }
 
-fn number(cell: &[u8], column: &str) -> std::result::Result<f64, Problem> {
+fn number(cell: &[u8], column: &str, missing: Missing) -> std::result::Result<f64, Problem> {
     let text = std::str::from_utf8(cell).map_err(|_| Problem::NotText)?.trim();
     if text.is_empty() {
         return Ok(f64::NAN);
     }
-    text.parse().map_err(|_| match text == column {
-        true => Problem::HeaderAgain,
-        false => Problem::NotANumber(text.chars().take(40).collect()),
-    })
+    match text.parse::<f64>() {
+        Ok(value) if missing == Missing::Empty && !value.is_finite() => {
+            Err(Problem::NotMeasured(text.to_owned()))
+        }
+        Ok(value) => Ok(value),
+        Err(_) if text == column => Err(Problem::HeaderAgain),
+        Err(_) => Err(Problem::NotANumber(text.chars().take(40).collect())),
+    }
 }
 
 pub(crate) fn write_header(to: &mut impl Write, names: &[String]) -> std::io::Result<()> {

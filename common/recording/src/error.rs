@@ -117,6 +117,12 @@ pub enum Problem {
     /// An empty cell, NaN or infinity where a value is required.
     #[error("empty, NaN or infinite; every cell needs a finite number here")]
     NotFinite,
+    /// A word that stands for no number where an empty cell would do.
+    #[error("`{0}` is no measurement; leave the cell empty where nothing was measured")]
+    NotMeasured(String),
+    /// A column of which every cell is empty.
+    #[error("every cell is empty; this column needs measurements")]
+    NoValue,
     /// A value that no sensor of this kind gives in this unit.
     #[error("{value} is out of range; allowed is {low} to {high} {unit}")]
     OutOfRange {
@@ -148,6 +154,29 @@ pub enum Problem {
         period_s: f64,
         /// Allowed deviation in percent.
         tolerance_percent: f64,
+    },
+    /// A row beside the regular rate, by more than can be mended.
+    #[error(
+        "{deviation_s:.6} s beside the regular rate of one row every {period_s:.6} s; mended are up to {tolerance_percent} % \
+         of that, and whole rows that are missing"
+    )]
+    TimeJitter {
+        /// Time of the row minus that of its place in the regular rate.
+        deviation_s: f64,
+        /// Period of the regular rate.
+        period_s: f64,
+        /// What can be mended, in percent of the period.
+        tolerance_percent: f64,
+    },
+    /// A rate at which no recording is diagnosed.
+    #[error("sampled at {found_hz:.3} Hz; allowed are {low_hz} to {high_hz} Hz")]
+    RateRange {
+        /// Rate of the run.
+        found_hz: f64,
+        /// Lowest allowed rate.
+        low_hz: f64,
+        /// Highest allowed rate.
+        high_hz: f64,
     },
     /// Header, but no data.
     #[error("an empty run: there is a header but no row")]

@@ -1,6 +1,7 @@
 //! Recordings of wagons as files, read and written with checks. Columns only: no physics, no clock.
 //!
 //! * [`Recording`]: one run of one wagon, column by column; [`Row`] is one sample of it; [`RunWriter`] writes rows as they come.
+//!   [`Recording::read_mended`] takes recordings as they are, with jitter, gaps and columns of their own, and says what it did.
 //! * [`BogieRecording`]: one run of a bogie rig, with torque, link force and pulses; [`BogieRow`] is one sample of it.
 //! * [`MotorRecording`]: one run of a driven rig, with motor currents and voltages; [`MotorRow`] is one sample of it.
 //! * [`Truth`]: what no sensor sees, beside a simulated run.
@@ -16,6 +17,7 @@ mod checks;
 mod columns;
 mod csv_form;
 mod error;
+mod mend;
 mod motor;
 mod parquet_form;
 mod recording;
@@ -30,6 +32,7 @@ pub use bogie::{BogieRecording, BogieRow};
 pub use checks::Strictness;
 pub use columns::{MAX_WHEELSETS, Quantity, suffix};
 pub use error::{Place, Problem, RecordingError, Result};
+pub use mend::{Mended, Mending, Renamed};
 pub use motor::{MotorRecording, MotorRow};
 pub use recording::{Optional, Recording, Row};
 pub use rig::{RIG_VALUES, RigColumn, RigRecording, RigRow};

@@ -2,7 +2,7 @@
 //! flat column of numbers and ignores the index column that pandas may add.
 
 use crate::error::{Problem, RecordingError, Result};
-use crate::table::{HeaderCheck, Table, Words};
+use crate::table::{ColumnChoice, Table, Words};
 use bytes::Bytes;
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
@@ -19,7 +19,8 @@ use std::sync::Arc;
 /// Values that are read at once.
 const CHUNK_ROWS: usize = 8192;
 
-pub(crate) fn read(bytes: Bytes, file: &Path, check: HeaderCheck<'_>) -> Result<Table> {
+/// Reads the columns that `choose` wants.
+pub(crate) fn read(bytes: Bytes, file: &Path, choose: ColumnChoice<'_>) -> Result<Table> {
     let broken = |e: ParquetError| RecordingError::new(file, Problem::Parquet(e.to_string()));
     let reader = SerializedFileReader::new(bytes).map_err(broken)?;
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
@@ -29,12 +30,13 @@ pub(crate) fn read(bytes: Bytes, file: &Path, check: HeaderCheck<'_>) -> Result<
     if let Some((_, twice)) = names.iter().enumerate().find(|(at, name)| names[..*at].contains(name)) {
         return Err(error(twice, Problem::DuplicateColumn));
     }
-    check(&names).map_err(|(column, problem)| error(&column, problem))?;
+    let wanted = choose(&names).map_err(|(column, problem)| error(&column, problem))?;
 
     let mut columns = vec![Vec::new(); names.len()];
     for group in 0..reader.num_row_groups() {
         let group = reader.get_row_group(group).map_err(broken)?;
-        for ((index, name), column) in kept.iter().zip(&names).zip(&mut columns) {
+        let each = kept.iter().zip(&names).zip(&mut columns).zip(&wanted);
+        for ((index, name), column) in each.filter_map(|(each, wanted)| wanted.then_some(each)) {
             let flat =
                 schema.column(*index).max_rep_level() == 0 && schema.column(*index).max_def_level() <= 1;
             if !flat {
@@ -44,7 +46,7 @@ pub(crate) fn read(bytes: Bytes, file: &Path, check: HeaderCheck<'_>) -> Result<
             append(cells, column).map_err(|problem| error(name, problem))?;
         }
     }
-    Table::assemble(file, names, columns, None)
+    Table::chosen(file, names, columns, &wanted, None)
 }
 
 /// pandas stores a row index that is no range under such a name.

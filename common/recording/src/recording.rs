@@ -322,7 +322,7 @@ impl Recording {
         column.map(Vec::as_slice)
     }
 
-    fn column_mut(&mut self, quantity: Quantity, wheelset: usize) -> Option<&mut Vec<f64>> {
+    pub(crate) fn column_mut(&mut self, quantity: Quantity, wheelset: usize) -> Option<&mut Vec<f64>> {
         match quantity {
             Quantity::Time => Some(&mut self.t_s),
             Quantity::Speed => Some(&mut self.v_m_s),

@@ -9,6 +9,9 @@ use std::path::{Path, PathBuf};
 /// Looks at the column names of a file before its cells are read.
 pub type HeaderCheck<'a> = &'a dyn Fn(&[String]) -> std::result::Result<(), (String, Problem)>;
 
+/// Looks at the column names of a file before its cells are read, and says of each whether it is wanted.
+pub(crate) type ColumnChoice<'a> = &'a dyn Fn(&[String]) -> std::result::Result<Vec<bool>, (String, Problem)>;
+
 /// Columns of equal length.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
@@ -57,6 +60,19 @@ impl Table {
         Ok(Self { file: file.to_owned(), names, columns, lines, words: Vec::new() })
     }
 
+    /// A table of the columns that are wanted.
+    pub(crate) fn chosen(
+        file: &Path,
+        names: Vec<String>,
+        columns: Vec<Vec<f64>>,
+        wanted: &[bool],
+        lines: Option<Vec<u64>>,
+    ) -> Result<Self> {
+        let kept = names.into_iter().zip(columns).zip(wanted);
+        let (names, columns) = kept.filter_map(|(column, wanted)| wanted.then_some(column)).unzip();
+        Self::assemble(file, names, columns, lines)
+    }
+
     /// The file this came from.
     pub fn file(&self) -> &Path {
         &self.file
@@ -85,6 +101,21 @@ impl Table {
     /// Moves a column out, leaving it empty.
     pub(crate) fn take(&mut self, name: &str) -> Option<Vec<f64>> {
         self.index(name).map(|index| std::mem::take(&mut self.columns[index]))
+    }
+
+    /// Multiplies a column.
+    pub(crate) fn scale(&mut self, name: &str, factor: f64) {
+        if let Some(index) = self.index(name) {
+            self.columns[index].iter_mut().for_each(|cell| *cell *= factor);
+        }
+    }
+
+    /// Removes a column.
+    pub(crate) fn remove(&mut self, name: &str) {
+        if let Some(index) = self.index(name) {
+            self.names.remove(index);
+            self.columns.remove(index);
+        }
     }
 
     fn index(&self, name: &str) -> Option<usize> {

@@ -1,8 +1,9 @@
 //! Tables as files of either form.
 
 use crate::atomic::AtomicFile;
+use crate::csv_form::Missing;
 use crate::error::{Problem, RecordingError, Result};
-use crate::table::{HeaderCheck, Table};
+use crate::table::{ColumnChoice, HeaderCheck, Table};
 use crate::{csv_form, parquet_form};
 use std::path::Path;
 
@@ -42,21 +43,27 @@ impl Table {
 
     /// Reads a file of either form; `check` sees the header first and names what is wrong with it.
     pub fn read_checked(path: &Path, check: HeaderCheck<'_>) -> Result<Self> {
+        Self::read_chosen(path, &all(check), Missing::AnyText)
+    }
+
+    /// Reads the columns of a file of either form that `choose` wants; it sees the header first and names what is wrong
+    /// with it.
+    pub(crate) fn read_chosen(path: &Path, choose: ColumnChoice<'_>, missing: Missing) -> Result<Self> {
         let file = |e| RecordingError::new(path, Problem::Io(e));
         match Form::of(path)? {
-            Form::Csv => csv_form::read(std::fs::File::open(path).map_err(file)?, path, check),
-            Form::Parquet => parquet_form::read(std::fs::read(path).map_err(file)?.into(), path, check),
+            Form::Csv => csv_form::read(std::fs::File::open(path).map_err(file)?, path, choose, missing),
+            Form::Parquet => parquet_form::read(std::fs::read(path).map_err(file)?.into(), path, choose),
         }
     }
 
     /// Reads CSV text from memory or a pipe; `label` stands for the file in messages.
     pub fn read_csv(source: impl std::io::Read, label: &Path, check: HeaderCheck<'_>) -> Result<Self> {
-        csv_form::read(source, label, check)
+        csv_form::read(source, label, &all(check), Missing::AnyText)
     }
 
     /// Reads a Parquet file from memory; `label` stands for the file in messages.
     pub fn read_parquet(bytes: Vec<u8>, label: &Path, check: HeaderCheck<'_>) -> Result<Self> {
-        parquet_form::read(bytes.into(), label, check)
+        parquet_form::read(bytes.into(), label, &all(check))
     }
 
     /// Writes the table in the form that the ending names; the file appears whole or not at all.
@@ -79,4 +86,9 @@ impl Table {
             }
         }
     }
+}
+
+/// Every column of a header that passes `check`.
+fn all(check: HeaderCheck<'_>) -> impl Fn(&[String]) -> std::result::Result<Vec<bool>, (String, Problem)> {
+    move |names| check(names).map(|()| vec![true; names.len()])
 }
