@@ -242,8 +242,8 @@ fn bad_cases_are_refused_with_file_line_and_column() {
         &|t| t.lines().next().map(|l| format!("{l}\n")).expect("header"),
         &["stop.dry.csv", "empty run"],
     );
-    refused(run, &|t| scaled(t, &[1], 3.6), &["stop.dry.csv, column v_m_s", "km/h"]);
-    refused(run, &|t| scaled(t, &[4, 5], 1e-3), &["stop.dry.csv, column f_perp_f_n", "kN"]);
+    refused(run, &|t| scaled(t, &[1], 3.6), &["stop.dry.csv, line 2, column v_m_s", "km/h"]);
+    refused(run, &|t| scaled(t, &[4, 5], 1e-3), &["stop.dry.csv, line ", "column f_perp_f_n", "kN"]);
     let mass = |t: &str, to: &str| {
         t.lines()
             .map(|l| if l.starts_with("mass_kg") { format!("{to}\n") } else { format!("{l}\n") })

@@ -111,12 +111,10 @@ pub fn diagnose(case: &Case, options: &Options, progress: &(dyn Fn(&'static str)
     details::add_runs(&mut detail, case, &fit, &holdout);
     detail.effect_curves =
         details::effect_curves(case, &selection, &models, calibrated, &report, criteria.report.widening);
-    let tables = case.holdout.iter().zip(&holdout).filter_map(|(run, predicted)| {
-        predictions::table(run, predicted).ok().map(|table| (run.name.clone(), table))
-    });
-    let predictions = tables.collect();
+    detail.notes.extend(case.notes.iter().cloned());
+    let predictions = predictions::tables(&case.holdout, &holdout).unwrap_or_default();
     let vehicle = models.vehicle();
-    let report = Report { seconds: started.elapsed().as_secs_f64(), ..report };
+    let report = Report { seconds: started.elapsed().as_secs_f64(), notes: case.notes.clone(), ..report };
     Outcome { report, detail, predictions, vehicle }
 }
 

@@ -198,6 +198,7 @@ fn wagon_report() -> Report {
                 .to_owned(),
         ),
         seconds: 41.7,
+        notes: Vec::new(),
     }
 }
 

@@ -32,7 +32,7 @@ pub use bogie::{BogieRecording, BogieRow};
 pub use checks::Strictness;
 pub use columns::{MAX_WHEELSETS, Quantity, suffix};
 pub use error::{Place, Problem, RecordingError, Result};
-pub use mend::{Mended, Mending, Renamed};
+pub use mend::{Mended, Mending, Renamed, Rows};
 pub use motor::{MotorRecording, MotorRow};
 pub use recording::{Optional, Recording, Row};
 pub use rig::{RIG_VALUES, RigColumn, RigRecording, RigRow};

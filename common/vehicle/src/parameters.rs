@@ -159,11 +159,16 @@ pub enum RailClass {
     Wet,
     /// Contaminated rail.
     Low,
+    /// Rail of which a recording's name says nothing. What it gives is not known; the model starts from dry rail.
+    #[serde(skip)]
+    Undeclared,
 }
 
 impl RailClass {
-    /// All classes, in the order of the vehicle file.
+    /// The classes of a vehicle file, in its order.
     pub const ALL: [Self; 3] = [Self::Dry, Self::Wet, Self::Low];
+    /// All of them and what a recording may be on beside them; each stands at its own number.
+    pub const OF_RECORDINGS: [Self; 4] = [Self::Dry, Self::Wet, Self::Low, Self::Undeclared];
 
     /// The class as it stands in a recording's name.
     pub fn name(self) -> &'static str {
@@ -171,6 +176,7 @@ impl RailClass {
             Self::Dry => "dry",
             Self::Wet => "wet",
             Self::Low => "low",
+            Self::Undeclared => "undeclared",
         }
     }
 
@@ -181,10 +187,10 @@ impl RailClass {
 }
 
 impl Rail {
-    /// Adhesion available on rail of this class.
+    /// Adhesion available on rail of this class; on undeclared rail that of dry rail, for want of better.
     pub fn adhesion(&self, class: RailClass) -> f64 {
         match class {
-            RailClass::Dry => self.dry,
+            RailClass::Dry | RailClass::Undeclared => self.dry,
             RailClass::Wet => self.wet,
             RailClass::Low => self.low,
         }

@@ -50,6 +50,9 @@ pub struct Report {
     pub next_run: Option<String>,
     /// Wall-clock time of the diagnosis, s.
     pub seconds: f64,
+    /// What was mended in the recordings and assumed about them, in sentences.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
 }
 
 /// The answer in one word.

@@ -2,6 +2,7 @@
 
 use railgrip_vehicle::fast::{self, Motion, SampleInput};
 use railgrip_vehicle::{RailClass, VehicleParameters};
+use std::ops::Range;
 
 /// Wheelsets of a case: the contract's columns know a front and a rear one.
 pub const WHEELSETS: usize = fast::WHEELSETS;
@@ -10,7 +11,8 @@ pub const OUTPUTS: usize = fast::SPEEDS;
 /// Names of the outputs, in the order of every array of outputs.
 pub const OUTPUT_NAMES: [&str; OUTPUTS] = ["v_m_s", "omega_f_rad_s", "omega_r_rad_s"];
 
-/// Columns of one run as they were recorded; optional columns are empty where absent.
+/// Columns of one run at a regular rate; optional columns are empty where absent. Outputs and positions that were not
+/// measured are NaN, inputs are all there.
 #[derive(Clone, Debug, Default)]
 pub struct Columns {
     /// Time, s.
@@ -37,8 +39,11 @@ pub struct Sample {
     /// Inputs and what else a simulation may know: the position is the integral of measured speed, moved to fit the
     /// satellite's positions on the whole.
     pub input: SampleInput,
-    /// Measured outputs in the order of [`OUTPUT_NAMES`].
+    /// Measured outputs in the order of [`OUTPUT_NAMES`]; where one was not measured, a straight line between those that
+    /// were.
     pub outputs: [f64; OUTPUTS],
+    /// Which outputs were measured.
+    pub measured: [bool; OUTPUTS],
     /// Slopes of the measured outputs over a quarter of a second around, 1/s of their units.
     pub slopes: [f64; OUTPUTS],
     /// Outputs smoothed over the same stretch.
@@ -46,6 +51,17 @@ pub struct Sample {
 }
 
 impl Sample {
+    /// Measured minus expected outputs; zero where nothing was measured.
+    #[inline]
+    pub fn innovation(&self, expected: &[f64; OUTPUTS]) -> [f64; OUTPUTS] {
+        std::array::from_fn(|j| if self.measured[j] { self.outputs[j] - expected[j] } else { 0.0 })
+    }
+
+    /// The outputs as they were measured, NaN where they were not.
+    pub fn as_measured(&self, output: usize) -> f64 {
+        if self.measured[output] { self.outputs[output] } else { f64::NAN }
+    }
+
     /// The motion that was measured around this sample: smoothed speeds and their slopes.
     pub fn measured_motion(&self) -> Motion {
         Motion {
@@ -59,7 +75,7 @@ impl Sample {
 /// A run ready to be simulated.
 #[derive(Clone, Debug)]
 pub struct Run {
-    /// `NAME.RAIL`.
+    /// `NAME.RAIL`, or `NAME` where the name declares no rail. Parts of one recording have the same name.
     pub name: String,
     /// Class of the rail.
     pub rail: RailClass,
@@ -73,6 +89,8 @@ pub struct Run {
     pub has_position: bool,
     /// Recorded times, s.
     pub t_s: Vec<f64>,
+    /// Ranges of samples in which no output is missing for long.
+    pub unbroken: Vec<Range<usize>>,
 }
 
 /// A case: what the simulator believes, runs to fit on and runs to predict.
@@ -84,27 +102,35 @@ pub struct Case {
     pub fit: Vec<Run>,
     /// Runs only to predict, by name.
     pub holdout: Vec<Run>,
+    /// What was mended in the recordings and assumed about them, in sentences.
+    pub notes: Vec<String>,
 }
 
 /// Half width of the stretch over which slopes are taken, s.
 const SLOPE_HALF_WIDTH_S: f64 = 0.12;
+/// An output that is missing for longer breaks a run: no window reaches over it, s.
+const LONGEST_GAP_S: f64 = 0.5;
 
 impl Run {
     /// Prepares a recorded run.
     pub fn new(name: String, rail: RailClass, columns: &Columns) -> Self {
         let n = columns.t_s.len();
         let dt_s = if n > 1 { (columns.t_s[n - 1] - columns.t_s[0]) / (n - 1) as f64 } else { 0.01 };
-        let positions = positions(columns, dt_s);
+        let measured = [&columns.v_m_s, &columns.wheel_speed_rad_s[0], &columns.wheel_speed_rad_s[1]];
+        let unbroken = unbroken(measured, dt_s);
+        let [v_m_s, front, rear] = measured.map(|column| filled(column));
+        let positions = positions(&v_m_s, &columns.position_m, dt_s);
         let mut samples = vec![Sample::default(); n];
         let mut angle = [0.0; WHEELSETS];
         for (k, sample) in samples.iter_mut().enumerate() {
             let next = (k + 1).min(n - 1);
             sample.input.time_s = columns.t_s[k] - columns.t_s[0];
-            sample.outputs[0] = columns.v_m_s[k];
+            sample.outputs[0] = v_m_s[k];
+            sample.measured = measured.map(|column| column[k].is_finite());
             for i in 0..WHEELSETS {
                 let force = &columns.pressing_force_n[i];
                 let torque = &columns.drive_torque_nm[i];
-                let speed = &columns.wheel_speed_rad_s[i];
+                let speed = [&front, &rear][i];
                 sample.outputs[1 + i] = speed[k];
                 sample.input.pressing_force_n[i] = force[k];
                 sample.input.mid_pressing_force_n[i] = 0.5 * (force[k] + force[next]);
@@ -123,8 +149,9 @@ impl Run {
             dt_s,
             start_s: columns.t_s[0],
             samples,
-            has_position: !columns.position_m.is_empty(),
+            has_position: columns.position_m.iter().any(|position| position.is_finite()),
             t_s: columns.t_s.clone(),
+            unbroken,
         }
     }
 
@@ -140,21 +167,62 @@ impl Run {
 }
 
 /// The integral of measured speed, moved so that it fits the satellite's positions in the mean.
-fn positions(columns: &Columns, dt_s: f64) -> Vec<f64> {
+fn positions(v_m_s: &[f64], satellite_m: &[f64], dt_s: f64) -> Vec<f64> {
     let mut x = 0.0;
-    let mut integral = Vec::with_capacity(columns.v_m_s.len());
-    for pair in columns.v_m_s.windows(2) {
+    let mut integral = Vec::with_capacity(v_m_s.len());
+    for pair in v_m_s.windows(2) {
         integral.push(x);
         x += 0.5 * (pair[0] + pair[1]) * dt_s;
     }
     integral.push(x);
-    if columns.position_m.is_empty() {
-        return integral;
+    let known = || satellite_m.iter().zip(&integral).filter(|(position, _)| position.is_finite());
+    let count = known().count();
+    if count > 0 {
+        let shift = known().map(|(position, x)| position - x).sum::<f64>() / count as f64;
+        integral.iter_mut().for_each(|x| *x += shift);
     }
-    let n = integral.len() as f64;
-    let shift = columns.position_m.iter().zip(&integral).map(|(p, x)| p - x).sum::<f64>() / n;
-    integral.iter_mut().for_each(|x| *x += shift);
     integral
+}
+
+/// A column with straight lines over what was not measured, and the nearest value at its ends.
+fn filled(column: &[f64]) -> Vec<f64> {
+    let mut filled = column.to_vec();
+    let known: Vec<usize> = (0..column.len()).filter(|k| column[*k].is_finite()).collect();
+    let (Some(first), Some(last)) = (known.first(), known.last()) else { return vec![0.0; column.len()] };
+    filled[..*first].fill(column[*first]);
+    filled[*last..].fill(column[*last]);
+    for pair in known.windows(2).filter(|pair| pair[1] > pair[0] + 1) {
+        let (from, to) = (pair[0], pair[1]);
+        let slope = (column[to] - column[from]) / (to - from) as f64;
+        (from + 1..to).for_each(|k| filled[k] = column[from] + slope * (k - from) as f64);
+    }
+    filled
+}
+
+/// Ranges between stretches in which an output is missing for long.
+fn unbroken(outputs: [&Vec<f64>; OUTPUTS], dt_s: f64) -> Vec<Range<usize>> {
+    let n = outputs[0].len();
+    let mut broken = vec![false; n];
+    for column in outputs {
+        let mut from = 0;
+        for k in 0..=n {
+            if k == n || column[k].is_finite() {
+                // From one measured value to the next; one is missing where that is two samples.
+                if k > from && (k + 1 - from) as f64 * dt_s > LONGEST_GAP_S + 1e-9 {
+                    broken[from..k].fill(true);
+                }
+                from = k + 1;
+            }
+        }
+    }
+    let mut ranges = Vec::new();
+    let mut from = 0;
+    while let Some(begin) = (from..n).find(|k| !broken[*k]) {
+        let end = (begin..n).find(|k| broken[*k]).unwrap_or(n);
+        ranges.push(begin..end);
+        from = end;
+    }
+    ranges
 }
 
 /// Fills in slopes and smoothed values by straight lines over a sliding stretch.

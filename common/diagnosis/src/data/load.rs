@@ -1,9 +1,12 @@
 //! Reading the runs of a case.
 
 use crate::data::case::{Case, Columns, Run, WHEELSETS};
-use railgrip_recording::{Recording, RecordingError, RunFile, Strictness, runs_in};
+use railgrip_recording::{Mending, Place, Recording, RecordingError, RunFile, runs_in};
 use railgrip_vehicle::{RailClass, VehicleParameters};
 use std::path::{Path, PathBuf};
+
+/// Rates that differ by more are said.
+const RATE_TOLERANCE: f64 = 0.01;
 
 /// Why a case was refused.
 #[derive(Debug, thiserror::Error)]
@@ -11,70 +14,117 @@ pub enum CaseError {
     /// A recording is bad.
     #[error(transparent)]
     Recording(#[from] RecordingError),
-    /// A recording has another number of wheelsets than a case knows.
-    #[error("{}: {found} wheelsets; the runs of a case have 2 (columns omega_f_rad_s and omega_r_rad_s)", path.display())]
+    /// A recording has another number of wheelsets than the vehicle.
+    #[error(
+        "{}: {found} wheelsets where the vehicle file has {expected}; a wagon with two has the columns omega_f_rad_s and \
+         omega_r_rad_s, any other omega_1_rad_s and so on", path.display()
+    )]
     Wheelsets {
         /// The file.
         path: PathBuf,
         /// Number found.
         found: usize,
+        /// Number of the vehicle.
+        expected: usize,
     },
     /// A column cannot be in its unit.
-    #[error("{}, {source}", path.display())]
+    #[error("{}, {place}, {source}", path.display())]
     Units {
         /// The file.
         path: PathBuf,
+        /// A row that gives it away.
+        place: Place,
         /// The column, and what gives it away.
         source: crate::data::units::UnitError,
     },
-    /// The vehicle has another number of wheelsets than a case knows.
-    #[error("the vehicle has {found} wheelsets; a case is about a vehicle with 2")]
+    /// The vehicle has a number of wheelsets that cannot be diagnosed.
+    #[error(
+        "the vehicle has {found} wheelsets (body.wheelset_positions_m), and its recordings are readable; a diagnosis is not \
+         possible yet with other than 2"
+    )]
     VehicleWheelsets {
         /// Number found.
         found: usize,
     },
 }
 
-/// Reads `CASE/fit` and `CASE/holdout`.
+/// Reads `CASE/fit` and `CASE/holdout`. What can be mended in a recording is mended, and said in the case's notes; a recording
+/// with long gaps becomes several runs of one name.
 ///
 /// # Errors
 /// A folder without runs, or a bad recording; the message names file, line and column.
 pub fn load(folder: &Path, vehicle: VehicleParameters) -> Result<Case, CaseError> {
+    let mut notes = Vec::new();
+    let fit = read(folder, "fit", &vehicle, &mut notes)?;
+    let holdout = read(folder, "holdout", &vehicle, &mut notes)?;
     if vehicle.wheelsets() != WHEELSETS {
         return Err(CaseError::VehicleWheelsets { found: vehicle.wheelsets() });
     }
-    let read = |part: &str| -> Result<Vec<Run>, CaseError> {
-        runs_in(&folder.join(part))?.iter().map(|file| run(file, &vehicle)).collect()
-    };
-    let (fit, holdout) = (read("fit")?, read("holdout")?);
-    Ok(Case { vehicle, fit, holdout })
+    let [fit, holdout] = [fit, holdout].map(|parts| parts.iter().map(run).collect::<Vec<Run>>());
+    if fit.iter().chain(&holdout).any(|run| run.rail == RailClass::Undeclared) {
+        notes.push(
+            "runs whose names declare no rail (dry, wet, low) are taken to be on one rail of their own; its adhesion is \
+             fitted, starting from dry rail"
+                .to_owned(),
+        );
+    }
+    Ok(Case { vehicle, fit, holdout, notes })
 }
 
-fn run(file: &RunFile, vehicle: &VehicleParameters) -> Result<Run, CaseError> {
-    let rail = match file.require_rail()? {
-        railgrip_recording::RailClass::Dry => RailClass::Dry,
-        railgrip_recording::RailClass::Wet => RailClass::Wet,
-        railgrip_recording::RailClass::Low => RailClass::Low,
-    };
-    let mut recording = Recording::read(&file.path, Strictness::Strict)?;
-    recording.require_rate(&file.path, vehicle.sensors.sample_rate_hz)?;
-    if recording.wheelsets != WHEELSETS {
-        return Err(CaseError::Wheelsets { path: file.path.clone(), found: recording.wheelsets });
+/// The recordings of a folder in regular parts. Each note is told with the folder and the run that it is about.
+fn read(
+    folder: &Path,
+    part: &str,
+    vehicle: &VehicleParameters,
+    notes: &mut Vec<String>,
+) -> Result<Vec<Recording>, CaseError> {
+    let mut parts = Vec::new();
+    for RunFile { name, path, .. } in runs_in(&folder.join(part))? {
+        let mended = Recording::read_mended(&path, &Mending::default())?;
+        notes.extend(mended.notes.into_iter().map(|note| format!("{part}/{name}: {note}")));
+        let rows = mended.rows;
+        for recording in mended.parts {
+            if recording.wheelsets != vehicle.wheelsets() {
+                let (found, expected) = (recording.wheelsets, vehicle.wheelsets());
+                return Err(CaseError::Wheelsets { path, found, expected });
+            }
+            let (found_hz, declared_hz) = (recording.sample_rate_hz(), vehicle.sensors.sample_rate_hz);
+            if (found_hz / declared_hz - 1.0).abs() > RATE_TOLERANCE {
+                notes.push(format!(
+                    "{part}/{name}: sampled at {found_hz:.2} Hz where the vehicle file says {declared_hz} Hz"
+                ));
+            }
+            crate::data::units::check(&recording, vehicle).map_err(|source| CaseError::Units {
+                path: path.clone(),
+                place: rows.place(source.t_s),
+                source,
+            })?;
+            parts.push(recording);
+        }
     }
-    let pair = |columns: &mut Vec<Vec<f64>>| -> [Vec<f64>; WHEELSETS] {
-        std::array::from_fn(|i| std::mem::take(&mut columns[i]))
+    Ok(parts)
+}
+
+/// A run of a recording with [`WHEELSETS`] wheelsets.
+fn run(recording: &Recording) -> Run {
+    let rail = match recording.rail {
+        Some(railgrip_recording::RailClass::Dry) => RailClass::Dry,
+        Some(railgrip_recording::RailClass::Wet) => RailClass::Wet,
+        Some(railgrip_recording::RailClass::Low) => RailClass::Low,
+        None => RailClass::Undeclared,
+    };
+    let pair = |columns: &[Vec<f64>]| -> [Vec<f64>; WHEELSETS] {
+        std::array::from_fn(|i| columns.get(i).cloned().unwrap_or_default())
     };
     let columns = Columns {
-        t_s: recording.t_s,
-        v_m_s: recording.v_m_s,
-        wheel_speed_rad_s: pair(&mut recording.wheel_speed_rad_s),
-        pressing_force_n: pair(&mut recording.pressing_force_n),
-        drive_torque_nm: pair(&mut recording.drive_torque_nm),
-        grade_rad: recording.grade_rad.unwrap_or_default(),
-        sanding: recording.sanding.unwrap_or_default(),
-        position_m: recording.position_m.unwrap_or_default(),
+        t_s: recording.t_s.clone(),
+        v_m_s: recording.v_m_s.clone(),
+        wheel_speed_rad_s: pair(&recording.wheel_speed_rad_s),
+        pressing_force_n: pair(&recording.pressing_force_n),
+        drive_torque_nm: pair(&recording.drive_torque_nm),
+        grade_rad: recording.grade_rad.clone().unwrap_or_default(),
+        sanding: recording.sanding.clone().unwrap_or_default(),
+        position_m: recording.position_m.clone().unwrap_or_default(),
     };
-    crate::data::units::check(&columns, vehicle)
-        .map_err(|source| CaseError::Units { path: file.path.clone(), source })?;
-    Ok(Run::new(file.name.clone(), rail, &columns))
+    Run::new(recording.name.clone(), rail, &columns)
 }

@@ -1,151 +1,264 @@
 //! Whether the columns of a run can be in the units that they should be in: speeds of body and wheels must agree while the
-//! wheels roll, and a train does not slow hard without brakes. Only what no effect could do is refused.
+//! wheels roll, and a brake must be strong enough for what it does. Only what no effect could do is refused: a vehicle may coast
+//! against its engine, slide, crawl or weigh little.
 
-use crate::data::case::{Columns, WHEELSETS};
-use railgrip_vehicle::VehicleParameters;
+use railgrip_recording::{Quantity, Recording};
+use railgrip_vehicle::{GRAVITY_M_S2, VehicleParameters};
+use std::f64::consts::TAU;
 
 /// Slower than this, ratios of speeds say nothing, m/s.
 const LEAST_SPEED_M_S: f64 = 3.0;
-/// Samples above that speed that a ratio needs.
-const LEAST_SAMPLES: usize = 50;
+/// Time above that speed that a ratio needs, s.
+const LEAST_TIME_S: f64 = 0.5;
 /// Rim speed over vehicle speed: below and above it, units differ. Wheels that are locked now and then roll at other times.
 const RATIO: [f64; 2] = [0.5, 2.0];
+/// Below this ratio, a wheelset stands.
+const LOCKED: f64 = 0.1;
 /// Share of the samples that must agree all the same.
 const ROLLING_SHARE: f64 = 0.01;
-/// Pressing forces that never exceed this do not brake, N.
-const IDLE_FORCE_N: f64 = 1000.0;
-/// Slowing by more than this, beyond what the grade does, takes a brake, m/s².
-const BRAKED_M_S2: f64 = 0.6;
-/// Over this time, s.
-const SLOWING_S: f64 = 3.0;
+/// Forces that, taken as N, slow the vehicle by less than this do not brake, m/s².
+const IDLE_M_S2: f64 = 0.03;
+/// Time over which slowing and forces are averaged, s.
+const SPAN_S: f64 = 1.0;
+/// Averages that are compared, at the least.
+const LEAST_SPANS: usize = 20;
+/// Change of the slowing that a brake must explain, m/s².
+const BRAKED_M_S2: f64 = 0.3;
+/// Correlation of forces and slowing from which the forces are what slows.
+const CORRELATION: f64 = 0.8;
+/// A change of force counts from so many times its scatter from row to row.
+const SCATTERS: f64 = 5.0;
 
 /// A column that cannot be in its unit.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("column {column}: {why}")]
 pub struct UnitError {
     /// Its name.
-    pub column: &'static str,
+    pub column: String,
+    /// Time of a row that gives it away, s.
+    pub t_s: f64,
     /// What gives it away, and what is expected.
     pub why: String,
 }
-
-const WHEEL_COLUMNS: [&str; WHEELSETS] = ["omega_f_rad_s", "omega_r_rad_s"];
 
 /// Refuses columns in the wrong unit.
 ///
 /// # Errors
 /// The column, and what gives it away.
-pub fn check(columns: &Columns, vehicle: &VehicleParameters) -> Result<(), UnitError> {
-    let ratios: Vec<Option<[f64; 2]>> =
-        (0..WHEELSETS).map(|i| extremes(columns, i, vehicle.wheelset.radius_m)).collect();
-    let off = |i: usize| ratios[i].filter(|[low, high]| *high < RATIO[0] || *low > RATIO[1]);
-    match (off(0), off(1)) {
-        (Some(ratio), Some(_)) => {
-            return Err(UnitError { column: "v_m_s", why: disagreement(ratio) });
-        }
-        (Some(ratio), None) => return Err(UnitError { column: WHEEL_COLUMNS[0], why: disagreement(ratio) }),
-        (None, Some(ratio)) => return Err(UnitError { column: WHEEL_COLUMNS[1], why: disagreement(ratio) }),
-        (None, None) => {}
-    }
-    forces(columns)
+pub fn check(run: &Recording, vehicle: &VehicleParameters) -> Result<(), UnitError> {
+    let off: Vec<Option<f64>> =
+        (0..run.wheelsets).map(|i| off_ratio(run, i, vehicle.wheelset.radius_m)).collect();
+    let Some(first) = off.iter().position(Option::is_some) else { return forces(run, vehicle) };
+    let ratio = off[first].unwrap_or(1.0);
+    // Where all wheelsets disagree with the vehicle in the same way, its speed is to blame, unless all are far too fast.
+    let of_vehicle = off.iter().all(Option::is_some) && ratio < 1.0;
+    let column = if of_vehicle {
+        Quantity::Speed.column(0, run.wheelsets)
+    } else {
+        Quantity::WheelSpeed.column(first, run.wheelsets)
+    };
+    let row = run.v_m_s.iter().position(|v| *v > LEAST_SPEED_M_S).unwrap_or(0);
+    Err(UnitError { column, t_s: run.t_s[row], why: disagreement(ratio) })
 }
 
-fn disagreement([low, high]: [f64; 2]) -> String {
+fn disagreement(ratio: f64) -> String {
+    // What units other than m/s and rad/s make of a ratio of one.
+    let known =
+        [(1.0 / 3.6, "km/h"), (0.447, "miles/h"), (1.0 / TAU, "revolutions a second"), (60.0 / TAU, "rpm")];
+    let like = known.iter().find(|(factor, _)| (ratio / factor - 1.0).abs() < 0.1);
+    let like = like.map_or(String::new(), |(_, unit)| format!(", as in {unit}"));
     format!(
-        "the wheels' rims run at {:.2} times the vehicle's speed throughout; expected are m/s (not km/h), rad/s (not rpm) and \
-         the radius of the vehicle file",
-        0.5 * (low + high)
+        "the wheels' rims run at {ratio:.2} times the vehicle's speed throughout{like}; expected are m/s (not km/h), rad/s \
+         (not rpm) and the radius of the vehicle file"
     )
 }
 
-/// Rim speed over vehicle speed of a wheelset: what all but a hundredth of the samples exceed, and stay below.
-fn extremes(columns: &Columns, wheelset: usize, radius_m: f64) -> Option<[f64; 2]> {
-    let pairs = columns.v_m_s.iter().zip(&columns.wheel_speed_rad_s[wheelset]);
-    let mut ratios: Vec<f64> =
-        pairs.filter(|(v, _)| **v > LEAST_SPEED_M_S).map(|(v, omega)| radius_m * omega / v).collect();
-    if ratios.len() < LEAST_SAMPLES {
+/// Median of rim speed over vehicle speed of a wheelset, where all but a hundredth of the samples are beyond what a rolling
+/// wheelset can have.
+fn off_ratio(run: &Recording, wheelset: usize, radius_m: f64) -> Option<f64> {
+    let pairs = run.v_m_s.iter().zip(&run.wheel_speed_rad_s[wheelset]);
+    let mut ratios: Vec<f64> = pairs
+        .filter(|(v, omega)| **v > LEAST_SPEED_M_S && omega.is_finite())
+        .map(|(v, omega)| radius_m * omega / v)
+        .collect();
+    if (ratios.len() as f64) < LEAST_TIME_S * run.sample_rate_hz() {
         return None;
     }
     ratios.sort_by(f64::total_cmp);
     let at = |share: f64| ratios[((ratios.len() - 1) as f64 * share) as usize];
-    Some([at(ROLLING_SHARE), at(1.0 - ROLLING_SHARE)])
+    let (low, high) = (at(ROLLING_SHARE), at(1.0 - ROLLING_SHARE));
+    ((LOCKED..RATIO[0]).contains(&high) || low > RATIO[1]).then(|| at(0.5))
 }
 
-/// Forces in kN look like brakes that are never applied on a train that stops.
-fn forces(columns: &Columns) -> Result<(), UnitError> {
-    let most = columns.pressing_force_n.iter().flatten().fold(0.0_f64, |most, force| most.max(*force));
-    let driven = columns.drive_torque_nm.iter().flatten().any(|torque| torque.abs() > 1.0);
-    let n = columns.t_s.len();
-    if most > IDLE_FORCE_N || driven || n < 2 {
+/// Forces in kN or bar look like brakes that hardly press while the vehicle slows as they rise.
+fn forces(run: &Recording, vehicle: &VehicleParameters) -> Result<(), UnitError> {
+    let each = || run.pressing_force_n.iter().zip(vehicle.pad_friction());
+    // Slowing by the brakes if the columns are in N, m/s².
+    let mass_kg = vehicle.body.mass_kg
+        + run.wheelsets as f64 * vehicle.wheelset.inertia_kg_m2 / vehicle.wheelset.radius_m.powi(2);
+    let lever = vehicle.brake.radius_m / vehicle.wheelset.radius_m / mass_kg;
+    let braking: Vec<f64> =
+        (0..run.len()).map(|k| each().map(|(column, pad)| pad * lever * column[k]).sum()).collect();
+    if braking.iter().any(|slowing| *slowing > IDLE_M_S2) {
         return Ok(());
     }
-    let dt_s = (columns.t_s[n - 1] - columns.t_s[0]) / (n - 1) as f64;
-    let span = (SLOWING_S / dt_s).round() as usize;
-    let uphill = columns.grade_rad.iter().fold(0.0_f64, |most, grade| most.max(*grade));
-    let slowing = columns.v_m_s.iter().zip(columns.v_m_s.iter().skip(span));
-    let hardest = slowing.map(|(before, after)| (before - after) / SLOWING_S).fold(0.0, f64::max);
-    if hardest - railgrip_vehicle::GRAVITY_M_S2 * uphill < BRAKED_M_S2 {
-        return Ok(());
-    }
+    let span = ((SPAN_S * run.sample_rate_hz()).round() as usize).max(1);
+    let ends = (0..run.len().saturating_sub(span)).step_by(span.div_ceil(10));
+    let averages: Vec<(f64, f64)> = ends
+        .filter_map(|k| {
+            let mean = |value: &dyn Fn(usize) -> f64| (k..k + span).map(value).sum::<f64>() / span as f64;
+            let grade = run.grade_rad.as_ref().map_or(0.0, |column| mean(&|k| column[k]));
+            let drive = mean(&|k| run.drive_torque_nm.iter().map(|column| column[k]).sum());
+            let duration_s = run.t_s[k + span] - run.t_s[k];
+            let slowing = (run.v_m_s[k] - run.v_m_s[k + span]) / duration_s - GRAVITY_M_S2 * grade
+                + drive / vehicle.wheelset.radius_m / mass_kg;
+            slowing.is_finite().then(|| (mean(&|k| braking[k]), slowing))
+        })
+        .collect();
+    let mut steps: Vec<f64> = braking.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    steps.sort_by(f64::total_cmp);
+    let scatter = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+    let Some(times) = slowed_by(&averages, scatter) else { return Ok(()) };
+    let most = run.pressing_force_n.iter().flatten().fold(0.0_f64, |most, force| most.max(*force));
+    let row = (0..run.len()).max_by(|a, b| braking[*a].total_cmp(&braking[*b])).unwrap_or(0);
     Err(UnitError {
-        column: "f_perp_f_n",
+        column: Quantity::PressingForce.column(0, run.wheelsets),
+        t_s: run.t_s[row],
         why: format!(
-            "at most {most:.0} N in either column while the vehicle slows by {hardest:.1} m/s²; expected is N, not kN or bar"
+            "at most {most:.0} N in any column while the vehicle slows {times:.0} times as hard as that can brake it; expected \
+             is N, not kN or bar"
         ),
     })
+}
+
+/// How much harder a vehicle slows than its `(braking, slowing)` by forces taken as N; `None` where the forces are not what
+/// slows it.
+fn slowed_by(averages: &[(f64, f64)], scatter: f64) -> Option<f64> {
+    if averages.len() < LEAST_SPANS {
+        return None;
+    }
+    let n = averages.len() as f64;
+    let range = |of: &dyn Fn(&(f64, f64)) -> f64| {
+        let fold = |[low, high]: [f64; 2], x: f64| [low.min(x), high.max(x)];
+        let [low, high] = averages.iter().map(of).fold([f64::INFINITY, f64::NEG_INFINITY], fold);
+        high - low
+    };
+    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| averages.iter().map(of).sum::<f64>() / n;
+    let (braking, slowing) = (mean(&|a| a.0), mean(&|a| a.1));
+    let product = |of: &dyn Fn(f64, f64) -> f64| mean(&|a| of(a.0 - braking, a.1 - slowing));
+    let (together, alone) = (product(&|b, s| b * s), product(&|b, _| b * b));
+    let correlation = together / (alone * product(&|_, s| s * s)).sqrt();
+    let varies = range(&|a| a.0) > SCATTERS * scatter && range(&|a| a.1) > BRAKED_M_S2;
+    if varies && correlation > CORRELATION {
+        return Some(together / alone);
+    }
+    // A brake that presses alike throughout: only if the slowing is what the forces make when taken as kN.
+    let times = slowing / braking;
+    (braking > SCATTERS * scatter && slowing > BRAKED_M_S2 && (500.0..2000.0).contains(&times))
+        .then_some(times)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn braking() -> Columns {
+    /// Thirty seconds at 100 Hz: a brake that rises, holds and eases; the front wheelset locks after a second.
+    fn braking() -> Recording {
         let n = 3000;
-        let v = |k: usize| 30.0 - 0.008 * k as f64;
-        Columns {
+        let press = |k: usize| 6e4 * (k as f64 / 800.0).min(1.0) * ((3000 - k) as f64 / 800.0).min(1.0);
+        let mut v = vec![60.0];
+        (1..n).for_each(|k| v.push(v[k - 1] - 0.01 * 0.8 * press(k) / 6e4));
+        let roll: Vec<f64> = v.iter().map(|v| v / 0.45).collect();
+        Recording {
+            name: "stop.dry".into(),
+            rail: None,
+            wheelsets: 2,
             t_s: (0..n).map(|k| 0.01 * k as f64).collect(),
-            v_m_s: (0..n).map(v).collect(),
-            // The front wheelset locks after a second.
-            wheel_speed_rad_s: [
-                (0..n).map(|k| if k < 100 { v(k) / 0.45 } else { 0.0 }).collect(),
-                (0..n).map(|k| v(k) / 0.45).collect(),
-            ],
-            pressing_force_n: [vec![3e4; n], vec![3e4; n]],
-            drive_torque_nm: [vec![0.0; n], vec![0.0; n]],
-            ..Columns::default()
+            wheel_speed_rad_s: vec![(0..n).map(|k| if k < 100 { roll[k] } else { 0.0 }).collect(), roll],
+            v_m_s: v,
+            pressing_force_n: vec![(0..n).map(press).collect(), (0..n).map(press).collect()],
+            drive_torque_nm: vec![vec![0.0; n]; 2],
+            grade_rad: None,
+            sanding: None,
+            position_m: None,
+            wsp_active: None,
+            load_kg: None,
+            brake_demand: None,
         }
     }
 
-    fn vehicle() -> VehicleParameters {
-        toml::from_str(
-            "schema = 1\nname = \"x\"\nbody = { mass_kg = 40000.0, com_height_m = 1.6, wheelbase_m = 10.0 }\n\
-             wheelset = { radius_m = 0.45, inertia_kg_m2 = 120.0 }\nbrake = { radius_m = 0.25, friction_coefficient = 0.35 }\n\
-             resistance = { constant_n = 400.0, linear_n_s_per_m = 8.0, drag_n_s2_per_m2 = 4.0 }\n\
-             contact = { stiffness_n = 6.0e6, k_a = 1.0, k_s = 0.4 }\nrail = { dry = 0.3, wet = 0.12, low = 0.06 }\n\
-             sensors = { sample_rate_hz = 100.0, speed_sigma_m_s = 0.03, wheel_speed_sigma_rad_s = 0.03, \
-             pressing_force_sigma_n = 150.0 }\n",
-        )
-        .expect("vehicle")
+    fn vehicle(mass_kg: f64) -> VehicleParameters {
+        let text = format!(
+            "schema = 1\nname = \"x\"\nbody = {{ mass_kg = {mass_kg:?}, com_height_m = 1.6, wheelbase_m = 10.0 }}\n\
+             wheelset = {{ radius_m = 0.45, inertia_kg_m2 = 120.0 }}\nbrake = {{ radius_m = 0.25, friction_coefficient = 0.35 }}\n\
+             resistance = {{ constant_n = 400.0, linear_n_s_per_m = 8.0, drag_n_s2_per_m2 = 4.0 }}\n\
+             contact = {{ stiffness_n = 6.0e6, k_a = 1.0, k_s = 0.4 }}\nrail = {{ dry = 0.3, wet = 0.12, low = 0.06 }}\n\
+             sensors = {{ sample_rate_hz = 100.0, speed_sigma_m_s = 0.03, wheel_speed_sigma_rad_s = 0.03, \
+             pressing_force_sigma_n = 150.0 }}\n",
+        );
+        toml::from_str(&text).expect("vehicle")
+    }
+
+    fn refused(run: &Recording, mass_kg: f64) -> Option<String> {
+        check(run, &vehicle(mass_kg)).err().map(|error| {
+            println!("{error}, at {} s", error.t_s);
+            error.column
+        })
+    }
+
+    /// Repeatable noise of about one.
+    fn noise(k: usize) -> f64 {
+        1.4 * (k as f64 * 2.399_963).sin() + (k as f64 * 7.123).cos()
     }
 
     #[test]
     fn units_are_told_from_effects() {
-        let column = |change: &dyn Fn(&mut Columns)| {
-            let mut columns = braking();
-            change(&mut columns);
-            check(&columns, &vehicle()).err().map(|error| {
-                println!("{error}");
-                error.column
-            })
+        let column = |change: &dyn Fn(&mut Recording)| {
+            let mut run = braking();
+            change(&mut run);
+            refused(&run, 40000.0)
         };
         let scale = |values: &mut Vec<f64>, factor: f64| values.iter_mut().for_each(|value| *value *= factor);
         assert_eq!(column(&|_| ()), None);
-        assert_eq!(column(&|c| scale(&mut c.v_m_s, 1.1)), None);
-        assert_eq!(column(&|c| scale(&mut c.v_m_s, 3.6)), Some("v_m_s"));
-        assert_eq!(column(&|c| scale(&mut c.wheel_speed_rad_s[1], 9.55)), Some("omega_r_rad_s"));
-        assert_eq!(
-            column(&|c| c.pressing_force_n.iter_mut().for_each(|f| scale(f, 1e-3))),
-            Some("f_perp_f_n")
-        );
+        assert_eq!(column(&|r| scale(&mut r.v_m_s, 1.1)), None);
+        assert_eq!(column(&|r| scale(&mut r.v_m_s, 3.6)), Some("v_m_s".into()));
+        assert_eq!(column(&|r| scale(&mut r.wheel_speed_rad_s[1], 9.55)), Some("omega_r_rad_s".into()));
+        for factor in [1e-3, 1e-4] {
+            let small = column(&|r| r.pressing_force_n.iter_mut().for_each(|f| scale(f, factor)));
+            assert_eq!(small, Some("f_perp_f_n".into()));
+        }
+        let steady = |r: &mut Recording| {
+            (0..r.len()).for_each(|k| r.v_m_s[k] = 60.0 - 0.008 * k as f64);
+            r.wheel_speed_rad_s[1] = r.v_m_s.iter().map(|v| v / 0.45).collect();
+            r.pressing_force_n.iter_mut().for_each(|f| f.fill(73.0));
+        };
+        assert_eq!(column(&steady), Some("f_perp_f_n".into()));
+    }
+
+    #[test]
+    fn a_vehicle_that_coasts_crawls_slides_or_weighs_little_is_taken() {
+        // Engine drag of 1.1 m/s², which changes with speed, and a brake that reads its noise.
+        let mut coasting = braking();
+        for k in 0..coasting.len() {
+            coasting.v_m_s[k] = 50.0 - 0.011 * k as f64 + 4.0 * (k as f64 / 1500.0).powi(2);
+            (0..2).for_each(|i| coasting.pressing_force_n[i][k] = 150.0 * noise(k + 17 * i));
+        }
+        coasting.wheel_speed_rad_s = vec![coasting.v_m_s.iter().map(|v| v / 0.45).collect(); 2];
+        assert_eq!(refused(&coasting, 40000.0), None);
+        coasting.pressing_force_n = vec![vec![0.0; coasting.len()]; 2];
+        assert_eq!(refused(&coasting, 40000.0), None);
+        // Both wheelsets locked from the first sample to the last.
+        let mut locked = braking();
+        locked.wheel_speed_rad_s = vec![vec![0.0; locked.len()]; 2];
+        assert_eq!(refused(&locked, 40000.0), None);
+        // A crawl at 1 m/s, of which the wheelset sensors see half the teeth.
+        let mut slow = braking();
+        slow.v_m_s.fill(1.0);
+        slow.wheel_speed_rad_s = vec![vec![0.9; slow.len()]; 2];
+        assert_eq!(refused(&slow, 40000.0), None);
+        // A vehicle of 300 kg brakes with 500 N.
+        let mut light = braking();
+        light.pressing_force_n.iter_mut().flatten().for_each(|force| *force *= 5e2 / 6e4);
+        assert_eq!(refused(&light, 300.0), None);
     }
 }

@@ -141,8 +141,9 @@ impl Problem for Windows<'_> {
             for (window, weight) in open_loop::predict(&built, run).iter().zip(weights) {
                 let root = (weight * INDEPENDENT_SHARE).sqrt();
                 for (k, predicted) in window.range.clone().zip(&window.outputs) {
+                    let innovation = run.samples[k].innovation(predicted);
                     for j in 0..OUTPUTS {
-                        let error = root * (predicted[j] - run.samples[k].outputs[j]) / self.sigma[j];
+                        let error = -root * innovation[j] / self.sigma[j];
                         out.push(if error.is_finite() { error.clamp(-1e5, 1e5) } else { 1e5 });
                     }
                 }

@@ -42,13 +42,20 @@ pub enum Nuisance {
 }
 
 impl Nuisance {
-    /// The contract's range, as a relative half width.
-    fn half_range(self) -> f64 {
+    /// Its range relative to the nominal value, down and up, and one sigma of its prior.
+    fn range(self, vehicle: &VehicleParameters) -> ([f64; 2], f64) {
+        // The contract's ranges, with a little room beyond them.
+        let within = |half: f64| ([-1.1 * half, 1.1 * half], 0.6 * half);
         match self {
-            Self::Pad(_) | Self::Adhesion(_) => 0.15,
-            Self::ResistanceConstant | Self::Drag => 0.10,
-            Self::Mass => 0.015,
-            Self::Inertia => 0.03,
+            // From leaves to the best dry rail: a prior that hardly says more than that.
+            Self::Adhesion(RailClass::Undeclared) => ([-0.9, 0.6], 0.6),
+            Self::Pad(_) | Self::Adhesion(_) => within(0.15),
+            Self::ResistanceConstant | Self::Drag => within(0.10),
+            Self::Mass => match vehicle.body.mass_sigma.filter(|sigma| *sigma > MASS_HALF_RANGE) {
+                Some(sigma) => ([(-2.5 * sigma).max(-0.8), 2.5 * sigma], sigma),
+                None => within(MASS_HALF_RANGE),
+            },
+            Self::Inertia => within(0.03),
         }
     }
 
@@ -63,19 +70,23 @@ impl Nuisance {
         }
     }
 
-    fn parameter(self) -> Parameter {
-        let range = self.half_range();
+    fn parameter(self, vehicle: &VehicleParameters) -> Parameter {
+        let ([lower, upper], prior_sigma) = self.range(vehicle);
         Parameter {
             name: self.name(),
             start: 0.0,
-            lower: -1.1 * range,
-            upper: 1.1 * range,
-            scale: 0.1 * range,
+            lower,
+            upper,
+            // A sixth of the prior's sigma, but no more than the model is straight over.
+            scale: (prior_sigma / 6.0).min(0.02),
             prior_mean: 0.0,
-            prior_sigma: 0.6 * range,
+            prior_sigma,
         }
     }
 }
+
+/// Half width of the range of a mass of which the vehicle file says nothing, relative.
+const MASS_HALF_RANGE: f64 = 0.015;
 
 /// Builds an effect from fitted values.
 pub type Builder = Arc<dyn Fn(&[f64]) -> Box<dyn Effect> + Send + Sync>;
@@ -156,8 +167,8 @@ pub struct Shape {
 pub struct Built {
     /// The wagon.
     pub model: WagonModel,
-    /// μ0 of dry, wet and low rail.
-    pub adhesion: [f64; 3],
+    /// μ0 of each of [`RailClass::OF_RECORDINGS`].
+    pub adhesion: [f64; 4],
 }
 
 impl Built {
@@ -172,9 +183,10 @@ impl Shape {
     pub fn nominal(case: &Case) -> Self {
         let mut nuisances: Vec<Nuisance> = (0..WHEELSETS).map(Nuisance::Pad).collect();
         let present = |class| case.fit.iter().chain(&case.holdout).any(|run| run.rail == class);
-        nuisances.extend(RailClass::ALL.into_iter().filter(|c| present(*c)).map(Nuisance::Adhesion));
+        let classes = RailClass::OF_RECORDINGS.into_iter().filter(|class| present(*class));
+        nuisances.extend(classes.map(Nuisance::Adhesion));
         nuisances.extend([Nuisance::ResistanceConstant, Nuisance::Drag, Nuisance::Mass, Nuisance::Inertia]);
-        let parameters = nuisances.iter().map(|n| n.parameter()).collect();
+        let parameters = nuisances.iter().map(|n| n.parameter(&case.vehicle)).collect();
         Self { vehicle: case.vehicle.clone(), nuisances, effects: Vec::new(), parameters }
     }
 
@@ -232,6 +244,8 @@ impl Shape {
                 Nuisance::Adhesion(RailClass::Dry) => vehicle.rail.dry *= factor,
                 Nuisance::Adhesion(RailClass::Wet) => vehicle.rail.wet *= factor,
                 Nuisance::Adhesion(RailClass::Low) => vehicle.rail.low *= factor,
+                // A vehicle file has no place for it.
+                Nuisance::Adhesion(RailClass::Undeclared) => {}
                 Nuisance::ResistanceConstant => vehicle.resistance.constant_n *= factor,
                 Nuisance::Drag => vehicle.resistance.drag_n_s2_per_m2 *= factor,
                 Nuisance::Mass => vehicle.body.mass_kg *= factor,
@@ -239,6 +253,13 @@ impl Shape {
             }
         }
         (vehicle, pads)
+    }
+
+    /// μ0 of runs whose names declare no rail: from the nominal one of dry rail on, whatever rail declared dry has.
+    fn undeclared_adhesion(&self, theta: &[f64]) -> f64 {
+        let undeclared = Nuisance::Adhesion(RailClass::Undeclared);
+        let change = self.nuisances.iter().zip(theta).find(|(nuisance, _)| **nuisance == undeclared);
+        self.vehicle.rail.dry * (1.0 + change.map_or(0.0, |(_, value)| *value))
     }
 
     /// The model at `theta`.
@@ -253,6 +274,8 @@ impl Shape {
             *level *= factor;
         }
         let model = WagonModel::from_constants(constants, effects);
-        Built { model, adhesion: RailClass::ALL.map(|class| vehicle.rail.adhesion(class)) }
+        let mut adhesion = RailClass::OF_RECORDINGS.map(|class| vehicle.rail.adhesion(class));
+        adhesion[RailClass::Undeclared as usize] = self.undeclared_adhesion(theta);
+        Built { model, adhesion }
     }
 }

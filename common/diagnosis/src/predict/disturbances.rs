@@ -101,6 +101,24 @@ pub(crate) fn move_disturbance(disturbance: &mut Disturbance, state: usize, by: 
 /// Index of the wind among the states.
 pub(crate) const WIND: usize = STATES - 1;
 
+/// How outputs are observed where some were not measured: a row of its own variance one, which no state moves, stands in for
+/// each. With an innovation of zero it corrects nothing, and adds nothing to a cost or a determinant; the belief is that
+/// after the outputs which were measured.
+pub(crate) fn of_measured<const N: usize>(
+    measured: &[bool; OUTPUTS],
+    observe: &SMatrix<f64, OUTPUTS, N>,
+    sensor: &SMatrix<f64, OUTPUTS, OUTPUTS>,
+) -> (SMatrix<f64, OUTPUTS, N>, SMatrix<f64, OUTPUTS, OUTPUTS>) {
+    let (mut observe, mut sensor) = (*observe, *sensor);
+    for j in (0..OUTPUTS).filter(|j| !measured[*j]) {
+        observe.row_mut(j).fill(0.0);
+        sensor.row_mut(j).fill(0.0);
+        sensor.column_mut(j).fill(0.0);
+        sensor[(j, j)] = 1.0;
+    }
+    (observe, sensor)
+}
+
 /// Derivatives of the next state of `N` components with respect to the present one: those of the speeds by differences of
 /// `speeds_after(state, step)`, the speeds after `step` was added to a state; `decay` of the others over a sample.
 pub(crate) fn derivatives<const N: usize>(

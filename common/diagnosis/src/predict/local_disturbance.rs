@@ -5,7 +5,8 @@ use crate::data::case::{Case, OUTPUTS, Run, Sample, WHEELSETS};
 use crate::model::discrepancy::{Place, Scope};
 use crate::model::parameters::Built;
 use crate::predict::disturbances::{
-    DIFFERENCES, DisturbanceModel, Noise, STATES, WIND, derivatives, move_disturbance, robust_cost,
+    DIFFERENCES, DisturbanceModel, Noise, STATES, WIND, derivatives, move_disturbance, of_measured,
+    robust_cost,
 };
 use nalgebra::{SMatrix, SVector};
 use railgrip_filter::core::Gaussian;
@@ -167,8 +168,9 @@ impl<'a> Filter<'a> {
     /// Uses a sample; returns its share of the cost, infinite for a filter that diverged.
     fn update(&mut self, sample: &Sample) -> f64 {
         let (expected, observe) = self.expected(sample);
-        let innovation: [f64; OUTPUTS] = std::array::from_fn(|j| sample.outputs[j] - expected[j]);
-        let Some(gain) = self.error.condition(&observe, &self.sensor) else { return f64::INFINITY };
+        let innovation = sample.innovation(&expected);
+        let (observe, sensor) = of_measured(&sample.measured, &observe, &self.sensor);
+        let Some(gain) = self.error.condition(&observe, &sensor) else { return f64::INFINITY };
         let change = gain.correction(&innovation);
         for j in 0..OUTPUTS {
             self.motion.state[j] += change[j];

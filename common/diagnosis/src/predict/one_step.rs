@@ -10,7 +10,7 @@
 use crate::data::case::{OUTPUTS, Run, Sample, WHEELSETS};
 use crate::model::parameters::Built;
 use crate::predict::disturbances::{
-    DIFFERENCES, DisturbanceModel, Noise, STATES, WIND, derivatives, move_disturbance,
+    DIFFERENCES, DisturbanceModel, Noise, STATES, WIND, derivatives, move_disturbance, of_measured,
 };
 use nalgebra::{SMatrix, SVector};
 use railgrip_filter::core::{Gaussian, JointGain};
@@ -45,7 +45,8 @@ impl Predictor {
         let mut filter = Filter::start(run, &wagon);
         let mut gains = Vec::with_capacity(run.len());
         for (k, sample) in run.samples.iter().enumerate() {
-            let gain = error.condition(&observe, &noise.sensor).unwrap_or_else(Gain::undefined);
+            let (observe, sensor) = of_measured(&sample.measured, &observe, &noise.sensor);
+            let gain = error.condition(&observe, &sensor).unwrap_or_else(Gain::undefined);
             gains.push(gain);
             let innovation = filter.innovation(&wagon, sample);
             filter.correct(&gain, &innovation);
@@ -97,7 +98,7 @@ impl Filter {
 
     fn innovation(&self, wagon: &FastWagon, sample: &Sample) -> [f64; OUTPUTS] {
         let reading = wagon.read(&self.motion, &sample.input, &self.hidden);
-        std::array::from_fn(|j| sample.outputs[j] - reading[j])
+        sample.innovation(&reading)
     }
 
     fn correct(&mut self, gain: &Gain, innovation: &[f64; OUTPUTS]) {

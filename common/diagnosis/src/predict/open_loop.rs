@@ -9,26 +9,46 @@ use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion};
 pub const WINDOW_S: f64 = 10.0;
 /// Shortest last window, s.
 pub const SHORTEST_WINDOW_S: f64 = 1.0;
-/// Samples whose mean starts a window.
-const START_SAMPLES: usize = 5;
+/// Time over which the measured outputs that start a window are averaged, s.
+const START_S: f64 = 0.05;
 
 /// Sensor sigma of each output.
 pub fn sigmas(sensors: &Sensors) -> [f64; OUTPUTS] {
     [sensors.speed_sigma_m_s, sensors.wheel_speed_sigma_rad_s, sensors.wheel_speed_sigma_rad_s]
 }
 
-/// Windows of a run as ranges of samples. A rest shorter than a second belongs to no window.
+/// Windows of a run as ranges of samples; none reaches over a long gap. A rest shorter than a second belongs to no window.
 pub fn windows(run: &Run) -> Vec<std::ops::Range<usize>> {
     let length = (WINDOW_S / run.dt_s).round() as usize;
-    let shortest = (SHORTEST_WINDOW_S / run.dt_s).round() as usize;
+    let shortest = ((SHORTEST_WINDOW_S / run.dt_s).round() as usize).max(start_samples(run.dt_s));
     let mut windows = Vec::new();
-    let mut from = 0;
-    while from + shortest.max(START_SAMPLES) <= run.len() {
-        let to = (from + length).min(run.len());
-        windows.push(from..to);
-        from = to;
+    for unbroken in &run.unbroken {
+        let (mut from, end) = (unbroken.start, unbroken.end.min(run.len()));
+        while from + shortest <= end {
+            let to = (from + length).min(end);
+            windows.push(from..to);
+            from = to;
+        }
     }
     windows
+}
+
+/// Samples whose mean starts a window: those of its first 0.05 s, at least one.
+fn start_samples(dt_s: f64) -> usize {
+    ((START_S / dt_s - 0.01).ceil() as usize).max(1)
+}
+
+/// The outputs from which a window starts: the mean of what was measured in its first 0.05 s.
+fn start(run: &Run, range: &std::ops::Range<usize>) -> [f64; OUTPUTS] {
+    let count = start_samples(run.dt_s).min(range.len());
+    let first = &run.samples[range.start..range.start + count];
+    std::array::from_fn(|j| {
+        let measured = || first.iter().filter(|sample| sample.measured[j]);
+        match measured().count() {
+            0 => first[0].outputs[j],
+            n => measured().map(|sample| sample.outputs[j]).sum::<f64>() / n as f64,
+        }
+    })
 }
 
 /// Predicted outputs of one window.
@@ -61,13 +81,8 @@ pub fn predict(built: &Built, run: &Run) -> Vec<Prediction> {
 
 fn drive(wagon: &FastWagon, run: &Run, range: &std::ops::Range<usize>, past: &[f64]) -> Vec<[f64; OUTPUTS]> {
     let first = &run.samples[range.start];
-    let count = START_SAMPLES.min(range.len()) as f64;
-    let mut mean = [0.0; OUTPUTS];
-    for sample in run.samples[range.clone()].iter().take(START_SAMPLES) {
-        (0..OUTPUTS).for_each(|j| mean[j] += sample.outputs[j] / count);
-    }
     let mut hidden = past.to_vec();
-    let measured = Motion { state: mean, ..first.measured_motion() };
+    let measured = Motion { state: start(run, range), ..first.measured_motion() };
     let mut motion = wagon.start_motion(&measured, &first.input, &hidden);
     let mut outputs = Vec::with_capacity(range.len());
     for k in range.clone() {
@@ -87,23 +102,30 @@ pub struct Tally {
     pub squares: [f64; OUTPUTS],
     /// Samples.
     pub count: usize,
+    /// Samples at which each output was not measured.
+    pub missing: [usize; OUTPUTS],
 }
 
 impl Tally {
     /// Adds another tally.
     pub fn add(&mut self, other: &Self) {
         (0..OUTPUTS).for_each(|j| self.squares[j] += other.squares[j]);
+        (0..OUTPUTS).for_each(|j| self.missing[j] += other.missing[j]);
         self.count += other.count;
     }
 
-    /// Gap of one signal: RMS over samples.
+    /// Gap of one signal: RMS over the samples at which it was measured.
     pub fn signal(&self, output: usize) -> f64 {
-        (self.squares[output] / self.count.max(1) as f64).sqrt()
+        self.mean_square(output).sqrt()
+    }
+
+    fn mean_square(&self, output: usize) -> f64 {
+        self.squares[output] / self.count.saturating_sub(self.missing[output]).max(1) as f64
     }
 
     /// The gap: RMS over the signals.
     pub fn gap(&self) -> f64 {
-        (self.squares.iter().sum::<f64>() / (OUTPUTS * self.count.max(1)) as f64).sqrt()
+        ((0..OUTPUTS).map(|j| self.mean_square(j)).sum::<f64>() / OUTPUTS as f64).sqrt()
     }
 
     /// Sum over tallies.
@@ -123,8 +145,13 @@ pub fn tallies(built: &Built, run: &Run, sigma: &[f64; OUTPUTS]) -> Vec<Tally> {
 pub fn tally(window: &Prediction, run: &Run, sigma: &[f64; OUTPUTS]) -> Tally {
     let mut tally = Tally { count: window.range.len(), ..Tally::default() };
     for (k, predicted) in window.range.clone().zip(&window.outputs) {
+        let sample = &run.samples[k];
         for j in 0..OUTPUTS {
-            let error = (predicted[j] - run.samples[k].outputs[j]) / sigma[j];
+            if !sample.measured[j] {
+                tally.missing[j] += 1;
+                continue;
+            }
+            let error = (predicted[j] - sample.outputs[j]) / sigma[j];
             tally.squares[j] += if error.is_finite() { (error * error).min(1e12) } else { 1e12 };
         }
     }

@@ -45,6 +45,12 @@ fn write(text: &mut String, report: &Report, detail: &Detail) -> std::fmt::Resul
             gap(rest.gap)
         )?;
     }
+    for note in &report.notes {
+        writeln!(text, "- {note}")?;
+    }
+    if !report.notes.is_empty() {
+        writeln!(text)?;
+    }
     writeln!(text, "{:.1} s", report.seconds)
 }
 

@@ -79,23 +79,33 @@ pub fn reduction(calibrated: f64, extended: f64) -> f64 {
     if calibrated > 0.0 { 1.0 - extended / calibrated } else { 0.0 }
 }
 
-/// The prediction file of a run: `t_s, window`, and each output measured and by the three models.
+/// The prediction files of runs, by their names; parts of one recording share one.
 ///
 /// # Errors
 /// Columns that do not fit together.
-pub fn table(run: &Run, predicted: &Predicted) -> Result<Table, RecordingError> {
+pub fn tables(runs: &[Run], predicted: &[Predicted]) -> Result<Vec<(String, Table)>, RecordingError> {
+    let pairs: Vec<(&Run, &Predicted)> = runs.iter().zip(predicted).collect();
+    let parts = pairs.chunk_by(|a, b| a.0.name == b.0.name);
+    parts.map(|parts| Ok((parts[0].0.name.clone(), table(parts)?))).collect()
+}
+
+/// `t_s, window`, and each output measured (empty where it was not) and by the three models.
+fn table(parts: &[(&Run, &Predicted)]) -> Result<Table, RecordingError> {
     let mut columns: Vec<(String, Vec<f64>)> =
         vec![("t_s".into(), Vec::new()), ("window".into(), Vec::new())];
     for output in OUTPUT_NAMES {
         columns.push((output.into(), Vec::new()));
         columns.extend(MODELS.map(|model| (format!("{output}_{model}"), Vec::new())));
     }
-    for w in 0..predicted.windows[0].len() {
+    let windows = parts
+        .iter()
+        .flat_map(|(run, predicted)| (0..predicted.windows[0].len()).map(move |w| (*run, *predicted, w)));
+    for (number, (run, predicted, w)) in windows.enumerate() {
         for (row, k) in predicted.windows[0][w].range.clone().enumerate() {
             columns[0].1.push(run.t_s[k]);
-            columns[1].1.push(w as f64);
+            columns[1].1.push(number as f64);
             for j in 0..OUTPUTS {
-                columns[2 + 4 * j].1.push(run.samples[k].outputs[j]);
+                columns[2 + 4 * j].1.push(run.samples[k].as_measured(j));
                 for m in 0..MODELS.len() {
                     columns[3 + 4 * j + m].1.push(predicted.windows[m][w].outputs[row][j]);
                 }

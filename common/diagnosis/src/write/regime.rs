@@ -41,8 +41,8 @@ fn errors(case: &Case, built: &Built) -> Errors {
     for (r, run) in case.fit.iter().enumerate() {
         for window in open_loop::predict(built, run) {
             for (k, predicted) in window.range.clone().zip(&window.outputs) {
-                let square =
-                    |j: usize| ((predicted[j] - run.samples[k].outputs[j]) / sigma[j]).powi(2).min(1e12);
+                let innovation = run.samples[k].innovation(predicted);
+                let square = |j: usize| (innovation[j] / sigma[j]).powi(2).min(1e12);
                 squares.push(std::array::from_fn(square));
                 from.push((r, k));
             }
@@ -245,7 +245,7 @@ fn by_frequency(case: &Case, calibrated: &Built, extended: &Built) -> HeatGroup 
             for window in open_loop::predict(built, run) {
                 for (j, sums) in sums.iter_mut().enumerate() {
                     let error = |(k, predicted): (usize, &[f64; OUTPUTS])| {
-                        ((predicted[j] - run.samples[k].outputs[j]) / sigma[j]).clamp(-1e6, 1e6)
+                        (-run.samples[k].innovation(predicted)[j] / sigma[j]).clamp(-1e6, 1e6)
                     };
                     let mut rest: Vec<f64> = window.range.clone().zip(&window.outputs).map(error).collect();
                     for band in (0..bands).rev() {

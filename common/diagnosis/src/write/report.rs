@@ -53,10 +53,7 @@ pub(crate) fn report(
             term,
             signals: signals(&fit_totals[1], &fit_totals[2], criteria.report.floor_gap),
             regime: regime.filter(|_| verdict != Verdict::None),
-            runs: fit
-                .iter()
-                .map(|p| RunGap { name: p.name.clone(), gap: Tally::total(&p.tallies[1]).gap() })
-                .collect(),
+            runs: run_gaps(fit),
         },
         candidates: candidates(case, selection, judgement),
         gap: Gap {
@@ -74,7 +71,15 @@ pub(crate) fn report(
         posterior: Vec::new(),
         verdict_set: Vec::new(),
         seconds: 0.0,
+        notes: Vec::new(),
     }
+}
+
+/// Gap of the calibrated model on each recording, whose parts count together.
+fn run_gaps(fit: &[Predicted]) -> Vec<RunGap> {
+    let gap = |parts: &[Predicted]| Tally::total(parts.iter().flat_map(|p| &p.tallies[1])).gap();
+    let parts = fit.chunk_by(|a, b| a.name == b.name);
+    parts.map(|parts| RunGap { name: parts[0].name.clone(), gap: gap(parts) }).collect()
 }
 
 fn signals(calibrated: &Tally, extended: &Tally, [least, most]: [f64; 2]) -> Vec<SignalShare> {

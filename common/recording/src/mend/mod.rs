@@ -53,6 +53,20 @@ pub struct Mended {
     pub parts: Vec<Recording>,
     /// What was done and assumed, in sentences; empty for a recording that needed nothing.
     pub notes: Vec<String>,
+    /// Where the rows stood.
+    pub rows: Rows,
+}
+
+/// The rows of a file by their times.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rows(Vec<(f64, Place)>);
+
+impl Rows {
+    /// Where the row of a time, s, stands in the file: the last one that was not taken later.
+    pub fn place(&self, t_s: f64) -> Place {
+        let later = self.0.partition_point(|(time_s, _)| *time_s <= t_s + 1e-6);
+        self.0.get(later.saturating_sub(1)).map_or(Place::Row(1), |(_, place)| *place)
+    }
 }
 
 impl Recording {
@@ -81,7 +95,9 @@ impl Recording {
             let duration_s = time_s.last().zip(time_s.first()).map_or(0.0, |(last, first)| last - first);
             return Err(RecordingError::new(path, Problem::TooShort { duration_s, minimum_s: 1.0 }));
         }
-        Ok(Mended { parts, notes })
+        let time_s = table.column(&Quantity::Time.column(0, wheelsets)).unwrap_or_default();
+        let rows = Rows(time_s.iter().enumerate().map(|(row, t_s)| (*t_s, table.place(row))).collect());
+        Ok(Mended { parts, notes, rows })
     }
 }
 

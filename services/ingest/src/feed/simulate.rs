@@ -40,7 +40,7 @@ fn rolls(truth: &WagonTruth, radius_m: f64) -> Rolls {
         speed_m_s,
         creepage: ((rim_m_s - truth.row.v_m_s).abs() / speed_m_s.max(0.5)).clamp(0.001, 1.0),
         wetness: match truth.rail {
-            RailClass::Dry => 0.05,
+            RailClass::Dry | RailClass::Undeclared => 0.05,
             RailClass::Wet | RailClass::Low => 0.9,
         },
     }

@@ -63,6 +63,7 @@ pub fn write(findings: &Findings, options: &Options, started: Instant) -> Result
         unexplained: unexplained(findings, extended_gap),
         next_run: words::next_run(findings),
         seconds: started.elapsed().as_secs_f64(),
+        notes: Vec::new(),
     };
     let detail = Detail {
         missing_curve: curve.filter(|_| report.unexplained.is_some()),
