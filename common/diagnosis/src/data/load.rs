@@ -82,17 +82,18 @@ fn read(
     for RunFile { name, path, .. } in runs_in(&folder.join(part))? {
         let mended = Recording::read_mended(&path, &Mending::default())?;
         notes.extend(mended.notes.into_iter().map(|note| format!("{part}/{name}: {note}")));
+        let found_hz = mended.parts.first().map_or(0.0, Recording::sample_rate_hz);
+        let declared_hz = vehicle.sensors.sample_rate_hz;
+        if (found_hz / declared_hz - 1.0).abs() > RATE_TOLERANCE {
+            notes.push(format!(
+                "{part}/{name}: sampled at {found_hz:.2} Hz where the vehicle file says {declared_hz} Hz"
+            ));
+        }
         let rows = mended.rows;
         for recording in mended.parts {
             if recording.wheelsets != vehicle.wheelsets() {
                 let (found, expected) = (recording.wheelsets, vehicle.wheelsets());
                 return Err(CaseError::Wheelsets { path, found, expected });
-            }
-            let (found_hz, declared_hz) = (recording.sample_rate_hz(), vehicle.sensors.sample_rate_hz);
-            if (found_hz / declared_hz - 1.0).abs() > RATE_TOLERANCE {
-                notes.push(format!(
-                    "{part}/{name}: sampled at {found_hz:.2} Hz where the vehicle file says {declared_hz} Hz"
-                ));
             }
             crate::data::units::check(&recording, vehicle).map_err(|source| CaseError::Units {
                 path: path.clone(),
