@@ -73,7 +73,7 @@ fn disagreement(ratio: f64) -> String {
     )
 }
 
-/// Median of rim speed over vehicle speed of a wheelset, where all but a hundredth of the samples are beyond what a rolling
+/// Rim speed over vehicle speed of a wheelset while it rolls, where all but a hundredth of the samples are beyond what a rolling
 /// wheelset can have.
 fn off_ratio(run: &Recording, wheelset: usize, radius_m: f64) -> Option<f64> {
     let pairs = run.v_m_s.iter().zip(&run.wheel_speed_rad_s[wheelset]);
@@ -87,7 +87,10 @@ fn off_ratio(run: &Recording, wheelset: usize, radius_m: f64) -> Option<f64> {
     ratios.sort_by(f64::total_cmp);
     let at = |share: f64| ratios[((ratios.len() - 1) as f64 * share) as usize];
     let (low, high) = (at(ROLLING_SHARE), at(1.0 - ROLLING_SHARE));
-    ((LOCKED..RATIO[0]).contains(&high) || low > RATIO[1]).then(|| at(0.5))
+    match (LOCKED..RATIO[0]).contains(&high) {
+        true => Some(high),
+        false => (low > RATIO[1]).then(|| at(0.5)),
+    }
 }
 
 /// Forces in kN or bar look like brakes that hardly press while the vehicle slows as they rise.
