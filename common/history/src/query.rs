@@ -202,6 +202,27 @@ impl Reader {
         Ok(names)
     }
 
+    /// Start of the oldest block that can answer in steps of this tier, Unix s; data begin within that block. `None` while
+    /// nothing is stored. A coarser tier is computed from the finer ones where it was not written yet.
+    ///
+    /// # Errors
+    /// The database refuses.
+    pub fn stored_from(&self, tier: Tier) -> Result<Option<i64>, HistoryError> {
+        let mut oldest_s: Option<i64> = None;
+        for finer in Tier::ALL.into_iter().filter(|finer| finer.code() <= tier.code()) {
+            let keys = key::all(finer);
+            let first = || -> rusqlite::Result<Option<i64>> {
+                let mut select = self
+                    .connection
+                    .prepare_cached("SELECT min(key) FROM packed_block WHERE key >= ?1 AND key < ?2")?;
+                select.query_row(params![keys.start, keys.end], |row| row.get(0))
+            };
+            let start_s = first().map_err(|source| self.fail(source))?.map(key::start_s);
+            oldest_s = oldest_s.into_iter().chain(start_s).min();
+        }
+        Ok(oldest_s)
+    }
+
     /// Numbers of all wagons of which something is stored, ascending.
     ///
     /// # Errors

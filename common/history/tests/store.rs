@@ -65,6 +65,11 @@ fn what_was_flushed_is_read_at_every_step_before_coarse_blocks_are_complete() {
     let other = reader.query(1, &["mu_b", "none"], START, START + 5, 1).expect("query");
     assert!(other.iter().all(|p| p.cells.iter().all(|cell| cell.mean.is_nan())));
     assert_eq!(reader.wagons().expect("wagons"), [1, 2]);
+    // The first block begins at most its own length before the first figure.
+    for tier in Tier::ALL {
+        let from_s = reader.stored_from(tier).expect("oldest").expect("something is stored");
+        assert!((START - tier.block_s() + 1..=START).contains(&from_s), "{tier:?}: {from_s}");
+    }
 }
 
 #[test]

@@ -46,6 +46,8 @@ pub struct HistoryView {
     pub tier: &'static str,
     /// Up to here everything that arrived is stored, RFC 3339; later data may follow.
     pub written_until: Option<String>,
+    /// From about here on something is stored in such steps, RFC 3339; `null` while nothing is.
+    pub stored_from: Option<String>,
     /// Begin of each step, RFC 3339.
     pub time: Vec<String>,
     /// Begin of each step, Unix s.
@@ -71,9 +73,13 @@ impl History {
         let columns: Vec<&Column> = self.columns().iter().filter(wanted).collect();
         let names: Vec<_> = columns.iter().flat_map(|column| column.stored()).collect();
         let names: Vec<&str> = names.iter().map(|(name, _)| name.as_str()).collect();
-        let points = self.read(|reader| reader.query(wagon, &names, span.from_s, span.to_s, span.step_s))?;
+        let (points, stored_from_s) = self.read(|reader| {
+            let points = reader.query(wagon, &names, span.from_s, span.to_s, span.step_s)?;
+            Ok((points, reader.stored_from(Reader::tier(span.step_s))?))
+        })?;
         let written_until = self.status().written_until_unix_s.map(|unix_s| rfc3339(unix_s * 1_000_000_000));
-        Ok(view(wagon, span, &columns, &points, written_until))
+        let stored_from = stored_from_s.map(|unix_s| rfc3339(unix_s * 1_000_000_000));
+        Ok(view(wagon, span, &columns, &points, [written_until, stored_from]))
     }
 }
 
@@ -82,7 +88,7 @@ fn view(
     span: Span,
     columns: &[&Column],
     points: &[Point],
-    written_until: Option<String>,
+    [written_until, stored_from]: [Option<String>; 2],
 ) -> HistoryView {
     let steps = span.steps();
     let unix_s: Vec<i64> = (0..steps as i64).map(|step| span.from_s + step * span.step_s).collect();
@@ -120,6 +126,7 @@ fn view(
         step_s: span.step_s,
         tier: Reader::tier(span.step_s).word(),
         written_until,
+        stored_from,
         time: unix_s.iter().map(|unix_s| rfc3339(unix_s * 1_000_000_000)).collect(),
         samples: rows.iter().map(|row| row.map_or(0, |row| row.samples)).collect(),
         unix_s,
