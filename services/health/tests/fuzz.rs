@@ -51,7 +51,7 @@ proptest! {
 
     #[test]
     fn no_request_makes_the_service_panic(
-        path in "/(api/v1/)?(wagons|alerts|events|history|history/export|train|docs|live|wagons/1/history|wagons/[0-9a-z%]{0,6}|alerts/[0-9a-z%-]{0,8}(/acknowledge|/silence|/unsilence|/shelve|/unshelve)?)",
+        path in "/(api/v1/)?(wagons|alerts|events|history|history/export|train|docs|live|wagons/1/history|wagons/[0-9a-z%]{0,6}|alerts/[0-9a-z%-]{0,8}(/acknowledge|/unacknowledge|/silence|/unsilence|/shelve|/unshelve)?)",
         query in "((from|to|step|fields|limit|after|grade|state|wagon|kind|format)=[0-9a-zA-Z%:.+,_-]{0,12}&){0,4}",
         post in any::<bool>(),
         body in prop_oneof![

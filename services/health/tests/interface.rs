@@ -193,6 +193,18 @@ async fn an_alert_is_silenced_and_the_old_paths_still_work() {
         let twice = train.ask(Method::POST, &path(end), &json, "{\"by\":\"Ada\"}").await;
         assert!(twice.is_problem(409), "{}", twice.status);
     }
+    let act = |act: &str| format!("/api/v1/alerts/1/{act}");
+    for (act, state, again) in
+        [(act("acknowledge"), "acknowledged", 200), (act("unacknowledge"), "active", 409)]
+    {
+        let alert = train.ask(Method::POST, &act, &json, "{\"by\":\"Ada\"}").await.json();
+        assert_eq!(alert["state"], state, "{act}");
+        assert_eq!(
+            train.ask(Method::POST, &act, &json, "{\"by\":\"Ada\"}").await.status,
+            again,
+            "{act} twice"
+        );
+    }
     assert_eq!(train.get("/api/v1/receivers", &[]).await.body, train.get("/api/v1/delivery", &[]).await.body);
     let api = train.get("/openapi.json", &[]).await.json();
     let old: Vec<&str> = routes(&api)

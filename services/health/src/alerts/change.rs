@@ -33,6 +33,7 @@ impl Alert {
             wagon: 0,
             wheelset: None,
             wagons: Vec::new(),
+            affected: Vec::new(),
             places: Vec::new(),
             grade,
             grade_now: grade,
@@ -58,6 +59,9 @@ impl Alert {
     pub(super) fn show(&mut self, places: Vec<AlertPlace>) {
         let worst = place::worst(&places);
         self.wagons = place::wagons(&places);
+        self.affected.extend(&self.wagons);
+        self.affected.sort_unstable();
+        self.affected.dedup();
         self.wagon = self.wagons.first().copied().unwrap_or(0);
         self.wheelset = worst.filter(|_| self.scope == Scope::Wagon).and_then(|place| place.wheelset);
         self.grade_now = place::grade(&places);
@@ -117,6 +121,10 @@ impl Alert {
     pub(super) fn end(&mut self, change: Change, note: Option<String>, now: Stamp) {
         self.active = false;
         self.grade_now = Grade::Ok;
+        // A cause goes from one wagon after the other; the last one alone would tell the wrong story afterwards.
+        if !self.affected.is_empty() {
+            self.wagons.clone_from(&self.affected);
+        }
         self.cleared_at = Some(rfc3339(now.unix_ns));
         self.unix_ns = now.unix_ns;
         self.note(change, None, note, now);
@@ -129,6 +137,7 @@ impl Alert {
         self.acknowledged = None;
         self.times += 1;
         self.unix_ns = now.unix_ns;
+        self.affected.clear();
         self.show(places);
         self.grade = self.grade.max(self.grade_now);
         self.note(Change::Returned, None, None, now);

@@ -110,6 +110,8 @@ pub enum Change {
     Returned,
     /// Somebody took notice.
     Acknowledged,
+    /// Somebody took the acknowledgement back.
+    Unacknowledged,
     /// Silenced for a time.
     #[serde(alias = "shelved")]
     Silenced,
@@ -133,6 +135,7 @@ impl Change {
             Self::Spread => "spread",
             Self::Returned => "returned",
             Self::Acknowledged => "acknowledged",
+            Self::Unacknowledged => "unacknowledged",
             Self::Silenced => "silenced",
             Self::Unsilenced => "unsilenced",
             Self::Cleared => "cleared",
@@ -175,8 +178,11 @@ pub struct Alert {
     pub wagon: u32,
     /// The wheelset, 1 leading; `null` for the whole wagon.
     pub wheelset: Option<u32>,
-    /// All wagons that show it now, front first; when it is over, those that did.
+    /// All wagons that show it now, front first; when it is over, every wagon that did at some time.
     pub wagons: Vec<u32>,
+    /// Every wagon that has shown it since its cause last came, front first.
+    #[serde(default)]
+    pub affected: Vec<u32>,
     /// Each place that shows it now; when it is over, those that did last.
     pub places: Vec<AlertPlace>,
     /// How bad it was at its worst.
@@ -223,7 +229,7 @@ pub struct AlertList {
     pub next: Option<String>,
 }
 
-/// Somebody acknowledges an alert, or ends its silence.
+/// Somebody acknowledges an alert, takes that back, or ends its silence.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AcknowledgeRequest {

@@ -1,4 +1,4 @@
-//! Operator actions: people acknowledge an alert, silence it for a time, or end that silence.
+//! Operator actions: people acknowledge an alert, take that back, silence it for a time, or end that silence.
 
 use super::book::AlertBook;
 use crate::alerts::model::{AcknowledgeRequest, Acknowledgement, Alert, Change, Silence, SilenceRequest};
@@ -17,6 +17,9 @@ pub enum Refusal {
     /// It is not silenced.
     #[error("alert {0} is not silenced")]
     NotSilenced(u64),
+    /// It is not acknowledged.
+    #[error("alert {0} is not acknowledged")]
+    NotAcknowledged(u64),
     /// The request makes no sense.
     #[error("{0}")]
     Invalid(String),
@@ -39,6 +42,25 @@ impl AlertBook {
             alert.acknowledged =
                 Some(Acknowledgement { by: by.clone(), at: rfc3339(now.unix_ns), note: note.clone() });
             alert.note(Change::Acknowledged, Some(&by), note, now);
+            Ok(())
+        })
+    }
+
+    /// Somebody takes an acknowledgement back, for example one that was given to the wrong alert.
+    ///
+    /// # Errors
+    /// As [`Self::acknowledge`], and an alert that is not acknowledged.
+    pub fn unacknowledge(
+        &mut self,
+        id: u64,
+        request: AcknowledgeRequest,
+        now: Stamp,
+    ) -> Result<Alert, Refusal> {
+        let by = sane("by", &request.by, 100)?;
+        let note = request.note.map(|note| sane("note", &note, 500)).transpose()?;
+        self.change(id, Change::Unacknowledged, now, |alert| {
+            alert.acknowledged.take().ok_or(Refusal::NotAcknowledged(id))?;
+            alert.note(Change::Unacknowledged, Some(&by), note, now);
             Ok(())
         })
     }

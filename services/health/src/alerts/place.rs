@@ -3,9 +3,9 @@
 use super::model::{AlertPlace, Scope};
 use crate::api::grade::Grade;
 
-/// The worst place; among equals the first.
+/// The worst place; among equals one that names its wheelset, as that says where to look, then the first.
 pub(super) fn worst(places: &[AlertPlace]) -> Option<&AlertPlace> {
-    places.iter().rev().max_by_key(|place| place.grade)
+    places.iter().rev().max_by_key(|place| (place.grade, place.wheelset.is_some()))
 }
 
 /// What happens, in words.

@@ -1,4 +1,4 @@
-//! Requests about alerts: look, acknowledge, silence, end a silence.
+//! Requests about alerts: look, acknowledge, take that back, silence, end a silence.
 
 use super::model::{AcknowledgeRequest, Alert, AlertList, AlertState, SilenceRequest};
 use super::operator::Refusal;
@@ -21,7 +21,7 @@ impl From<Refusal> for Problem {
     fn from(refusal: Refusal) -> Self {
         let status = match refusal {
             Refusal::Unknown(_) => StatusCode::NOT_FOUND,
-            Refusal::Over(_) | Refusal::NotSilenced(_) => StatusCode::CONFLICT,
+            Refusal::Over(_) | Refusal::NotSilenced(_) | Refusal::NotAcknowledged(_) => StatusCode::CONFLICT,
             Refusal::Invalid(_) => StatusCode::UNPROCESSABLE_ENTITY,
         };
         Self::new(status, refusal.to_string())
@@ -103,7 +103,7 @@ enum Changed {
     /// There is no such alert
     #[response(status = 404)]
     Unknown,
-    /// It is over, or not silenced
+    /// It is over, or not silenced or acknowledged, where that is to be taken back
     #[response(status = 409)]
     Over,
     /// The body is too large
@@ -130,6 +130,21 @@ pub(crate) async fn acknowledge(
     let (id, request) = (number(&id)?, parse::<AcknowledgeRequest>(&body)?);
     let now = shared.now();
     change(&shared, move |snapshot| snapshot.book.lock().acknowledge(id, request, now)).await
+}
+
+/// Takes an acknowledgement back: the alert asks for attention again.
+#[utoipa::path(post, path = "/api/v1/alerts/{id}/unacknowledge", tag = "alerts",
+    params(("id" = u64, Path, minimum = 1, description = "Number of the alert")),
+    request_body = AcknowledgeRequest,
+    responses(Changed))]
+pub(crate) async fn unacknowledge(
+    State(shared): State<Shared>,
+    Path(id): Path<String>,
+    body: Bytes,
+) -> Result<Json<Alert>, Problem> {
+    let (id, request) = (number(&id)?, parse::<AcknowledgeRequest>(&body)?);
+    let now = shared.now();
+    change(&shared, move |snapshot| snapshot.book.lock().unacknowledge(id, request, now)).await
 }
 
 /// Silences an alert for a time; it comes back when the time is over or when it becomes worse.

@@ -181,6 +181,25 @@ fn many_wagons_with_one_fault_become_one_alert_and_few_stay_apart() {
 }
 
 #[test]
+fn an_alert_that_is_over_names_every_wagon_that_showed_it() {
+    let mut book = book();
+    let rail = |wagons: std::ops::RangeInclusive<u32>, grade| -> Vec<(Symptom, Grade)> {
+        wagons.map(|wagon| (symptom(wagon, None, "rail"), grade)).collect()
+    };
+    play(&mut book, 0.0, 5.0, &rail(1..=8, Grade::Watch));
+    // The low stretch ends for one wagon after the other.
+    for wagon in 1..=8 {
+        let from_s = 5.0 * f64::from(wagon);
+        let now = [rail(1..=wagon, Grade::Ok), rail(wagon + 1..=8, Grade::Watch)].concat();
+        play(&mut book, from_s, from_s + 5.0, &now);
+    }
+    play(&mut book, 45.0, 70.0, &rail(1..=8, Grade::Ok));
+    let alert = book.get(1).unwrap();
+    assert_eq!(alert.state, AlertState::Cleared);
+    assert_eq!(alert.wagons, [1, 2, 3, 4, 5, 6, 7, 8], "not the last one alone");
+}
+
+#[test]
 fn people_acknowledge_and_silence_and_worse_comes_back() {
     let mut book = book();
     play(&mut book, 0.0, 4.0, &one(Grade::Watch));
@@ -188,6 +207,11 @@ fn people_acknowledge_and_silence_and_worse_comes_back() {
     assert_eq!(book.acknowledge(7, who("Ada"), at(4.0)), Err(Refusal::Unknown(7)));
     assert!(matches!(book.acknowledge(1, who(" "), at(4.0)), Err(Refusal::Invalid(_))));
     assert_eq!(book.acknowledge(1, who("Ada"), at(4.0)).unwrap().state, AlertState::Acknowledged);
+    // Given to the wrong alert, it is taken back; twice makes no sense.
+    let back = book.unacknowledge(1, who("Ada"), at(4.2)).unwrap();
+    assert_eq!((back.state, back.acknowledged), (AlertState::Active, None));
+    assert_eq!(book.unacknowledge(1, who("Ada"), at(4.3)), Err(Refusal::NotAcknowledged(1)));
+    assert_eq!(book.acknowledge(1, who("Ada"), at(4.4)).unwrap().state, AlertState::Acknowledged);
     let silence =
         |duration_s| SilenceRequest { by: "Ada".to_owned(), why: "pads ordered".to_owned(), duration_s };
     assert!(matches!(book.silence(1, silence(1.0), at(5.0)), Err(Refusal::Invalid(_))));
