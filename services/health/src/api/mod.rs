@@ -10,6 +10,7 @@ pub(crate) mod answer;
 pub mod capability;
 pub mod checks;
 mod docs;
+mod docs_page;
 pub mod figure;
 pub mod figures;
 pub mod grade;

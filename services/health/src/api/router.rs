@@ -3,7 +3,7 @@
 use crate::api::answer::as_json;
 use crate::api::figure::Figure;
 use crate::api::problem::Problem;
-use crate::api::{adhesion_map, capability, checks, docs, metrics, stream, train, trends, wagons};
+use crate::api::{adhesion_map, capability, checks, docs, docs_page, metrics, stream, train, trends, wagons};
 use crate::shared::Shared;
 use crate::{alerts, history, notes, page, web};
 use axum::extract::State;
@@ -44,6 +44,7 @@ pub fn router(shared: Shared) -> axum::Router {
         .routes(routes!(alerts::routes::alerts))
         .routes(routes!(alerts::routes::alert))
         .routes(routes!(alerts::routes::acknowledge))
+        .routes(routes!(alerts::routes::unacknowledge))
         .routes(routes!(alerts::routes::silence))
         .routes(routes!(alerts::routes::unsilence))
         .routes(routes!(alerts::routes::shelve))
@@ -57,8 +58,8 @@ pub fn router(shared: Shared) -> axum::Router {
     let _ = shared.openapi().set(docs::describe(&api, &shared.fields(), shared.table()).into());
     let router = router
         .merge(page::routes())
-        .route("/docs", axum::routing::get(docs::page))
-        .route("/docs.css", axum::routing::get(docs::style))
+        .route("/docs", axum::routing::get(docs_page::page))
+        .route("/docs.css", axum::routing::get(docs_page::style))
         .method_not_allowed_fallback(wrong_method)
         .fallback(nowhere)
         .with_state(shared);
