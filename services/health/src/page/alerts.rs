@@ -1,7 +1,7 @@
 //! Alerts: what happens where since when, what to do about it, and the buttons to acknowledge or silence it.
 
 use super::kind::Part;
-use super::words::{capital, chip, instant, plain};
+use super::words::{capital, chip, instant, named};
 use crate::alerts::model::Alert;
 use crate::alerts::model::{AlertEvent, AlertState, Scope};
 use crate::alerts::notify::ReceiverView;
@@ -74,14 +74,20 @@ pub(super) fn todo(snapshot: &Snapshot) -> Markup {
     }
 }
 
-/// The alerts of one wagon.
+/// The alerts of one wagon; those that have ended are folded.
 pub(super) fn of_wagon(snapshot: &Snapshot, wagon: u32) -> Markup {
-    let all = snapshot.alerts.alerts.iter();
-    let own: Vec<&Alert> = all.filter(|alert| alert.wagons.contains(&wagon)).take(OVER_SHOWN).collect();
+    let own = snapshot.alerts.alerts.iter().filter(|alert| alert.wagons.contains(&wagon));
+    let (open, over): (Vec<&Alert>, Vec<&Alert>) = own.partition(|alert| alert.active);
     html! {
         div #wagon-alerts {
-            @if own.is_empty() { p .calm { "This wagon has no alerts." } }
-            (list(&own))
+            @if open.is_empty() { p .calm { "This wagon has no alerts." } }
+            (list(&open))
+            @if !over.is_empty() {
+                details .fold #wagon-over {
+                    summary { b { (over.len()) @if over.len() == 1 { " ended alert" } @else { " ended alerts" } } }
+                    (list(&over[..over.len().min(OVER_SHOWN)]))
+                }
+            }
         }
     }
 }
@@ -120,21 +126,28 @@ fn entry(alert: &Alert) -> Markup {
         li id={ "alert-" (alert.id) } class=(class) data-alert=(alert.id) {
             div .line {
                 (chip(grade))
-                a .where href={ "/wagons/" (alert.wagon) } { (place(alert)) }
-                span .cause { (plain(&alert.cause)) }
+                a .where href=(home(alert)) { (place(alert)) }
+                span .cause { (named(&alert.cause)) }
                 span .since { (since(alert)) }
             }
             p .reason { (capital(&alert.reason)) }
             p .advice { b { "Do: " } (alert.advice) }
             (taken(alert))
-            div .acts { (buttons(alert)) (more(alert)) }
+            div .acts { (buttons(alert)) }
+            (more(alert))
         }
     }
 }
 
-/// Where it is: `Wagon 3, wheelset 2` or `Wagons 1–8`.
+/// The page of the wagon, or of the train where no wagon is named.
+fn home(alert: &Alert) -> String {
+    if alert.wagon == 0 { "/".to_owned() } else { format!("/wagons/{}", alert.wagon) }
+}
+
+/// Where it is: `Wagon 3, wheelset 2`, `Wagons 1–8`, or `Whole train` where no wagon is named.
 fn place(alert: &Alert) -> String {
     match alert.scope {
+        Scope::Train if alert.wagons.iter().all(|wagon| *wagon == 0) => "Whole train".to_owned(),
         Scope::Train if alert.wagons.len() > 1 => format!("Wagons {}", ranges(&alert.wagons)),
         _ => {
             let wheelset = alert.wheelset.map_or_else(String::new, |number| format!(", wheelset {number}"));
@@ -187,11 +200,11 @@ fn taken(alert: &Alert) -> Markup {
 fn buttons(alert: &Alert) -> Markup {
     let acts: &[(&str, &str)] = match alert.state {
         AlertState::Active => &[("acknowledge", "Acknowledge"), ("silence", "Silence")],
-        AlertState::Acknowledged => &[("silence", "Silence")],
+        AlertState::Acknowledged => &[("unacknowledge", "Take back"), ("silence", "Silence")],
         AlertState::Silenced => &[("unsilence", "End silence")],
         AlertState::Cleared => &[],
     };
-    let about = format!("alert {}: {}, {}", alert.id, place(alert), plain(&alert.cause));
+    let about = format!("alert {}: {}, {}", alert.id, place(alert), named(&alert.cause));
     html! {
         @for (act, word) in acts {
             button type="button" data-act=(act) data-alert=(alert.id) aria-label={ (word) " " (about) } { (word) }
@@ -208,19 +221,27 @@ fn more(alert: &Alert) -> Markup {
                 @for place in &alert.places {
                     li {
                         (chip(place.grade)) " "
-                        a href={ "/wagons/" (place.wagon) } { "Wagon " (place.wagon) @if let Some(set) = place.wheelset { ", wheelset " (set) } }
-                        ": " (plain(&place.indicator)) ": " (place.reason)
+                        @if place.wagon > 0 {
+                            a href={ "/wagons/" (place.wagon) } { "Wagon " (place.wagon) @if let Some(set) = place.wheelset { ", wheelset " (set) } } ": "
+                        }
+                        (named(&place.indicator)) ": " (place.reason)
                     }
                 }
             }
             ul .course { @for event in &alert.history { (line(event)) } }
             p {
-                a href={ "/wagons/" (alert.wagon) "#trends" } { "Trends of the wagon" } ", "
-                a href=(alert.evidence.history) { "figures of that time" }
+                @if let Some(chart) = chart_of_that_time(alert) { a href=(chart) { "Charts of that time" } }
                 @if let Some(recording) = &alert.evidence.recording { ", recording " code { (recording) } }
             }
         }
     }
+}
+
+/// The charts of its wagon around the time at which it was raised.
+fn chart_of_that_time(alert: &Alert) -> Option<String> {
+    // The evidence is a request for figures: its wagon and its ends are those of the view.
+    let (wagon, ends) = alert.evidence.history.strip_prefix("/api/v1/wagons/")?.split_once("/history?")?;
+    Some(format!("/wagons/{wagon}?{ends}#trends"))
 }
 
 fn line(event: &AlertEvent) -> Markup {

@@ -15,24 +15,49 @@ struct Asset {
 }
 
 macro_rules! asset {
-    ($name:literal, $kind:literal, $file:literal) => {
-        Asset { name: $name, kind: $kind, text: include_str!(concat!("assets/", $file)) }
+    ($name:literal, $kind:literal, $($file:literal),+) => {
+        Asset { name: $name, kind: $kind, text: concat!($(include_str!(concat!("assets/", $file)), "\n"),+) }
     };
 }
 
-static ASSETS: [Asset; 12] = [
-    asset!("base.css", "text/css; charset=utf-8", "base.css"),
-    asset!("parts.css", "text/css; charset=utf-8", "parts.css"),
+/// Files that a page needs together come as one, so that a page on a slow line asks for few.
+static ASSETS: [Asset; 9] = [
+    asset!(
+        "style.css",
+        "text/css; charset=utf-8",
+        "base.css",
+        "parts.css",
+        "tables.css",
+        "charts.css",
+        "print.css",
+        "vendor/uPlot.min.css"
+    ),
     asset!("theme.js", "text/javascript; charset=utf-8", "theme.js"),
-    asset!("live.js", "text/javascript; charset=utf-8", "live.js"),
-    asset!("acts.js", "text/javascript; charset=utf-8", "acts.js"),
-    asset!("charts.js", "text/javascript; charset=utf-8", "charts.js"),
-    asset!("trends.js", "text/javascript; charset=utf-8", "trends.js"),
-    asset!("notes.js", "text/javascript; charset=utf-8", "notes.js"),
-    asset!("map.js", "text/javascript; charset=utf-8", "map.js"),
-    asset!("icon.svg", "image/svg+xml", "icon.svg"),
+    asset!(
+        "page.js",
+        "text/javascript; charset=utf-8",
+        "words.js",
+        "clock.js",
+        "live.js",
+        "acts.js",
+        "table.js",
+        "map.js"
+    ),
+    asset!(
+        "charts.js",
+        "text/javascript; charset=utf-8",
+        "plot.js",
+        "charts.js",
+        "view.js",
+        "trends.js",
+        "wagon.js",
+        "notes.js"
+    ),
     asset!("uPlot.iife.min.js", "text/javascript; charset=utf-8", "vendor/uPlot.iife.min.js"),
-    asset!("uPlot.min.css", "text/css; charset=utf-8", "vendor/uPlot.min.css"),
+    asset!("grades.svg", "image/svg+xml", "grades.svg"),
+    asset!("icon.svg", "image/svg+xml", "icon.svg"),
+    asset!("icon-watch.svg", "image/svg+xml", "icon-watch.svg"),
+    asset!("icon-act.svg", "image/svg+xml", "icon-act.svg"),
 ];
 
 /// Changes whenever a file does, so that browsers may keep them for as long as they like.

@@ -26,8 +26,8 @@ pub(super) fn document(
 ) -> Markup {
     html! {
         (DOCTYPE)
-        html lang="en" data-page=(page.key()) {
-            (head(&format!("{title} – {} – railgrip", snapshot.train.name)))
+        html lang="en" data-page=(page.key()) data-train=(snapshot.train.name) {
+            (head(page, title, snapshot))
             body {
                 a .skip href="#main" { "Skip to the content" }
                 (header(page, shared, snapshot))
@@ -53,22 +53,39 @@ pub(super) fn nowhere(shared: &Shared, snapshot: &Snapshot, id: &str) -> Markup 
     document(Page::Train, "No such wagon", shared, snapshot, &body)
 }
 
-fn head(title: &str) -> Markup {
+/// The tab shows the alarms, too: their number in its title, the worst of them as its icon.
+fn head(page: Page, title: &str, snapshot: &Snapshot) -> Markup {
+    let counts = snapshot.train.alerts;
+    let alarms = counts.act + counts.watch;
+    let icon = match alert_grade(snapshot) {
+        Grade::Act => "icon-act.svg",
+        Grade::Watch => "icon-watch.svg",
+        Grade::Ok | Grade::Unknown => "icon.svg",
+    };
     html! {
         head {
             meta charset="utf-8";
             meta name="viewport" content="width=device-width, initial-scale=1";
             meta name="color-scheme" content="light dark";
-            title { (title) }
-            link rel="icon" type="image/svg+xml" href=(path("icon.svg"));
-            link rel="stylesheet" href=(path("uPlot.min.css"));
-            link rel="stylesheet" href=(path("base.css"));
-            link rel="stylesheet" href=(path("parts.css"));
+            title { @if alarms > 0 { "(" (alarms) ") " } (title) " – " (snapshot.train.name) " – railgrip" }
+            link #icon rel="icon" type="image/svg+xml" href=(path(icon)) data-ok=(path("icon.svg"))
+                data-watch=(path("icon-watch.svg")) data-act=(path("icon-act.svg"));
+            link rel="stylesheet" href=(path("style.css"));
             script src=(path("theme.js")) {}
-            @for script in ["live.js", "acts.js", "uPlot.iife.min.js", "charts.js", "trends.js", "map.js", "notes.js"] {
-                script src=(path(script)) defer {}
+            script src=(path("page.js")) defer {}
+            @if matches!(page, Page::Wagon(_)) {
+                @for script in ["uPlot.iife.min.js", "charts.js"] { script src=(path(script)) defer {} }
             }
         }
+    }
+}
+
+/// The grade of the worst alert.
+fn alert_grade(snapshot: &Snapshot) -> Grade {
+    match (snapshot.train.alerts.act, snapshot.train.alerts.watch) {
+        (1.., _) => Grade::Act,
+        (0, 1..) => Grade::Watch,
+        (0, 0) => Grade::Ok,
     }
 }
 
@@ -97,13 +114,8 @@ fn header(page: Page, shared: &Shared, snapshot: &Snapshot) -> Markup {
 /// How many alerts are active, as a badge.
 fn alert_count(snapshot: &Snapshot) -> Markup {
     let counts = snapshot.train.alerts;
-    let grade = match (counts.act, counts.watch) {
-        (1.., _) => Grade::Act,
-        (0, 1..) => Grade::Watch,
-        (0, 0) => Grade::Ok,
-    };
     html! {
-        span #alert-count class={ "badge g-" (grade.word()) } {
+        span #alert-count class={ "badge g-" (alert_grade(snapshot).word()) } data-act=(counts.act) data-watch=(counts.watch) {
             (counts.act + counts.watch)
             span .unseen { " active: " (counts.act) " act, " (counts.watch) " watch" }
         }
@@ -145,7 +157,7 @@ fn footer(shared: &Shared, snapshot: &Snapshot) -> Markup {
             }
             nav aria-label="Data" {
                 a href="/api/v1/train" { "train" } a href="/api/v1/wagons" { "wagons" } a href="/api/v1/alerts" { "alerts" }
-                a href="/metrics" { "metrics" } a href="/openapi.json" { "OpenAPI" }
+                a href="/metrics" { "metrics" } a href="/docs" { "interface" }
             }
             @if snapshot.taken.age_s(shared.now().monotonic_ns) > STUCK_S { p { "The service has stopped updating its data." } }
         }

@@ -14,13 +14,16 @@ mod assets;
 mod bar;
 mod compose;
 mod frame;
+mod indicators;
 mod kind;
 mod live;
 mod meaning;
 mod notes;
 mod outlook;
+mod paper;
 mod stopping;
 mod train;
+mod trends;
 mod wagon;
 mod words;
 
@@ -35,6 +38,11 @@ use kind::Page;
 /// Only what this service itself serves; nothing inline.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; \
                       manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// Where the style of all pages is, for pages that are made elsewhere.
+pub(crate) fn style_sheet() -> String {
+    assets::path("style.css")
+}
 
 /// The pages and what they load.
 pub(crate) fn routes() -> Router<Shared> {

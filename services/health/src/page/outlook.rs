@@ -39,21 +39,43 @@ pub(super) fn placeholder() -> Markup {
 
 fn table(trends: &[TrendView]) -> Markup {
     let known: Vec<&TrendView> = trends.iter().filter(|trend| trend.level.is_some()).collect();
+    let moves = |trend: &&TrendView| matches!(trend.verdict, Verdict::Rising | Verdict::Falling);
+    // What moves towards a limit comes first, the nearest first; what does not move is only named.
+    let (mut moving, still): (Vec<&TrendView>, Vec<&TrendView>) =
+        known.iter().partition(|trend| moves(trend));
+    let days = |trend: &TrendView| trend.remaining_days.unwrap_or(f64::INFINITY);
+    moving.sort_by(|a, b| days(a).total_cmp(&days(b)));
     html! {
         div #outlook {
             @if known.is_empty() {
                 p .calm { "There is too little history for a trend yet: at least eight points over one hour are needed." }
-            } @else {
+            }
+            @if !moving.is_empty() {
                 table .outlook {
-                    thead { tr {
-                        th scope="col" { "Indicator" } th scope="col" { "Trend" } th scope="col" .num { "Level" }
-                        th scope="col" .num { "Change a day" } th scope="col" { "95 % interval" }
-                        th scope="col" .num { "Limit" } th scope="col" { "Time left" } th scope="col" { "Based on" }
-                    } }
-                    tbody { @for trend in known { (line(trend)) } }
+                    (head())
+                    tbody { @for trend in moving { (line(trend)) } }
+                }
+            }
+            @if !still.is_empty() {
+                details #fold-still .fold {
+                    summary {
+                        b { (still.len()) " with no trend" }
+                        span .names { (still.iter().map(|trend| name(&trend.indicator)).collect::<Vec<_>>().join("; ")) }
+                    }
+                    table .outlook { (head()) tbody { @for trend in still { (line(trend)) } } }
                 }
             }
         }
+    }
+}
+
+fn head() -> Markup {
+    html! {
+        thead { tr {
+            th scope="col" { "Indicator" } th scope="col" { "Trend" } th scope="col" .num { "Level" }
+            th scope="col" .num { "Change a day" } th scope="col" { "95 % interval" }
+            th scope="col" .num { "Limit" } th scope="col" { "Time left" } th scope="col" { "Based on" }
+        } }
     }
 }
 
@@ -99,10 +121,10 @@ fn signed(form: Form, value: f64) -> String {
     if value > 0.0 { format!("+{text}") } else { text }
 }
 
-/// `wheelset_1.brake_friction` as `Brake friction, wheelset 1`.
+/// `wheelset_1.brake_friction` as `Pad friction, wheelset 1`.
 fn name(field: &str) -> String {
     let (spec, wheelset) = indicator(field);
-    let name = capital(&spec.map_or_else(|| plain(field), IndicatorSpec::words));
+    let name = spec.map_or_else(|| capital(&plain(field)), |spec| spec.meaning.name.to_owned());
     wheelset.map_or_else(|| name.clone(), |number| format!("{name}, wheelset {number}"))
 }
 
@@ -174,6 +196,6 @@ mod tests {
         let mut away = trend(Verdict::Rising, [None; 3]);
         away.limit = Some(0.49);
         assert_eq!(time_left(&away), "moving away from the limit");
-        assert_eq!(name("wheelset_2.brake_friction"), "Brake friction, wheelset 2");
+        assert_eq!(name("wheelset_2.brake_friction"), "Pad friction, wheelset 2");
     }
 }

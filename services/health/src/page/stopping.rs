@@ -1,5 +1,6 @@
 //! The train as a whole: stopping distance now against nominal, the wagons that lack force, and where the rail is low.
 
+use super::assets::path;
 use super::bar::bar;
 use super::kind::Part;
 use super::words::{age, capital, chip, number};
@@ -46,9 +47,14 @@ pub(super) fn map_card(shared: &Shared, snapshot: &Snapshot) -> Markup {
                 a href="/indicators#map" { "where this comes from" }
             }
             (stretches(&snapshot.whole.map, since_s(shared, snapshot)))
-            div #map .map {}
+            div #map .map data-scripts=(scripts()) {}
         }
     }
+}
+
+/// What draws the map: fetched only once there is something to draw, as it is most of what the page weighs.
+fn scripts() -> String {
+    ["uPlot.iife.min.js", "charts.js"].map(path).join(" ")
 }
 
 /// Age of the snapshot, so that ages on the map go on while the service is stuck.

@@ -1,8 +1,8 @@
-//! The train: verdict, drawing, what to do, and a table of all wagons.
+//! The train: verdict, drawing, what to do, a table of all wagons with what is wrong first, stopping distances and the rail.
 
 use super::kind::Part;
-use super::words::{NOTHING, Written, capital, chip, condition, data_age, icon, maybe, number};
-use super::{alerts, stopping};
+use super::words::{Written, age, capital, chip, condition, data_age, icon, maybe};
+use super::{alerts, paper, stopping};
 use crate::api::grade::{DataState, Grade};
 use crate::api::train::model::TrainView;
 use crate::api::wagons::model::{WagonRow, WagonView, WheelsetView};
@@ -35,20 +35,23 @@ pub(super) fn body(shared: &Shared, snapshot: &Snapshot) -> Markup {
             div .heading { h2 #h-train { "Wagons" } (legend()) }
             (drawing(snapshot, None))
         }
-        div .columns {
-            div .stack {
-                section .card aria-labelledby="h-todo" {
-                    div .heading { h2 #h-todo { "What to do" } a href="/alerts" { "all alerts" } }
-                    (alerts::todo(snapshot))
-                }
-                (stopping::stop_card(snapshot))
+        div .columns.first {
+            section .card aria-labelledby="h-todo" {
+                div .heading { h2 #h-todo { "What to do" } a href="/alerts" { "all alerts" } }
+                (alerts::todo(snapshot))
             }
-            (stopping::map_card(shared, snapshot))
+            div .stack {
+                section .card.all aria-labelledby="h-all" {
+                    div .heading { h2 #h-all { "All wagons" } (filter()) }
+                    (table(snapshot))
+                }
+                div .columns {
+                    (stopping::stop_card(snapshot))
+                    (stopping::map_card(shared, snapshot))
+                }
+            }
         }
-        section .card aria-labelledby="h-all" {
-            div .heading { h2 #h-all { "All wagons" } }
-            (table(snapshot))
-        }
+        (paper::lines())
     }
 }
 
@@ -103,7 +106,12 @@ fn legend() -> Markup {
     html! {
         p .legend {
             "Wagon 1 is at the front. "
-            @for grade in [Grade::Ok, Grade::Watch, Grade::Act, Grade::Unknown] { (chip(grade)) " " }
+            @for grade in [Grade::Act, Grade::Watch, Grade::Unknown, Grade::Ok] { (chip(grade)) " " }
+            span .sample { "Wheelsets: " }
+            @for (grade, words) in [(Grade::Ok, "well"), (Grade::Watch, "watch"), (Grade::Act, "act"), (Grade::Unknown, "unknown")] {
+                span .sample { i class={ "axle g-" (grade.word()) } {} " " (words) }
+            }
+            span .sample { i .axle.g-ok.slides {} " slides now" }
         }
     }
 }
@@ -121,39 +129,41 @@ pub(super) fn drawing(snapshot: &Snapshot, current: Option<u32>) -> Markup {
 /// The wagons of the drawing.
 pub(super) fn tiles(snapshot: &Snapshot, current: Option<u32>) -> Vec<Part> {
     let pairs = snapshot.rows.iter().zip(&snapshot.wagons);
-    pairs.map(|(row, wagon)| Part::new(format!("w-{}", row.id), tile(row, wagon, current))).collect()
+    let small = snapshot.rows.len() > ROOMY;
+    pairs.map(|(row, wagon)| Part::new(format!("w-{}", row.id), tile(row, wagon, current, small))).collect()
 }
 
-fn tile(row: &WagonRow, wagon: &WagonView, current: Option<u32>) -> Markup {
+fn tile(row: &WagonRow, wagon: &WagonView, current: Option<u32>, small: bool) -> Markup {
     let is_current = (current == Some(row.id)).then_some("page");
     let word = match row.state {
         DataState::Live => row.grade.word(),
         state => state.word(),
     };
-    let axles = wagon.wheelsets.iter();
+    let about_axles: Vec<String> = wagon.wheelsets.iter().filter_map(about_axle).collect();
+    let spoken = [format!("{} {word}", row.id), about_axles.join(", ")];
+    let spoken = spoken.iter().filter(|part| !part.is_empty()).cloned().collect::<Vec<_>>().join(", ");
     html! {
-        li id={ "w-" (row.id) } {
-            a href={ "/wagons/" (row.id) } class={ "wagon g-" (row.grade.word()) " s-" (row.state.word()) }
-                aria-current=[is_current] {
-                span .coach {
-                    span .no { span .unseen { "Wagon " } (row.id) }
-                    span .word { (icon(row.grade)) (word) }
-                    span .more { (about(row)) }
-                }
-                span .gear {
-                    @for axle in axles {
-                        @let grade = worst(axle);
-                        @let sliding = axle.now.as_ref().is_some_and(|now| now.sliding || now.wsp_active);
-                        span class={ "axle g-" (grade.word()) @if sliding { " slides" } } {
-                            span .unseen {
-                                ", wheelset " (axle.id) " " (grade.word()) @if sliding { ", slides now" }
-                            }
-                        }
-                    }
-                }
+        li id={ "w-" (row.id) } class={ "g-" (row.grade.word()) " s-" (row.state.word()) } {
+            a .coach href={ "/wagons/" (row.id) } aria-current=[is_current] aria-label={ "Wagon " (spoken) } {
+                (row.id) " " span .word { (word) }
+                @if current.is_none() && !small { span .more { (about(row)) } }
+            }
+            @for axle in &wagon.wheelsets {
+                i class={ "axle g-" (worst(axle).word()) @if slides(axle) { " slides" } } {}
             }
         }
     }
+}
+
+/// What is worth saying of a wheelset: that it slides, or that it is not well.
+fn about_axle(axle: &WheelsetView) -> Option<String> {
+    let grade = Some(worst(axle)).filter(|grade| *grade >= Grade::Watch).map(Grade::word);
+    let said: Vec<&str> = grade.into_iter().chain(slides(axle).then_some("slides now")).collect();
+    (!said.is_empty()).then(|| format!("wheelset {} {}", axle.id, said.join(" and ")))
+}
+
+fn slides(axle: &WheelsetView) -> bool {
+    axle.now.as_ref().is_some_and(|now| now.sliding || now.wsp_active)
 }
 
 /// The worst grade of what shows on one axle: its pads and its slides.
@@ -174,25 +184,51 @@ fn about(row: &WagonRow) -> Markup {
     }
 }
 
+/// Columns of the table, and whether they hold figures.
+const COLUMNS: [(&str, bool); 9] = [
+    ("Wagon", false),
+    ("Grade", false),
+    ("Pad friction", true),
+    ("Front − rear", true),
+    ("Rail", false),
+    ("Adhesion used", true),
+    ("Adhesion available", true),
+    ("Data age", true),
+    ("Why", false),
+];
+
+/// Worst first; what is well comes in a body of its own, which the script folds.
 fn table(snapshot: &Snapshot) -> Markup {
+    let mut all: Vec<(&WagonRow, &WagonView)> = snapshot.rows.iter().zip(&snapshot.wagons).collect();
+    // What is unknown comes behind what is wrong, and before what is well.
+    let rank = |grade| match grade {
+        Grade::Act => 0,
+        Grade::Watch => 1,
+        Grade::Unknown => 2,
+        Grade::Ok => 3,
+    };
+    all.sort_by_key(|(row, _)| (rank(row.grade), row.id));
+    let (well, others): (Vec<_>, Vec<_>) = all.into_iter().partition(|(row, _)| row.grade == Grade::Ok);
     html! {
         table .wagons {
             thead { tr {
-                th scope="col" { "Wagon" }
-                th scope="col" { "Grade" }
-                th scope="col" .num { "Pad friction" }
-                th scope="col" .num { "Front − rear" }
-                th scope="col" { "Rail" }
-                th scope="col" .num { "Adhesion used" }
-                th scope="col" .num { "available" }
-                th scope="col" { "Wheels" }
-                th scope="col" .num { "km/h" }
-                th scope="col" .num { "Data age" }
-                th scope="col" .why { "Why" }
+                @for (index, (name, figures)) in COLUMNS.into_iter().enumerate() {
+                    th scope="col" .num[figures] .why[index == COLUMNS.len() - 1] { button type="button" .sort { (name) } }
+                }
             } }
-            tbody {
-                @for (row, wagon) in snapshot.rows.iter().zip(&snapshot.wagons) { (line(row, wagon)) }
-            }
+            tbody { @for (row, wagon) in &others { (line(row, wagon)) } }
+            tbody .well { @for (row, wagon) in &well { (line(row, wagon)) } }
+        }
+        p .folding { button #fold type="button" .quiet aria-expanded="false" { (well.len()) " well" } }
+    }
+}
+
+/// Looks for a number, a name or a word in the table.
+fn filter() -> Markup {
+    html! {
+        span .filter {
+            label { "Filter " input #filter type="search" placeholder="number, name, word" autocomplete="off"; }
+            span #filtered role="status" {}
         }
     }
 }
@@ -207,19 +243,19 @@ fn half(wagon: &WagonView, spec: &IndicatorSpec) -> Markup {
 
 fn line(row: &WagonRow, wagon: &WagonView) -> Markup {
     let wheels = match (row.wsp_active, row.sliding) {
-        (Some(true), _) => "WSP acts",
-        (_, Some(true)) => "slide",
-        (None, _) => NOTHING,
-        _ => "roll",
+        (Some(true), _) => ", WSP acts",
+        (_, Some(true)) => ", slides",
+        _ => "",
     };
     let bound = match (row.adhesion_available, row.adhesion_available_is_lower_bound) {
         (Some(_), Some(true)) => "≥ ",
         _ => "",
     };
-    let speed = row.v_m_s.map_or_else(|| NOTHING.to_owned(), |v| number(3.6 * v, 0));
+    let live = row.state == DataState::Live;
+    let age_s = row.age_s.filter(|_| live);
     html! {
-        tr id={ "r-" (row.id) } class={ "s-" (row.state.word()) } {
-            th scope="row" { a href={ "/wagons/" (row.id) } { b { (row.id) } " " (row.name) } }
+        tr id={ "r-" (row.id) } class={ "s-" (row.state.word()) } data-grade=(row.grade.word()) {
+            th scope="row" { a href={ "/wagons/" (row.id) } { (row.id) " " (row.name) } }
             td data-label="Grade" { (chip(row.grade)) }
             td .num data-label="Pad friction" {
                 (maybe(row.brake_friction, 3)) (half(wagon, &BRAKE_FRICTION))
@@ -227,12 +263,14 @@ fn line(row: &WagonRow, wagon: &WagonView) -> Markup {
             td .num data-label="Front − rear" {
                 (ASYMMETRY.form.value(row.asymmetry)) (half(wagon, &ASYMMETRY))
             }
-            td data-label="Rail" { (condition(row.condition)) }
-            td .num data-label="Grip used" { (maybe(row.adhesion.map(f64::abs), 3)) }
-            td .num data-label="Grip there" { (bound) (maybe(row.adhesion_available, 3)) }
-            td data-label="Wheels" { (wheels) }
-            td .num data-label="km/h" { (speed) }
-            td .num data-label="Data age" { (data_age(row.state, row.age_s)) }
+            td data-label="Rail" { (condition(row.condition)) (wheels) }
+            td .num data-label="Adhesion used" { (maybe(row.adhesion.map(f64::abs), 3)) }
+            td .num data-label="Adhesion available" { (bound) (maybe(row.adhesion_available, 3)) }
+            @if let Some(age_s) = age_s {
+                td .num data-label="Data age" data-age=(age_s.floor()) { (age(age_s)) }
+            } @else {
+                td .num data-label="Data age" { (data_age(row.state, row.age_s)) }
+            }
             td .why data-label="Why" { (capital(&row.reason)) }
         }
     }

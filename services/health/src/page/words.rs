@@ -3,7 +3,7 @@
 use crate::api::figure::Figure;
 use crate::api::grade::{Condition, DataState, Grade};
 use maud::{Markup, html};
-use railgrip_indicators::Form;
+use railgrip_indicators::{Form, INDICATORS};
 
 /// What stands for something unknown.
 pub(super) const NOTHING: &str = "–";
@@ -72,6 +72,12 @@ pub(super) fn plain(name: &str) -> String {
     name.replace('_', " ")
 }
 
+/// What an indicator or the cause of an alert is called on the pages: the heading of its meaning, or its id in words.
+pub(super) fn named(id: &str) -> String {
+    let spec = INDICATORS.iter().find(|spec| spec.id == id);
+    spec.map_or_else(|| capital(&plain(id)), |spec| spec.meaning.name.to_owned())
+}
+
 /// The same at the start of a sentence.
 pub(super) fn capital(text: &str) -> String {
     let mut letters = text.chars();
@@ -91,9 +97,9 @@ pub(super) fn icon(grade: Grade) -> Markup {
     html! { svg .icon viewBox="0 0 16 16" aria-hidden="true" { path fill-rule="evenodd" d=(path) {} } }
 }
 
-/// A grade as a chip: shape, word and colour.
+/// A grade as a chip: shape, word and colour. The style sheet puts the shape there, which spares a long train many nodes.
 pub(super) fn chip(grade: Grade) -> Markup {
-    html! { span class={ "chip g-" (grade.word()) } { (icon(grade)) (grade.word()) } }
+    html! { span class={ "chip g-" (grade.word()) } { (grade.word()) } }
 }
 
 /// An instant; the script writes it in the reader's own time zone.

@@ -3,11 +3,6 @@
 {
   const get = (id) => document.getElementById(id);
   const dialog = get("act-dialog");
-  const WORDS = {
-    acknowledge: { title: "Acknowledge this alert", send: "Acknowledge", note: "Note (optional)" },
-    silence: { title: "Silence this alert", send: "Silence", note: "Why" },
-    unsilence: { title: "End the silence of this alert", send: "End silence", note: "Note (optional)" },
-  };
   let asked = null;
 
   function remembered() {
@@ -31,7 +26,7 @@
     if (!button) return;
     const entry = button.closest(".alert");
     asked = { act: button.dataset.act, alert: button.dataset.alert };
-    const words = WORDS[asked.act];
+    const words = W.act[asked.act];
     get("act-title").textContent = words.title;
     get("act-what").textContent = `${entry.querySelector(".where").textContent}: ${entry.querySelector(".reason").textContent}`;
     get("act-send").textContent = words.send;
@@ -58,9 +53,9 @@
   async function refusal(answer) {
     const problem = await answer.json().catch(() => ({}));
     const detail = problem.detail || problem.title || `status ${answer.status}`;
-    if (answer.status === 401) return `Not logged in any more; open /login in another tab, then send again. (${detail})`;
-    if (answer.status === 403) return `Your login may only read. (${detail})`;
-    return `Refused: ${detail}`;
+    if (answer.status === 401) return W.act.loggedOut(detail);
+    if (answer.status === 403) return W.act.mayOnlyRead(detail);
+    return W.act.refused(detail);
   }
 
   dialog.addEventListener("submit", async (event) => {
@@ -72,12 +67,12 @@
       if (answer.ok) {
         remember(get("act-by").value.trim());
         dialog.close();
-        announce({ acknowledge: "Acknowledged.", silence: "Silenced.", unsilence: "No longer silenced." }[asked.act]);
+        announce(W.act[asked.act].done);
       } else {
         get("act-error").textContent = await refusal(answer);
       }
     } catch {
-      get("act-error").textContent = "The service cannot be reached; nothing was changed. Try again.";
+      get("act-error").textContent = W.act.unreachable;
     } finally {
       get("act-send").disabled = false;
     }

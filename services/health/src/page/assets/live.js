@@ -54,15 +54,13 @@ function morphChildren(old, fresh) {
 function localise(root) {
   for (const time of root.querySelectorAll("time[datetime]")) {
     const date = new Date(time.getAttribute("datetime"));
-    if (Number.isNaN(date.getTime())) continue;
-    const today = date.toDateString() === new Date().toDateString();
-    const day = today ? "" : date.toLocaleDateString(undefined, { day: "numeric", month: "short" }) + " ";
-    time.textContent = day + date.toLocaleTimeString(undefined, { hour: "2-digit", minute: "2-digit", hourCycle: "h23" });
+    if (!Number.isNaN(date.getTime())) time.textContent = clock.instant(date);
   }
 }
 
 function place(parts) {
   const before = new Set([...document.querySelectorAll("[data-alert]")].map((item) => item.dataset.alert));
+  const focused = document.activeElement?.closest("li[data-alert]")?.id;
   const template = document.createElement("template");
   for (const [id, html] of Object.entries(parts)) {
     const old = byId(id);
@@ -71,8 +69,28 @@ function place(parts) {
     localise(template.content);
     morph(old, template.content.firstElementChild);
   }
+  if (focused && document.activeElement === document.body) stay(focused);
+  flag();
   announceNew(before);
   document.dispatchEvent(new Event("renewed"));
+}
+
+/** An alert that moved to another list takes the focus along. */
+function stay(id) {
+  const alert = byId(id);
+  (alert?.querySelector("button[data-act]") ?? alert?.querySelector("a") ?? byId("main")).focus({ preventScroll: true });
+}
+
+/** The tab shows the alarms: their number in the title, the worst grade as the icon. */
+function flag() {
+  const { act, watch } = byId("alert-count").dataset;
+  const count = Number(act) + Number(watch);
+  const title = document.title.replace(/^\(\d+\) /, "");
+  const wanted = count > 0 ? `(${count}) ${title}` : title;
+  if (document.title !== wanted) document.title = wanted;
+  const icon = byId("icon");
+  const href = icon.dataset[Number(act) > 0 ? "act" : count > 0 ? "watch" : "ok"];
+  if (icon.getAttribute("href") !== href) icon.setAttribute("href", href);
 }
 
 function announce(text) {
@@ -84,9 +102,8 @@ function announceNew(before) {
   if (before.size === 0 && !link.live) return;
   const fresh = [...document.querySelectorAll("li.alert.a-active")].filter((item) => !before.has(item.dataset.alert));
   if (fresh.length === 0) return;
-  const texts = fresh.slice(0, 3).map((item) => item.querySelector(".line").textContent + ". " + item.querySelector(".reason").textContent);
-  const more = fresh.length > 3 ? ` And ${fresh.length - 3} more.` : "";
-  announce(`New alert: ${texts.join(" ")}${more}`);
+  const texts = fresh.slice(0, 3).map((item) => `${item.querySelector(".line").textContent}. ${item.querySelector(".reason").textContent}`);
+  announce(W.newAlert(texts, fresh.length - texts.length));
 }
 
 function say(state, text) {
@@ -102,8 +119,8 @@ function heard() {
   Object.assign(link, { live: true, tries: 0, greeted: true });
   document.body.classList.remove("is-lost");
   byId("lost").hidden = true;
-  say("live", "live");
-  if (again) announce("The connection is back; the page is live again.");
+  say("live", W.live);
+  if (again) announce(W.back);
 }
 
 function connect() {
@@ -134,7 +151,7 @@ function connect() {
 async function askForLogin() {
   try {
     const answer = await fetch("/api/v1/train", { headers: { accept: "application/json" } });
-    if (answer.status === 401) location.assign(`/login?next=${encodeURIComponent(location.pathname)}`);
+    if (answer.status === 401) location.assign(`/login?next=${encodeURIComponent(location.pathname + location.search)}`);
   } catch {
     // Nobody answers: the connection is lost, and that is said already.
   }
@@ -158,11 +175,11 @@ function rest() {
 }
 
 function words(seconds) {
-  if (seconds < 1) return "< 1 s";
-  if (seconds < 120) return `${Math.round(seconds)} s`;
-  if (seconds < 7200) return `${Math.floor(seconds / 60)} min`;
-  if (seconds < 172800) return `${Math.floor(seconds / 3600)} h`;
-  return `${Math.floor(seconds / 86400)} days`;
+  if (seconds < 1) return W.age.less;
+  if (seconds < 120) return W.age.s(Math.round(seconds));
+  if (seconds < 7200) return W.age.min(Math.floor(seconds / 60));
+  if (seconds < 172800) return W.age.h(Math.floor(seconds / 3600));
+  return W.age.days(Math.floor(seconds / 86400));
 }
 
 /** Once a second: is the connection alive, and how old is what stands here? */
@@ -172,22 +189,30 @@ function tick() {
   if (link.source && silent_ms > patience_ms && performance.now() - link.opened > patience_ms) return retry();
   if (link.live) return;
   const silent_s = silent_ms / 1000;
-  if (silent_ms < (link.greeted ? 2000 : GRACE_MS)) return say("connecting", "connecting");
-  say("lost", `not connected ${words(silent_s)}`);
+  if (silent_ms < (link.greeted ? 2000 : GRACE_MS)) return say("connecting", W.connecting);
+  say("lost", W.notConnected(words(silent_s)));
   document.body.classList.add("is-lost");
   const banner = byId("lost");
   // Said once by a screen reader; the seconds count in a place of their own.
   if (banner.hidden) {
-    banner.textContent = "Connection lost. This page shows old data. Reconnecting… ";
-    banner.append(Object.assign(document.createElement("b"), { className: "count", ariaHidden: "true" }));
+    banner.textContent = W.lost;
+    banner.append(Object.assign(document.createElement("b"), { className: "since-when", ariaHidden: "true" }));
     banner.hidden = false;
   }
-  banner.querySelector(".count").textContent = `Last data ${words(silent_s)} ago.`;
+  banner.querySelector(".since-when").textContent = W.lastData(words(silent_s));
   for (const age of document.querySelectorAll("[data-age]")) age.textContent = words(Number(age.dataset.age) + silent_s);
 }
 
+/** Paper says where it came from, with the range of the charts. */
+addEventListener("beforeprint", () => {
+  const line = byId("printed-from");
+  const address = typeof view === "undefined" || !byId("trends") ? location.href : view.link();
+  if (line) line.textContent = W.printed(document.documentElement.dataset.train, `${clock.full(Date.now() / 1000)} (${clock.zone()})`, address);
+});
+
 localise(document);
-byId("zone").textContent = Intl.DateTimeFormat().resolvedOptions().timeZone;
+flag();
+byId("zone").textContent = clock.zone();
 setInterval(tick, 1000);
 addEventListener("online", connect);
 addEventListener("pagehide", () => link.source && link.source.close());

@@ -19,10 +19,21 @@
     ctx.restore();
   }
 
-  const spec = {
-    title: "Adhesion available by track position", about: "median; band: 95 % interval; shaded: probably low", positions: true, xLabel: "Track position, km",
-    floor: 0, lines: [{ name: "available", band: true }], draw: [shade],
-  };
+  function spec() {
+    const [title, about, axis, xLabel] = CHARTS.map;
+    const source = () => W.chart.from(document.documentElement.dataset.train, "", clock.full(Date.now() / 1000));
+    return { key: "map", title, about, axis, xLabel, positions: true, floor: 0, lines: [{ name: LINES.available, band: true }], draw: [shade], source };
+  }
+
+  /** Fetches what draws; the page itself does without. */
+  async function drawing() {
+    for (const src of host.dataset.scripts.split(" ")) {
+      await new Promise((done, failed) => {
+        document.head.append(Object.assign(document.createElement("script"), { src, onload: done, onerror: failed }));
+      });
+    }
+    return charts.make(host, spec(), 190);
+  }
 
   /** Columns with a hole wherever nobody passed. */
   function columns(view) {
@@ -43,7 +54,7 @@
       const view = await answer.json();
       if (answer.ok && view.cells.length > 1) {
         state.cells = view.cells;
-        state.chart ??= charts.make(host, spec, 190);
+        state.chart ??= await drawing();
         state.chart.update(columns(view));
       }
     } catch {

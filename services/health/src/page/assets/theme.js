@@ -18,8 +18,8 @@ const theme = {
     }
     const button = document.getElementById("theme");
     if (button) {
-      button.textContent = { system: "◐ Auto", light: "☀ Light", dark: "☾ Dark" }[name];
-      button.setAttribute("aria-label", `Theme: ${name}; change it`);
+      button.textContent = W.theme[name];
+      button.setAttribute("aria-label", W.theme.label(name));
     }
     document.dispatchEvent(new Event("themechange"));
   },
@@ -28,7 +28,19 @@ const theme = {
     theme.set(theme.names[(index + 1) % theme.names.length]);
   },
 };
+document.documentElement.classList.add("js");
 theme.set(theme.read());
+// Paper is white, whatever the screen is.
+let onScreen = null;
+addEventListener("beforeprint", () => {
+  onScreen = document.documentElement.dataset.theme;
+  document.documentElement.dataset.theme = "light";
+  document.dispatchEvent(new Event("themechange"));
+});
+addEventListener("afterprint", () => {
+  document.documentElement.dataset.theme = onScreen ?? theme.read();
+  document.dispatchEvent(new Event("themechange"));
+});
 document.addEventListener("DOMContentLoaded", () => {
   theme.set(theme.read());
   document.getElementById("theme").addEventListener("click", theme.next);

@@ -1,92 +1,171 @@
 "use strict";
-// The trends of a wagon: its stored indicators over a range of time, renewed while the page is open.
+// The trends of a wagon: its stored indicators over a range of time, beside those of other wagons, renewed while the page
+// is open.
 {
   const section = document.getElementById("trends");
-  const STEPS = { 900: 3, 3600: 10, 21600: 60, 86400: 300, 604800: 1800, 2592000: 7200 };
-  const state = { range: 3600, charts: null, timer: 0, asked: 0 };
+  const own = Number(section?.dataset.wagon);
+  const MOST_BESIDE = 4;
+  const USUAL = ["pad", "adhesion"];
+  const COARSER_S = [60, 3600];
+  const get = (id) => document.getElementById(id);
+  const narrow = matchMedia("(max-width: 40rem)");
+  const fold = get("trends-fold");
+  const state = { charts: new Map(), timer: 0, asked: 0, shown: null };
   const limits = (text, factor = 1) => (text || "").split(" ").map((end) => (end === "" ? null : factor * Number(end)));
-  const wheelsets = () => Array.from({ length: Number(section.dataset.wheelsets) || 2 }, (_, index) => index + 1);
 
-  /** What is drawn: title, limits and lines, each line a field of the history. */
+  /** What can be drawn: limits and lines, each line a field of the history. */
   function specs() {
     const limit = JSON.parse(section.dataset.limits || "{}");
-    const each = (field, name) => wheelsets().map((n) => ({ name: `${name} ${n}`, field: `wheelset_${n}.${field}` }));
-    const with95 = (line) => ({ ...line, band: "interval" });
-    const extremes = (line) => ({ ...line, band: "extremes", bandName: "extreme" });
+    const wheelsets = Array.from({ length: Number(section.dataset.wheelsets) || 2 }, (_, index) => index + 1);
+    const each = (field, band) => wheelsets.map((n) => ({ name: W.chart.wheelset(n), field: `wheelset_${n}.${field}`, band }));
+    const one = (name, field, band) => [{ name, field, band }];
     const percent = { factor: 100, digits: 1, unit: "%", floor: 0 };
-    return [
-      { title: "Pad friction", about: "mean over braking; band: 95 % interval", limits: limits(limit.brake_friction), lines: each("brake_friction", "wheelset").map(with95) },
-      { title: "Front minus rear", about: "over their mean; band: 95 % interval", ...percent, floor: undefined, limits: limits(limit.asymmetry, 100),
-        lines: [with95({ name: "asymmetry", field: "asymmetry" })] },
-      { title: "Adhesion", about: "available: a lower bound unless a wheelset slides; band: 95 % interval", floor: 0,
-        lines: [with95({ name: "available", field: "adhesion_available" }), { name: "used", field: "adhesion_utilised" }] },
-      { title: "Pad friction at standard conditions", about: "band: 95 % interval", limits: limits(limit.brake_friction),
-        lines: [with95({ name: "wagon", field: "brake_friction_standard" })] },
-      { title: "Drag when released", about: "beyond running resistance; band: 95 % interval", factor: 1e-3, digits: 1, unit: "kN", limits: limits(limit.dragging_n, 1e-3),
-        lines: [with95({ name: "drag", field: "dragging_n" })] },
-      { title: "Brake builds up in", about: "to 90 % of its force", digits: 1, unit: "s", floor: 0, limits: limits(limit.response_s),
-        lines: [{ name: "time", field: "response_s", band: "interval", bandName: "spread" }] },
-      { title: "Low or very low rail", about: "probability", ...percent, ceiling: 100, lines: [{ name: "low", field: "rail_low" }, { name: "very low", field: "rail_very_low" }] },
-      { title: "Braking with slide protection", about: "share of the latest braking; band: extremes", ...percent, limits: limits(limit.wsp_share, 100),
-        lines: [extremes({ name: "share", field: "wsp_share" })] },
-      { title: "Slide energy", about: "of all slides so far", factor: 1e-6, digits: 2, unit: "MJ", floor: 0, lines: each("slide_energy_j", "wheelset") },
-      { title: "Faulty sensor values", about: "share missing or refused; band: extremes", ...percent, limits: limits(limit.sensors, 100),
-        lines: [extremes({ name: "share", field: "sensors" })] },
-      { title: "Filter", about: "mean normalised innovation squared, 1 is ideal; band: extremes", digits: 2, floor: 0, limits: limits(limit.filter),
-        lines: [extremes({ name: "NIS", field: "filter" })] },
-    ];
+    const all = {
+      pad: { limits: limits(limit.brake_friction), lines: each("brake_friction", "interval"), also: ["brake_friction"] },
+      asymmetry: { ...percent, floor: undefined, limits: limits(limit.asymmetry, 100), lines: one(LINES.asymmetry, "asymmetry", "interval") },
+      adhesion: { floor: 0, lines: [...one(LINES.available, "adhesion_available", "interval"), ...one(LINES.used, "adhesion_utilised")] },
+      standard: { limits: limits(limit.brake_friction), lines: one(LINES.wagon, "brake_friction_standard", "interval") },
+      drag: { factor: 1e-3, digits: 1, unit: "kN", limits: limits(limit.dragging_n, 1e-3), lines: one(LINES.drag, "dragging_n", "interval") },
+      response: { digits: 1, unit: "s", floor: 0, limits: limits(limit.response_s), lines: one(LINES.time, "response_s", "interval") },
+      rail: { ...percent, ceiling: 100, lines: [...one(LINES.low, "rail_low"), ...one(LINES.veryLow, "rail_very_low")], also: ["rail"] },
+      wsp: { ...percent, limits: limits(limit.wsp_share, 100), lines: one(LINES.share, "wsp_share", "extremes") },
+      slides: { factor: 1e-6, digits: 2, unit: "MJ", floor: 0, lines: each("slide_energy_j"), also: ["slides"] },
+      sensors: { ...percent, limits: limits(limit.sensors, 100), lines: one(LINES.share, "sensors", "extremes") },
+      filter: { digits: 2, floor: 0, limits: limits(limit.filter), lines: one(LINES.nis, "filter", "extremes"), also: ["model"] },
+    };
+    return Object.entries(all).map(([key, spec]) => ({ key, title: CHARTS[key][0], about: CHARTS[key][1], axis: CHARTS[key][2], ...spec }));
   }
 
-  function columns(spec, history) {
+  /** The charts that are shown: as chosen, else those of what is wrong with the wagon, else the usual ones. */
+  function chosen() {
+    if (view.now.charts) return view.now.charts;
+    const wrong = (section.dataset.first || "").split(" ").filter(Boolean);
+    const shows = (spec, field) => spec.also?.includes(field) || spec.lines.some((line) => line.field === field);
+    const keys = wrong.map((field) => specs().find((spec) => shows(spec, field))?.key).filter(Boolean);
+    return [...new Set([...keys, ...USUAL])].slice(0, narrow.matches ? 1 : 2);
+  }
+
+  const beside = () => view.now.beside.filter((id) => id !== own && id <= Number(section.dataset.wagons)).slice(0, MOST_BESIDE);
+
+  /** Lines of all wagons that are compared: a colour a wagon, a dash a line; only this wagon keeps its bands. */
+  function compared(spec, wagons) {
+    if (wagons.length === 1) return spec.lines.map((line) => ({ ...line, wagon: own }));
+    const inks = ["accent", "c2", "c3", "c4", "c5"];
+    return wagons.flatMap((wagon, at) => spec.lines.map((line, dash) => ({
+      ...line, wagon, dash, ink: inks[at % inks.length], band: wagon === own ? line.band : undefined,
+      name: spec.lines.length > 1 ? `${W.chart.wagon(wagon)}, ${line.name}` : W.chart.wagon(wagon),
+    })));
+  }
+
+  function columns(spec, histories) {
     const factor = spec.factor || 1;
-    const scaled = (values) => values.map((value) => (value === null || value === undefined ? null : factor * value));
-    const empty = history.unix_s.map(() => null);
-    const found = [history.unix_s];
+    const times = histories.get(own).unix_s;
+    const scaled = (values) => times.map((_, i) => (plot.known(values?.[i]) ? factor * values[i] : null));
+    const found = [times];
     for (const line of spec.lines) {
-      const series = history.indicators[line.field];
-      found.push(series ? scaled(series.value) : empty);
-      if (line.band === "interval") found.push(scaled(series?.low || empty), scaled(series?.high || empty));
-      if (line.band === "extremes") found.push(scaled(series?.min || empty), scaled(series?.max || empty));
+      const series = histories.get(line.wagon)?.indicators[line.field];
+      found.push(scaled(series?.value));
+      if (line.band === "interval") found.push(scaled(series?.low), scaled(series?.high));
+      if (line.band === "extremes") found.push(scaled(series?.min), scaled(series?.max));
     }
     return found;
   }
 
   function tell(text, bad = false) {
-    const line = document.getElementById("trend-state");
+    const line = get("trend-state");
     line.classList.toggle("loud", bad);
     if (line.textContent !== text) line.textContent = text;
   }
 
-  function draw(history) {
-    if (!state.charts) {
-      const host = document.getElementById("charts");
-      state.charts = specs().map((spec) => ({ spec, chart: charts.make(host, { ...spec, sync: "trends" }) }));
+  const stepWords = (s) => (s < 60 ? W.age.s(s) : s < 3600 ? W.age.min(s / 60) : s < 86400 ? W.age.h(s / 3600) : W.age.days(s / 86400));
+
+  /** Makes the charts anew when other ones are chosen or other wagons are compared. */
+  function prepare() {
+    const wagons = [own, ...beside()];
+    const keys = chosen();
+    const shape = `${keys.join()}|${wagons.join()}`;
+    if (state.shown === shape) return;
+    state.shown = shape;
+    for (const { remove } of state.charts.values()) remove();
+    state.charts.clear();
+    const source = () => {
+      const { from_s, to_s } = view.asked();
+      const others = wagons.map((id) => `, ${W.chart.wagon(id)}`).join("");
+      return W.chart.from(document.documentElement.dataset.train, others, `${clock.span(from_s, to_s)} (${clock.zone()})`);
+    };
+    for (const key of keys) {
+      const spec = specs().find((one) => one.key === key);
+      if (!spec) continue;
+      const lines = compared(spec, wagons);
+      state.charts.set(key, charts.make(get("charts"), { ...spec, lines, sync: "trends", source, onZoom: view.zoom, onBack: () => history.back() }));
     }
-    for (const { spec, chart } of state.charts) chart.update(columns(spec, history));
-    const filled = history.samples.filter((count) => count > 0).length;
-    const share = Math.round((100 * filled) / Math.max(1, history.samples.length));
-    tell(filled === 0
-      ? "No history for this range: the train was off, or it has just started. The first figures appear within a minute."
-      : `Steps of ${history.step_s} s. Data for ${share} % of the range; shaded: no data.`);
+    marks();
+  }
+
+  /** Buttons say what is chosen. */
+  function marks() {
+    const keys = chosen();
+    for (const pick of get("picks").children) pick.setAttribute("aria-pressed", String(keys.includes(pick.dataset.chart)));
+    for (const button of section.querySelectorAll("[data-range]")) {
+      button.setAttribute("aria-pressed", String(!view.now.fixed && Number(button.dataset.range) === view.now.range_s));
+    }
+    const field = get("beside");
+    if (field && document.activeElement !== field) field.value = beside().join(", ");
+  }
+
+  function draw(histories, asked) {
+    for (const chart of state.charts.values()) chart.update(columns(chart.spec, histories));
+    const first = histories.get(own);
+    const filled = first.samples.filter((count) => count > 0).length;
+    const span = clock.span(asked.from_s, asked.to_s);
+    if (filled === 0) {
+      const stored = first.stored_from ? W.trends.stored(clock.full(Date.parse(first.stored_from) / 1000)) : W.trends.nothingYet;
+      return tell(W.trends.empty(span, stored));
+    }
+    const share = Math.round((100 * filled) / Math.max(1, first.samples.length));
+    const hint = matchMedia("(pointer: fine)").matches ? W.trends.hint : "";
+    tell(W.trends.steps(stepWords(first.step_s), share, span) + (share < 100 ? W.trends.shaded : "") + hint);
+  }
+
+  async function historyOf(wagon, { from_s, to_s, step_s }, fields) {
+    const url = `/api/v1/wagons/${wagon}/history?from=${from_s}&to=${to_s}&step=${step_s}&fields=${fields.join(",")}`;
+    const answer = await fetch(url, { headers: { accept: "application/json" } });
+    const body = await answer.json();
+    if (!answer.ok) throw Object.assign(new Error(body.detail || body.title || answer.status), { refused: true });
+    return body;
+  }
+
+  /** What every wagon has for the range; where the fine steps are gone by age, coarser ones. */
+  async function fetched(asked) {
+    const fields = [...new Set([...state.charts.values()].flatMap(({ spec }) => spec.lines.map((line) => line.field)))];
+    const first = await historyOf(own, asked, fields);
+    const coarser_s = COARSER_S.find((step_s) => step_s > asked.step_s);
+    if (!first.samples.some((count) => count > 0) && coarser_s && (asked.to_s - asked.from_s) / coarser_s >= 2) {
+      const again = { step_s: coarser_s, from_s: Math.floor(asked.from_s / coarser_s) * coarser_s, to_s: Math.ceil(asked.to_s / coarser_s) * coarser_s };
+      const found = await fetched(again);
+      if (found.get(own).samples.some((count) => count > 0)) return found;
+    }
+    const others = beside();
+    const rest = await Promise.all(others.map((wagon) => historyOf(wagon, asked, fields)));
+    return new Map([[own, first], ...others.map((wagon, i) => [wagon, rest[i]])]);
   }
 
   async function load() {
     clearTimeout(state.timer);
-    const asked = ++state.asked;
-    const step = STEPS[state.range];
-    const to = Math.ceil(Date.now() / 1000 / step) * step;
-    const fields = [...new Set(specs().flatMap((spec) => spec.lines.map((line) => line.field)))];
-    const url = `/api/v1/wagons/${section.dataset.wagon}/history?from=${to - state.range}&to=${to}&step=${step}&fields=${fields.join(",")}`;
+    if (!fold.open) return;
+    prepare();
+    const mine = ++state.asked;
+    const asked = view.asked();
     try {
-      const answer = await fetch(url, { headers: { accept: "application/json" } });
-      const body = await answer.json();
-      if (asked !== state.asked) return;
-      if (answer.ok) draw(body);
-      else tell(`No history: ${body.detail || body.title || answer.status}`, true);
-    } catch {
-      if (asked === state.asked) tell("The history cannot be loaded: the service does not answer. Retrying…", true);
+      const histories = await fetched(asked);
+      if (mine !== state.asked) return;
+      draw(histories, asked);
+    } catch (error) {
+      if (mine === state.asked) tell(error.refused ? W.trends.refused(error.message) : W.trends.unreachable, true);
     }
-    if (asked === state.asked) state.timer = setTimeout(() => (document.hidden ? wait() : load()), Math.min(60, Math.max(5, step)) * 1000);
+    // A range that lies in the past does not change any more.
+    const over = view.now.fixed && view.now.fixed.to_s < Date.now() / 1000 - 120;
+    if (mine === state.asked && !over) state.timer = setTimeout(() => (document.hidden ? wait() : load()), Math.min(60, Math.max(5, asked.step_s)) * 1000);
   }
 
   /** Nobody looks: goes on when somebody does. */
@@ -94,65 +173,52 @@
     document.addEventListener("visibilitychange", load, { once: true });
   }
 
-  const OUTLOOK_MS = 60000;
-  const EVENTS_MS = 15000;
-
-  /** Calls `work` now and again and again, but not while nobody looks. */
-  function again(work, period) {
-    const round = async () => {
-      try {
-        await work();
-      } catch {
-        // The connection is lost: the banner says so, the next round tries again.
-      }
-      setTimeout(() => (document.hidden ? document.addEventListener("visibilitychange", round, { once: true }) : round()), period);
-    };
-    round();
+  function pick(key) {
+    const keys = chosen();
+    const next = keys.includes(key) ? keys.filter((one) => one !== key) : [...keys, key];
+    view.choose(next.length ? next : [key]);
   }
 
-  /** The table of trends comes rendered. */
-  async function outlook() {
-    const answer = await fetch(`/wagons/${section.dataset.wagon}/outlook`);
-    if (answer.ok) return place({ outlook: await answer.text() });
-    const problem = await answer.json().catch(() => ({}));
-    document.getElementById("outlook").replaceChildren(line("p", "calm", `No trends: ${problem.detail || answer.status}`));
+  /** `2, 5` as wagons to compare with. */
+  function compare(text) {
+    const count = Number(section.dataset.wagons);
+    const ids = text.split(/[\s,;]+/).filter(Boolean).map(Number);
+    const wrong = ids.some((id) => !Number.isInteger(id) || id < 1 || id > count);
+    get("beside-wrong").textContent = wrong ? W.trends.noWagon(text, count) : "";
+    if (!wrong) view.compare([...new Set(ids.filter((id) => id !== own))].slice(0, MOST_BESIDE));
   }
 
-  function line(kind, name, text) {
-    return Object.assign(document.createElement(kind), { className: name, textContent: text });
-  }
-
-  async function events() {
-    const host = document.getElementById("events");
-    const answer = await fetch(`/api/v1/events?wagon=${section.dataset.wagon}&limit=12`, { headers: { accept: "application/json" } });
-    const body = await answer.json().catch(() => ({}));
-    if (!answer.ok) return host.replaceChildren(line("p", "calm", `No events: ${body.detail || answer.status}`));
-    const list = line("ul", "course", "");
-    for (const event of body.events) {
-      const item = document.createElement("li");
-      const time = line("time", "", event.at);
-      time.setAttribute("datetime", event.at);
-      const set = event.wheelset ? `wheelset ${event.wheelset}: ` : "";
-      item.append(time, ` ${set}${event.text}`);
-      list.append(item);
+  async function copy() {
+    const link = view.link();
+    try {
+      await navigator.clipboard.writeText(link);
+      get("copied").textContent = W.trends.copied;
+    } catch {
+      history.replaceState(null, "", link);
+      get("copied").textContent = W.trends.notCopied;
     }
-    localise(list);
-    host.replaceChildren(body.events.length ? list : line("p", "calm", "No events for this wagon yet."));
-  }
-
-  function choose(button) {
-    state.range = Number(button.dataset.range);
-    for (const other of section.querySelectorAll("[data-range]")) other.setAttribute("aria-pressed", String(other === button));
-    load();
   }
 
   if (section) {
+    // On a phone the charts wait for a finger, unless a link leads to them.
+    fold.open = !narrow.matches || location.hash === "#trends" || location.search !== "";
+    fold.addEventListener("toggle", load);
+    for (const { key, title } of specs()) {
+      const button = Object.assign(document.createElement("button"), { type: "button", textContent: title });
+      button.dataset.chart = key;
+      get("picks").append(button);
+    }
+    const act = { range: (value) => view.follow(Number(value)), chart: pick, move: (by) => view.move({ by: Number(by) }), times: (times) => view.move({ times: Number(times) }), copy };
     section.addEventListener("click", (event) => {
-      const button = event.target.closest("[data-range]");
-      if (button) choose(button);
+      const button = event.target.closest("button[data-range], button[data-chart], button[data-move], button[data-times], button[data-copy]");
+      const [name, value] = Object.entries(button?.dataset ?? {})[0] ?? [];
+      act[name]?.(value);
+    });
+    get("beside")?.addEventListener("change", (event) => compare(event.target.value));
+    view.listen(() => {
+      marks();
+      load();
     });
     load();
-    again(outlook, OUTLOOK_MS);
-    if (document.getElementById("events")) again(events, EVENTS_MS);
   }
 }
