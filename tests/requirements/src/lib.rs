@@ -46,6 +46,8 @@ enum Place {
     Beside(&'static str),
     /// A program: the variable that may name it, then the names under which it is looked for.
     Program(&'static str, &'static [&'static str]),
+    /// A file: the variable that may name it, then where `tests/run` puts it, relative to the project.
+    File(&'static str, &'static str),
     /// A private mount in a namespace of its own.
     PrivateMount,
 }
@@ -77,6 +79,12 @@ pub static CHROMIUM: Requirement = Requirement {
     ),
     remedy: "apt-get install chromium",
 };
+/// The rules by which pages are checked for people with disabilities.
+pub static AXE_CORE: Requirement = Requirement {
+    name: "axe-core",
+    place: Place::File("AXE_CORE", "target/axe-core/axe_playwright_python/axe.min.js"),
+    remedy: "tests/run, or AXE_CORE=axe.min.js of any copy of axe-core",
+};
 /// The program that checks rules and config of Prometheus.
 pub static PROMTOOL: Requirement = Requirement {
     name: "promtool",
@@ -97,8 +105,16 @@ pub static PRIVATE_MOUNT: Requirement = Requirement {
 };
 
 /// Every requirement there is.
-pub static ALL: [&Requirement; 7] =
-    [&LABELLED_CASES, &CREEP_POINTS, &MOSQUITTO, &CHROMIUM, &PROMTOOL, &SYSTEMD_ANALYZE, &PRIVATE_MOUNT];
+pub static ALL: [&Requirement; 8] = [
+    &LABELLED_CASES,
+    &CREEP_POINTS,
+    &MOSQUITTO,
+    &CHROMIUM,
+    &AXE_CORE,
+    &PROMTOOL,
+    &SYSTEMD_ANALYZE,
+    &PRIVATE_MOUNT,
+];
 
 impl Requirement {
     /// Where it is: the folder or the program; for a private mount the program `unshare`. `None` where it is missing.
@@ -112,6 +128,11 @@ impl Requirement {
                 Some(path) => Some(PathBuf::from(path)).filter(|path| path.is_file()),
                 None => names.iter().find_map(|name| on_path(name)),
             },
+            Place::File(variable, file) => {
+                let usual = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(file);
+                let path = std::env::var_os(variable).map_or_else(usual, PathBuf::from);
+                path.canonicalize().ok().filter(|path| path.is_file())
+            }
             Place::PrivateMount => ["-rm", "-m"].iter().find_map(|flags| {
                 let mut command = Command::new("unshare");
                 command.args([flags, "mount", "-t", "tmpfs", "none", "/tmp"]);
