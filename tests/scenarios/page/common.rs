@@ -44,13 +44,13 @@ number = 2
 pad_friction_factors = [1.0, 0.55]
 [[wagon]]
 number = 3
-dragging_force_n = 6000.0
+dragging_force_n = 25000.0
 [[wagon]]
 number = 4
 isolated_wheelsets = [1]
 [[wagon]]
 number = 6
-brake_delay_s = 2.0
+pad_friction_factors = [0.5, 0.5]
 [[fault]]
 wagon = 5
 signal = "omega_f_rad_s"

@@ -13,7 +13,7 @@ const ANSWERS: [(&str, &str); 6] = [
     ("Wagon 3", "does not release"),
     ("Wagon 4, wheelset 1", "isolating cock"),
     ("Wagon 5", "sensor"),
-    ("Wagon 6", "brake"),
+    ("Wagon 6", "pads"),
     ("Wagon 7", "data"),
 ];
 
@@ -26,7 +26,7 @@ pub fn what_is_wrong_comes_first_and_is_answered_from_the_first_screen() {
     live(&tab);
     for (place, _) in ANSWERS {
         let shown = format!(
-            "[...document.querySelectorAll('#todo .alert')].some((alert) => alert.textContent.includes({place:?}))"
+            "[...document.querySelectorAll('#todo .where')].some((where) => where.textContent.startsWith({place:?}))"
         );
         tab.wait(4 * PATIENCE, &shown);
     }

@@ -47,14 +47,10 @@ pub(super) fn map_card(shared: &Shared, snapshot: &Snapshot) -> Markup {
                 a href="/indicators#map" { "where this comes from" }
             }
             (stretches(&snapshot.whole.map, since_s(shared, snapshot)))
-            div #map .map data-scripts=(scripts()) {}
+            // What draws it is most of what the page weighs; the script fetches it once there is something to draw.
+            div #map .map data-library=(path("uPlot.iife.min.js")) data-charts=(path("charts.js")) {}
         }
     }
-}
-
-/// What draws the map: fetched only once there is something to draw, as it is most of what the page weighs.
-fn scripts() -> String {
-    ["uPlot.iife.min.js", "charts.js"].map(path).join(" ")
 }
 
 /// Age of the snapshot, so that ages on the map go on while the service is stuck.

@@ -27,7 +27,7 @@
 
   /** Fetches what draws; the page itself does without. */
   async function drawing() {
-    for (const src of host.dataset.scripts.split(" ")) {
+    for (const src of [host.dataset.library, host.dataset.charts]) {
       await new Promise((done, failed) => {
         document.head.append(Object.assign(document.createElement("script"), { src, onload: done, onerror: failed }));
       });
