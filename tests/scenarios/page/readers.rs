@@ -61,8 +61,7 @@ fn focused(tab: &Tab<'_>) -> String {
             .is_some_and(|all| all.iter().any(|one| one["name"] == name && one["value"]["value"] == true))
     };
     // The page itself has the focus, too; what is deepest is said.
-    let node =
-        nodes.iter().filter(|node| is(node, "focused") && node["role"]["value"] != "RootWebArea").next_back();
+    let node = nodes.iter().rfind(|node| is(node, "focused") && node["role"]["value"] != "RootWebArea");
     node.map_or_else(String::new, |node| {
         let [role, name] =
             ["role", "name"].map(|part| node[part]["value"].as_str().unwrap_or_default().to_owned());

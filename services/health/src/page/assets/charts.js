@@ -128,6 +128,7 @@ const charts = (() => {
     if (spec.about) title.append(el("small", "", spec.about));
     const area = el("div", "plot");
     area.setAttribute("role", "img");
+    area.setAttribute("aria-label", spec.title);
     const table = el("div", "figures");
     table.hidden = true;
     table.tabIndex = 0;
