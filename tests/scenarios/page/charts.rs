@@ -124,11 +124,11 @@ fn crosshair_and_zoom(tab: &Tab<'_>) {
 
     tab.eval("window.stays = true");
     for (kind, share, pressed) in [
-        ("mouseMoved", 0.6, false),
-        ("mousePressed", 0.6, true),
-        ("mouseMoved", 0.7, true),
-        ("mouseMoved", 0.9, true),
-        ("mouseReleased", 0.9, false),
+        ("mouseMoved", 0.69, false),
+        ("mousePressed", 0.69, true),
+        ("mouseMoved", 0.8, true),
+        ("mouseMoved", 0.99, true),
+        ("mouseReleased", 0.99, false),
     ] {
         mouse(tab, kind, x + share * width, middle, pressed);
     }

@@ -1,10 +1,14 @@
 //! Style, scripts and the vendored chart library, built into the program.
 
 use crate::api::problem::Problem;
+use crate::web::encode::takes_gzip;
 use axum::extract::Path;
-use axum::http::{StatusCode, header};
+use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::io::Write;
 use std::sync::LazyLock;
 
 /// A file that the pages load.
@@ -77,22 +81,41 @@ pub(super) fn path(name: &str) -> String {
     format!("/assets/{name}?v={}", *VERSION)
 }
 
-pub(super) async fn asset(Path(name): Path<String>) -> Response {
-    serve(&name)
+/// The files as small as gzip makes them, in the order of the table: they never change, so that the effort is made once.
+static PACKED: LazyLock<Vec<Vec<u8>>> =
+    LazyLock::new(|| ASSETS.iter().map(|asset| packed(asset.text)).collect());
+
+fn packed(text: &str) -> Vec<u8> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
+    // Writing to memory fails for want of memory alone; the file then goes out as it is.
+    match encoder.write_all(text.as_bytes()) {
+        Ok(()) => encoder.finish().unwrap_or_default(),
+        Err(_) => Vec::new(),
+    }
+}
+
+pub(super) async fn asset(Path(name): Path<String>, headers: HeaderMap) -> Response {
+    serve(&name, takes_gzip(&headers))
 }
 
 pub(super) async fn favicon() -> Response {
-    serve("icon.svg")
+    serve("icon.svg", false)
 }
 
-fn serve(name: &str) -> Response {
-    let Some(asset) = ASSETS.iter().find(|asset| asset.name == name) else {
+fn serve(name: &str, gzip: bool) -> Response {
+    let Some(index) = ASSETS.iter().position(|asset| asset.name == name) else {
         return Problem::new(StatusCode::NOT_FOUND, format!("there is no asset \"{name}\"")).into_response();
     };
+    let asset = &ASSETS[index];
     let headers = [
         (header::CONTENT_TYPE, asset.kind),
         (header::CACHE_CONTROL, "public, max-age=31536000, immutable"),
         (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
     ];
+    let small: &'static [u8] = PACKED.get(index).map_or(&[], Vec::as_slice);
+    if gzip && !small.is_empty() {
+        let coding = [(header::CONTENT_ENCODING, "gzip"), (header::VARY, "Accept-Encoding")];
+        return (headers, coding, small).into_response();
+    }
     (headers, asset.text).into_response()
 }
