@@ -5,8 +5,8 @@ use maud::{Markup, html};
 /// The section of a wagon's page; its script fills it and sends.
 pub(super) fn section(id: u32) -> Markup {
     html! {
-        section .card aria-labelledby="h-notes" {
-            h2 #h-notes { "Notes on this vehicle" }
+        details .card #fold-notes {
+            summary { h2 { "Notes on this vehicle" } }
             div #notes data-wagon=(id) aria-live="polite" { p .calm { "Loading notes…" } }
             form #note-form .note-form {
                 label { "Your name or initials" input #note-by name="by" autocomplete="name" maxlength="100"; }

@@ -47,9 +47,9 @@ pub(super) fn body(id: u32, limits: &Limits, snapshot: &Snapshot) -> Markup {
             div .heading { h2 #h-outlook { "Outlook" } a href="/indicators#trend" { "how trends are computed" } }
             (outlook::placeholder())
         }
-        (notes::section(id))
         (paper::lines())
         div .columns.behind {
+            (notes::section(id))
             details .card #fold-events { summary { h2 { "Latest events" } } div #events data-wagon=(id) { p .calm { "Loading events…" } } }
             details .card #fold-behind { summary { h2 { "Behind the figures" } } (indicators::wheelsets(wagon)) (behind(wagon)) }
         }
