@@ -2,6 +2,7 @@
 //!
 //! * [`Recording`]: one run of one wagon, column by column; [`Row`] is one sample of it; [`RunWriter`] writes rows as they come.
 //!   [`Recording::read_mended`] takes recordings as they are, with jitter, gaps and columns of their own, and says what it did.
+//! * [`prepare`]: the same for files, one or a folder of them.
 //! * [`BogieRecording`]: one run of a bogie rig, with torque, link force and pulses; [`BogieRow`] is one sample of it.
 //! * [`MotorRecording`]: one run of a driven rig, with motor currents and voltages; [`MotorRow`] is one sample of it.
 //! * [`Truth`]: what no sensor sees, beside a simulated run.
@@ -20,6 +21,7 @@ mod error;
 mod mend;
 mod motor;
 mod parquet_form;
+mod prepare;
 mod recording;
 mod rig;
 mod run_name;
@@ -34,6 +36,7 @@ pub use columns::{MAX_WHEELSETS, Quantity, suffix};
 pub use error::{Place, Problem, RecordingError, Result};
 pub use mend::{Mended, Mending, Renamed, Rows};
 pub use motor::{MotorRecording, MotorRow};
+pub use prepare::{Prepared, prepare};
 pub use recording::{Optional, Recording, Row};
 pub use rig::{RIG_VALUES, RigColumn, RigRecording, RigRow};
 pub use run_name::{RailClass, RunFile, runs_in};

@@ -5,7 +5,7 @@
     reason = "tests print what they measure and should fail where they can"
 )]
 
-use railgrip_recording::{Mended, Mending, Recording, RecordingError, Renamed};
+use railgrip_recording::{Mended, Mending, RailClass, Recording, RecordingError, Renamed, prepare};
 use std::f64::consts::TAU;
 
 const HEADER: &str = "t_s,v_m_s,omega_f_rad_s,omega_r_rad_s,f_perp_f_n,f_perp_r_n";
@@ -197,4 +197,32 @@ fn what_cannot_be_mended_is_refused_with_its_place() {
         mend_as(&misspelt, &Mending::default(), |_, t_s| Some(row(t_s))),
         &["line 1, column omega_f_rad_s", "missing", "omega_x_rad_s"],
     );
+}
+
+#[test]
+fn prepared_files_are_those_of_a_case_and_need_no_more_mending() {
+    let folder = tempfile::tempdir().unwrap();
+    let (raw, made) = (folder.path().join("raw"), folder.path().join("fit"));
+    std::fs::create_dir(&raw).unwrap();
+    for (name, pause) in [("stop.wet.csv", 0..0), ("trip.csv", 200..260)] {
+        let kept = (0..600).filter(|k| !pause.contains(k));
+        let rows: String = kept.map(|k| row(PERIOD_S * k as f64).join(",") + ",x\n").collect();
+        std::fs::write(raw.join(name), format!("{HEADER},door\n{rows}")).unwrap();
+    }
+    let prepared = prepare(&raw, &made, &Mending::default(), Some(RailClass::Dry)).unwrap();
+    let names: Vec<String> = prepared
+        .iter()
+        .flat_map(|one| &one.runs)
+        .map(|(path, _, _)| path.file_name().unwrap().to_string_lossy().into_owned())
+        .collect();
+    assert_eq!(names, ["stop.wet.csv", "trip_1.dry.csv", "trip_2.dry.csv"]);
+    assert!(prepared[1].notes.iter().any(|note| note.contains("door")));
+    for (path, rows, rate_hz) in prepared.iter().flat_map(|one| &one.runs) {
+        let again = Recording::read_mended(path, &Mending::default()).unwrap();
+        assert_eq!((again.parts.len(), again.parts[0].len()), (1, *rows));
+        assert!((rate_hz - 50.0).abs() < 1e-6);
+        Recording::read(path, railgrip_recording::Strictness::Strict).unwrap();
+    }
+    let error = prepare(&raw, &made, &Mending::default(), None).unwrap_err().to_string();
+    assert!(error.contains("stop.wet.csv") && error.contains("exists"), "{error}");
 }

@@ -17,7 +17,7 @@ use railgrip_vehicle::effects::{CATALOGUE, EffectSpec};
 use serde_json::{Value, json};
 
 use crate::output::say;
-use crate::{CliError, blind, gap_compare};
+use crate::{CliError, blind, gap_compare, gap_prepare};
 
 /// Diagnose the gap between simulator and recordings.
 #[derive(Debug, clap::Args)]
@@ -32,6 +32,8 @@ enum Command {
     Diagnose(DiagnoseArgs),
     /// Compare two reports of one vehicle: what is new, what is gone, what has changed
     Compare(gap_compare::Args),
+    /// Make runs of a case out of recordings as they are: regular rate, cut at gaps, columns mapped
+    Prepare(gap_prepare::Args),
     /// List the effects that can be found
     Effects(EffectsArgs),
     /// Score the diagnosis on simulated cases whose effect is withheld
@@ -79,6 +81,7 @@ struct EffectsArgs {
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     match &args.command {
         Command::Diagnose(args) => diagnose(args),
+        Command::Prepare(args) => gap_prepare::run(args),
         Command::Compare(args) => gap_compare::run(args),
         Command::Effects(args) => {
             effects(args);

@@ -21,6 +21,7 @@ mod estimate_columns;
 mod experiment;
 mod gap;
 mod gap_compare;
+mod gap_prepare;
 mod history;
 mod hold;
 mod load;
