@@ -1,7 +1,7 @@
 //! `/docs`: the description of the interface for people, made from the OpenAPI document, without any script.
 
 use super::docs::{DEPRECATED, REFUSALS};
-use crate::page::style_sheet;
+use crate::page::{POLICY, style_sheet};
 use crate::shared::Shared;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, Uri, header};
@@ -41,7 +41,11 @@ impl Route<'_> {
 pub(crate) async fn page(State(shared): State<Shared>, uri: Uri, headers: HeaderMap) -> Response {
     let bytes = shared.openapi().get().cloned().unwrap_or_default();
     let api: Value = serde_json::from_slice(&bytes).unwrap_or_default();
-    let kind = [(header::CONTENT_TYPE, HeaderValue::from_static("text/html; charset=utf-8"))];
+    let kind = [
+        (header::CONTENT_TYPE, HeaderValue::from_static("text/html; charset=utf-8")),
+        // Said here, so that a 304, which has no type, carries it, too: a stricter one would take the style from the page.
+        (header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(POLICY)),
+    ];
     (kind, document(&api, &base(&uri, &headers)).into_string()).into_response()
 }
 
