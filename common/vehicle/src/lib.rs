@@ -51,7 +51,7 @@ pub use parameters::{
     VehicleParameters, Wheelset,
 };
 pub use wagon::fast;
-pub use wagon::{Constants, Forces, Loading, SampleStep, WagonInput, WagonModel, WagonState};
+pub use wagon::{Constants, Forces, Loading, SampleStep, Slopes, WagonInput, WagonModel, WagonState};
 
 /// Most wheelsets that a wagon can have; arrays per wheelset have this length, and entries beyond the wagon's own
 /// count are zero.

@@ -196,3 +196,78 @@ fn a_state_of_no_sense_ends_the_step_as_well() {
         assert!(end.v_m_s.is_finite() == v.is_finite(), "{v} {off}: {end:?}");
     }
 }
+
+/// The step of filters comes back to rolling without crossing it, from wherever noise throws a wheelset, and is as far off
+/// as that noise is large at most.
+#[test]
+fn a_quick_step_comes_back_to_rolling() {
+    let model = WagonModel::new(&vehicle(false)).expect("model");
+    let mut worst: f64 = 0.0;
+    for v in [1.0, 3.3, 8.0, 15.0, 30.0, 80.0] {
+        for k in -20..=20 {
+            let off = f64::from(k) * 0.01;
+            let start = start(&model, v, 0.31, 0.085, [off, -off]);
+            let step = SampleStep::<1>::new(model.constants(), 0.01);
+            let exact = step.advance(&start.state, &start.load_n, &start.loading, start.acceleration_m_s2).0;
+            let quick =
+                step.quick().advance(&start.state, &start.load_n, &start.loading, start.acceleration_m_s2).0;
+            let (v_error, wheel_error) = apart(&quick, &exact);
+            worst = worst.max(wheel_error / off.abs().max(0.01)).max(v_error / 1e-2);
+        }
+    }
+    println!("a quick step is off by at most {worst:.2} of what threw the wheelset off");
+    assert!(worst < 0.5, "{worst}");
+}
+
+/// Noise of the sensors: m/s and rad/s.
+const NOISE: f64 = 0.03;
+
+/// Slopes are those of the step itself, by central differences, rolling and sliding.
+#[test]
+fn slopes_are_those_of_the_step() {
+    let mut worst: f64 = 0.0;
+    for falling in [false, true] {
+        let model = WagonModel::new(&vehicle(falling)).expect("model");
+        let step = SampleStep::<1>::new(model.constants(), 0.01);
+        for (v, peak, demand) in
+            [(30.0, 0.31, 0.085), (15.0, 0.31, -0.05), (20.0, 0.05, 0.12), (60.0, 0.12, 0.0)]
+        {
+            let mut start = start(&model, v, peak, demand, [0.0; 2]);
+            // To rolling, or well into a slide.
+            for _ in 0..20 {
+                start.state =
+                    step.advance(&start.state, &start.load_n, &start.loading, start.acceleration_m_s2).0;
+            }
+            let next = |start: &Start| {
+                let end =
+                    step.advance(&start.state, &start.load_n, &start.loading, start.acceleration_m_s2).0;
+                [end.v_m_s, end.wheel_speed_rad_s[0], end.wheel_speed_rad_s[1]]
+            };
+            let slopes = step.slopes(&start.state, &start.load_n, &start.loading, start.acceleration_m_s2);
+            let mut check = |size: f64, expected: [f64; 3], change: &dyn Fn(&mut Start, f64)| {
+                let (mut up, mut down) = (start.clone(), start.clone());
+                change(&mut up, size);
+                change(&mut down, -size);
+                let (up, down) = (next(&up), next(&down));
+                for j in 0..3 {
+                    let numeric = (up[j] - down[j]) / 2.0;
+                    worst = worst.max((expected[j] * size - numeric).abs() / NOISE);
+                }
+            };
+            let column = |of: &dyn Fn(usize) -> f64| [of(0), of(1), of(2)];
+            check(1e-3, column(&|j| slopes.by_speed[j][0]), &|s, by| s.state.v_m_s += by);
+            for i in 0..2 {
+                check(1e-3, column(&|j| slopes.by_speed[j][1 + i]), &|s, by| {
+                    s.state.wheel_speed_rad_s[i] += by
+                });
+                check(50.0, column(&|j| slopes.by_torque[j][i]), &|s, by| s.loading.drive_torque_nm[i] += by);
+                check(1e-3, column(&|j| slopes.by_adhesion[j][i]), &|s, by| s.loading.adhesion_peak[i] += by);
+            }
+            check(1e3, column(&|j| slopes.by_force[j]), &|s, by| s.loading.other_n += by);
+        }
+    }
+    println!(
+        "slopes are off by at most {worst:.3} of a sensor's noise over a change that it would hardly notice"
+    );
+    assert!(worst < 0.02, "{worst}");
+}

@@ -5,6 +5,7 @@ use crate::decide::criteria::Criteria;
 use crate::decide::mending::{Relation, relation};
 use crate::fit::candidate::{self, Fitted};
 use crate::fit::frozen::{self, FrozenFit};
+use crate::fit::objective::{Linearisation, Objective};
 use crate::model::candidates::Candidate;
 use crate::model::parameters::{FittedEffect, Shape};
 use crate::model::places;
@@ -66,6 +67,14 @@ impl Gain {
         Some((effect, self.fitted.fit.theta.get(shape.range_of(shape.effects.len() - 1))?.to_vec()))
     }
 
+    /// The candidate's effect, to be fitted again from where it ended.
+    fn led(&self) -> Option<FittedEffect> {
+        let (effect, values) = self.own()?;
+        let mut effect = effect.clone();
+        effect.parameters.iter_mut().zip(values).for_each(|(parameter, value)| parameter.start = value);
+        Some(effect)
+    }
+
     /// The term of the candidate's effect.
     fn term(&self) -> Option<Term> {
         self.own().map(|(effect, _)| effect.spec.term)
@@ -91,8 +100,14 @@ pub(crate) fn try_all(
     criteria: &Criteria,
     progress: &(dyn Fn(&'static str) + Sync),
 ) -> Round {
-    let fits =
-        candidate::fit_all(&current.whitening, &current.fitted, candidates, &criteria.pursuit, progress);
+    let around;
+    let objective: &dyn Objective = if current.whitening.is_tolerant() {
+        around = Linearisation::new(&current.whitening, &current.fitted);
+        &around
+    } else {
+        &current.whitening
+    };
+    let fits = candidate::fit_all(objective, &current.fitted, candidates, &criteria.pursuit, progress);
     let gains = candidates.iter().zip(fits).map(|(candidate, fitted)| {
         let left_out = current.fitted.left_out.iter().zip(&fitted.left_out);
         let by_run: Vec<f64> = left_out.map(|(before, after)| before - after).collect();
@@ -149,14 +164,9 @@ pub(crate) fn refit_finalists<'a>(
     };
     let mut refitted: Vec<FrozenFit<'a>> = finalists.par_iter().map(refit).collect();
     if current.tolerance >= pursuit.gross_tolerance {
-        let strict = frozen::strict_trials(
-            case,
-            &current.fitted,
-            disturbances,
-            candidates,
-            pursuit.strict_finalists,
-            pursuit,
-        );
+        let led: Vec<Option<FittedEffect>> = round.gains.iter().map(Gain::led).collect();
+        let strict =
+            frozen::open_loop_trials(case, &current.fitted, candidates, &led, pursuit.strict_finalists);
         let refit = |(_, shape, theta): &(usize, Shape, Vec<f64>)| {
             frozen::freeze_upwards(case, shape, disturbances, theta, current.tolerance)
         };

@@ -1,8 +1,8 @@
 //! Fits of candidates: nuisances refitted with every one, nonlinearly, from every start.
 
 use crate::decide::criteria::Pursuit;
-use crate::fit::objective::{Innovations, Whitening};
-use crate::fit::solver::{self, Effort, Fit, Problem};
+use crate::fit::objective::Objective;
+use crate::fit::solver::{self, Effort, Fit};
 use crate::model::candidates::Candidate;
 use crate::model::parameters::{FittedEffect, Shape};
 use rayon::prelude::*;
@@ -42,6 +42,8 @@ impl Fitted {
 
 /// Effort of a fit that is carried to its end.
 pub(super) const FULL: Effort = Effort { iterations: 10, slow_columns: 0, refresh: 3, tolerance: 0.2 };
+/// Effort of a try on open-loop windows.
+pub(super) const OPEN_LOOP: Effort = Effort { iterations: 3, slow_columns: 0, refresh: 100, tolerance: 0.5 };
 /// Effort that tells a start that leads somewhere from one that does not.
 const FIRST: Effort = Effort { iterations: 1, slow_columns: 0, refresh: 100, tolerance: 0.5 };
 /// Effort spent on each start that leads somewhere.
@@ -56,28 +58,28 @@ pub fn score(gain: f64, predictive: f64, pursuit: &Pursuit) -> f64 {
 }
 
 /// Linearises at the solution of a fit and predicts each run from the others.
-pub(super) fn close(whitening: &Whitening, shape: &Shape, mut fit: Fit) -> Fitted {
-    let problem = Innovations { whitening, shape };
-    let (residuals, columns) = solver::linearise(&problem, shape.parameters(), &mut fit);
-    let left_out = solver::leave_one_out(&problem, shape.parameters(), &fit);
+pub(super) fn close(objective: &dyn Objective, shape: &Shape, mut fit: Fit) -> Fitted {
+    let problem = objective.of(shape);
+    let (residuals, columns) = solver::linearise(&*problem, shape.parameters(), &mut fit);
+    let left_out = solver::leave_one_out(&*problem, shape.parameters(), &fit);
     Fitted { shape: shape.clone(), fit, residuals, columns, left_out }
 }
 
 /// Short fits of one candidate on top of `base`, from all its starts; those that may still win, best first.
 pub(super) fn trials(
-    whitening: &Whitening,
+    objective: &dyn Objective,
     base: &Fitted,
     candidate: &Candidate,
     pursuit: &Pursuit,
 ) -> Vec<(FittedEffect, Fit)> {
     let by_cost = |a: &(FittedEffect, Fit), b: &(FittedEffect, Fit)| a.1.total().total_cmp(&b.1.total());
     let first =
-        |effect: &FittedEffect| (effect.clone(), go_on(whitening, base, effect, &start(base, effect), FIRST));
+        |effect: &FittedEffect| (effect.clone(), go_on(objective, base, effect, &start(base, effect), FIRST));
     let mut trials: Vec<(FittedEffect, Fit)> = candidate.starts.iter().map(first).collect();
     trials.sort_by(by_cost);
     trials.truncate(pursuit.promising_starts);
     for (effect, fit) in &mut trials {
-        *fit = go_on(whitening, base, effect, &fit.theta, SHORT);
+        *fit = go_on(objective, base, effect, &fit.theta, SHORT);
     }
     trials.sort_by(by_cost);
     trials.truncate(pursuit.surviving_starts);
@@ -93,38 +95,52 @@ fn start(base: &Fitted, effect: &FittedEffect) -> Vec<f64> {
 }
 
 /// Fits on from `start`, at first with the nuisances' columns of `base`.
-fn go_on(whitening: &Whitening, base: &Fitted, effect: &FittedEffect, start: &[f64], effort: Effort) -> Fit {
+fn go_on(
+    objective: &dyn Objective,
+    base: &Fitted,
+    effect: &FittedEffect,
+    start: &[f64],
+    effort: Effort,
+) -> Fit {
     let shape = base.shape.with(effect);
-    let problem = Innovations { whitening, shape: &shape };
+    let problem = objective.of(&shape);
     let effort = Effort { slow_columns: base.columns.len(), ..effort };
-    solver::fit(&problem, shape.parameters(), start, effort, Some(&base.columns))
+    solver::fit(&*problem, shape.parameters(), start, effort, Some(&base.columns))
 }
 
 /// The best of some trials as far as it is.
-fn settle_best(whitening: &Whitening, base: &Fitted, trials: Vec<(FittedEffect, Fit)>) -> Fitted {
+fn settle_best(objective: &dyn Objective, base: &Fitted, trials: Vec<(FittedEffect, Fit)>) -> Fitted {
     let best = trials.into_iter().min_by(|a, b| a.1.total().total_cmp(&b.1.total()));
-    best.map_or_else(|| base.clone(), |(effect, fit)| settle_short(whitening, base, &effect, fit))
+    best.map_or_else(|| base.clone(), |(effect, fit)| settle_short(objective, base, &effect, fit))
 }
 
 /// Carries short fits on to the end.
-fn pursue(whitening: &Whitening, base: &Fitted, trials: &[(FittedEffect, Fit)]) -> Fitted {
-    let fits = trials.iter().map(|(effect, fit)| (effect, go_on(whitening, base, effect, &fit.theta, LONG)));
+fn pursue(objective: &dyn Objective, base: &Fitted, trials: &[(FittedEffect, Fit)]) -> Fitted {
+    let fits = trials.iter().map(|(effect, fit)| (effect, go_on(objective, base, effect, &fit.theta, LONG)));
     fits.min_by(|a, b| a.1.total().total_cmp(&b.1.total()))
-        .map_or_else(|| base.clone(), |(effect, fit)| close(whitening, &base.shape.with(effect), fit))
+        .map_or_else(|| base.clone(), |(effect, fit)| close(objective, &base.shape.with(effect), fit))
+}
+
+/// Fits on from where `led` ended, with another objective.
+pub(super) fn settle(objective: &dyn Objective, led: &Fitted) -> Fitted {
+    let problem = objective.of(&led.shape);
+    let effort = Effort { slow_columns: led.shape.nuisance_count(), ..LONG };
+    let fit = solver::fit(&*problem, led.shape.parameters(), &led.fit.theta, effort, None);
+    close(objective, &led.shape, fit)
 }
 
 /// Fits one candidate on top of `base`, from all its starts, to the end.
 pub fn fit_candidate(
-    whitening: &Whitening,
+    objective: &dyn Objective,
     base: &Fitted,
     candidate: &Candidate,
     pursuit: &Pursuit,
 ) -> Fitted {
-    let trials = trials(whitening, base, candidate, pursuit);
+    let trials = trials(objective, base, candidate, pursuit);
     if gain_of(base, &trials) < pursuit.worthwhile_gain {
-        return settle_best(whitening, base, trials);
+        return settle_best(objective, base, trials);
     }
-    pursue(whitening, base, &trials)
+    pursue(objective, base, &trials)
 }
 
 fn gain_of(base: &Fitted, trials: &[(FittedEffect, Fit)]) -> f64 {
@@ -132,27 +148,28 @@ fn gain_of(base: &Fitted, trials: &[(FittedEffect, Fit)]) -> f64 {
 }
 
 /// Takes a short fit that gained next to nothing as it is: the nuisances stand where they stood, and so do their columns.
-fn settle_short(whitening: &Whitening, base: &Fitted, effect: &FittedEffect, fit: Fit) -> Fitted {
+fn settle_short(objective: &dyn Objective, base: &Fitted, effect: &FittedEffect, fit: Fit) -> Fitted {
     let shape = base.shape.with(effect);
-    let problem = Innovations { whitening, shape: &shape };
+    let problem = objective.of(&shape);
     let residuals = problem.residuals(&fit.theta);
     let own = base.columns.len()..fit.theta.len();
     let mut columns = base.columns.clone();
-    columns.extend(solver::columns(&problem, shape.parameters(), &fit.theta, &residuals, own));
+    columns.extend(problem.columns(shape.parameters(), &fit.theta, &residuals, own));
     let blocks = solver::blocks_of(&residuals, &columns, problem.block_ends(), problem.huber());
     let fit = Fit { blocks, ..fit };
-    let left_out = solver::leave_one_out(&problem, shape.parameters(), &fit);
+    let left_out = solver::leave_one_out(&*problem, shape.parameters(), &fit);
+    drop(problem);
     Fitted { shape, fit, residuals, columns, left_out }
 }
 
 /// Gain that a linearised candidate promises, from its first start, where it must do nothing yet.
-pub fn linear_gain(whitening: &Whitening, base: &Fitted, candidate: &Candidate) -> f64 {
+pub fn linear_gain(objective: &dyn Objective, base: &Fitted, candidate: &Candidate) -> f64 {
     let Some(effect) = candidate.starts.first() else { return 0.0 };
     let shape = base.shape.with(effect);
-    let problem = Innovations { whitening, shape: &shape };
+    let problem = objective.of(&shape);
     let theta = start(base, effect);
     let own = base.columns.len()..theta.len();
-    let own = solver::columns(&problem, shape.parameters(), &theta, &base.residuals, own);
+    let own = problem.columns(shape.parameters(), &theta, &base.residuals, own);
     let all: Vec<&[f64]> = base.columns.iter().chain(&own).map(Vec::as_slice).collect();
     let blocks = solver::blocks_of(&base.residuals, &all, problem.block_ends(), problem.huber());
     let (gradient, curvature) = solver::assemble(shape.parameters(), &theta, &blocks);
@@ -160,29 +177,29 @@ pub fn linear_gain(whitening: &Whitening, base: &Fitted, candidate: &Candidate) 
 }
 
 /// As [`fit_candidate`], from the first start and only as far as a ranking needs.
-pub fn fit_briefly(whitening: &Whitening, base: &Fitted, candidate: &Candidate) -> Fitted {
+pub fn fit_briefly(objective: &dyn Objective, base: &Fitted, candidate: &Candidate) -> Fitted {
     let Some(effect) = candidate.starts.first() else { return base.clone() };
-    let fit = go_on(whitening, base, effect, &start(base, effect), SHORT);
-    settle_short(whitening, base, effect, fit)
+    let fit = go_on(objective, base, effect, &start(base, effect), SHORT);
+    settle_short(objective, base, effect, fit)
 }
 
 /// Fits every candidate on top of `base`; the order of the results is that of the candidates on any number of threads.
 pub fn fit_all(
-    whitening: &Whitening,
+    objective: &dyn Objective,
     base: &Fitted,
     candidates: &[Candidate],
     pursuit: &Pursuit,
     progress: &(dyn Fn(&'static str) + Sync),
 ) -> Vec<Fitted> {
     let mut short: Vec<Vec<(FittedEffect, Fit)>> =
-        candidates.par_iter().map(|candidate| trials(whitening, base, candidate, pursuit)).collect();
+        candidates.par_iter().map(|candidate| trials(objective, base, candidate, pursuit)).collect();
     let best = |short: &[Vec<(FittedEffect, Fit)>]| {
         short.iter().map(|trials| gain_of(base, trials)).fold(0.0, f64::max)
     };
     let worthwhile = (pursuit.second_fit_share * best(&short)).max(pursuit.worthwhile_gain);
     short.par_iter_mut().filter(|trials| gain_of(base, trials) >= worthwhile).for_each(|trials| {
         for (effect, fit) in trials {
-            *fit = go_on(whitening, base, effect, &fit.theta, SHORT);
+            *fit = go_on(objective, base, effect, &fit.theta, SHORT);
         }
     });
     let least = (pursuit.full_fit_share * best(&short)).max(pursuit.worthwhile_gain);
@@ -191,9 +208,9 @@ pub fn fit_all(
         .zip(candidates)
         .map(|(trials, candidate)| {
             let fitted = if gain_of(base, &trials) >= least {
-                pursue(whitening, base, &trials)
+                pursue(objective, base, &trials)
             } else {
-                settle_best(whitening, base, trials)
+                settle_best(objective, base, trials)
             };
             progress(candidate.spec.id);
             fitted

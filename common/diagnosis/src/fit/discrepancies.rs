@@ -4,6 +4,7 @@ use crate::data::case::Case;
 use crate::decide::criteria::Pursuit;
 use crate::fit::candidate::{self, Fitted};
 use crate::fit::frozen::{self, FrozenFit};
+use crate::fit::objective::{Linearisation, Objective};
 use crate::model::candidates::Candidate;
 use crate::model::discrepancy::{self, Discrepancy, Place};
 use crate::model::parameters::Shape;
@@ -61,14 +62,8 @@ pub fn instead_of_effects(
         .collect();
     if base.tolerance >= pursuit.gross_tolerance {
         let candidates: Vec<Candidate> = discrepancies.iter().map(|f| f.candidate.clone()).collect();
-        let strict = frozen::strict_trials(
-            case,
-            &base.fitted,
-            &disturbances,
-            &candidates,
-            pursuit.discrepancies_finished,
-            pursuit,
-        );
+        let strict =
+            frozen::open_loop_trials(case, &base.fitted, &candidates, &[], pursuit.discrepancies_finished);
         let settle = |(i, shape, theta): &(usize, Shape, Vec<f64>)| {
             let frozen = frozen::freeze_upwards(case, shape, &disturbances, theta, base.tolerance);
             settled(&discrepancies[*i], frozen)
@@ -101,7 +96,14 @@ fn explain_with(
     discrepancies: Vec<Discrepancy>,
     pursuit: &Pursuit,
 ) -> Vec<FittedDiscrepancy> {
-    let (whitening, base) = (&frozen.whitening, &frozen.fitted);
+    let base = &frozen.fitted;
+    let around;
+    let objective: &dyn Objective = if frozen.whitening.is_tolerant() {
+        around = Linearisation::new(&frozen.whitening, base);
+        &around
+    } else {
+        &frozen.whitening
+    };
     let closed = |discrepancy: Discrepancy, fitted: Fitted| {
         let gain = base.fit.total() - fitted.fit.total();
         let predictive = base.predictive_cost() - fitted.predictive_cost();
@@ -110,14 +112,14 @@ fn explain_with(
         let score = candidate::score(gain, predictive, pursuit);
         FittedDiscrepancy { discrepancy, gain, predictive, score, fitted }
     };
-    let screen = |f: Discrepancy| (candidate::linear_gain(whitening, base, &f.candidate), f);
+    let screen = |f: Discrepancy| (candidate::linear_gain(objective, base, &f.candidate), f);
     let mut screened: Vec<(f64, Discrepancy)> = discrepancies.into_par_iter().map(screen).collect();
     screened.sort_by(|a, b| b.0.total_cmp(&a.0));
     screened.truncate(pursuit.discrepancies_screened);
     let mut brief: Vec<FittedDiscrepancy> = screened
         .into_par_iter()
         .map(|(_, f)| {
-            let fitted = candidate::fit_briefly(whitening, base, &f.candidate);
+            let fitted = candidate::fit_briefly(objective, base, &f.candidate);
             closed(f, fitted)
         })
         .collect();
@@ -129,11 +131,15 @@ fn explain_with(
             if brief.gain < pursuit.discrepancy_worthwhile {
                 return brief;
             }
-            let fitted = candidate::fit_candidate(whitening, base, &brief.discrepancy.candidate, pursuit);
+            // What a linearisation promises must hold when the filter is run.
+            let led = candidate::fit_candidate(objective, base, &brief.discrepancy.candidate, pursuit);
+            let fitted =
+                if frozen.whitening.is_tolerant() { candidate::settle(&frozen.whitening, &led) } else { led };
             closed(brief.discrepancy, fitted)
         })
         .collect();
-    all.extend(rest);
+    // Those that were only tried come after those that were carried to the end.
     all.sort_by(|a, b| b.score.total_cmp(&a.score));
+    all.extend(rest);
     all
 }

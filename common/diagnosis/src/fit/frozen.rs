@@ -1,10 +1,10 @@
 //! Frozen fits: a model fitted with the one-step filter frozen at itself, at the tolerance that makes it most likely.
 
 use crate::data::case::Case;
-use crate::decide::criteria::Pursuit;
-use crate::fit::candidate::{FULL, Fitted, SHORT, close, trials};
+use crate::fit::candidate::{FULL, Fitted, OPEN_LOOP, SHORT, close};
 use crate::fit::objective::{Innovations, Whitening};
-use crate::fit::solver::{self, Effort, Fit};
+use crate::fit::solver::{self, Effort, Fit, Problem};
+use crate::fit::windows;
 use crate::model::candidates::Candidate;
 use crate::model::parameters::{FittedEffect, Shape};
 use crate::predict::disturbances::{DisturbanceModel, OUTLIER_SIGMA};
@@ -72,28 +72,40 @@ pub fn freeze_upwards<'a>(
     FrozenFit { tolerance, whitening, fitted }
 }
 
-/// Short fits of all candidates with a filter that tolerates nothing: indices, shapes and parameters of the best `count`.
+/// Short fits of all candidates on open-loop windows, each from its first start and from where `led` says: indices, shapes and
+/// parameters of the best `count`.
 ///
-/// Where the model is grossly wrong, a tolerant filter follows the measurements so closely that a late or smoothed
-/// sensor in its feedback unsettles it; one that trusts the model sees such an effect for what it is.
-pub fn strict_trials(
+/// Where the model is grossly wrong, a tolerant filter follows the measurements so closely that a late or smoothed sensor in
+/// its feedback unsettles it, and a form that is not quite right looks like any other. Open loop there is no feedback, and
+/// what pads and wind add is small beside what is wrong.
+pub fn open_loop_trials(
     case: &Case,
     current: &Fitted,
-    disturbances: &DisturbanceModel,
     candidates: &[Candidate],
+    led: &[Option<FittedEffect>],
     count: usize,
-    pursuit: &Pursuit,
 ) -> Vec<(usize, Shape, Vec<f64>)> {
-    let (whitening, fit) = fit_at(case, &current.shape, &disturbances.tolerant(0), &current.fit.theta);
-    let base = close(&whitening, &current.shape, fit);
-    let first = |(i, c): (usize, &Candidate)| {
-        trials(&whitening, &base, c, pursuit).into_iter().next().map(|(effect, fit)| (i, effect, fit))
+    let shape = &current.shape;
+    let (problem, base) = windows::reweighted(case, shape, &current.fit.theta);
+    let residuals = problem.residuals(&base);
+    let columns = problem.columns(shape.parameters(), &base, &residuals, 0..base.len());
+    let fit = |effect: &FittedEffect| {
+        let with = shape.with(effect);
+        let start: Vec<f64> = base.iter().copied().chain(effect.parameters.iter().map(|p| p.start)).collect();
+        let effort = Effort { slow_columns: base.len(), ..OPEN_LOOP };
+        let fit = solver::fit(&problem.with(&with), with.parameters(), &start, effort, Some(&columns));
+        (fit.total(), with, fit.theta)
     };
-    let mut best: Vec<(usize, FittedEffect, Fit)> =
-        candidates.par_iter().enumerate().filter_map(first).collect();
-    best.sort_by(|a, b| a.2.total().total_cmp(&b.2.total()));
-    best.truncate(count);
-    best.into_iter().map(|(i, effect, fit)| (i, base.shape.with(&effect), fit.theta)).collect()
+    let best = |(i, c): (usize, &Candidate)| {
+        let starts = c.starts.iter().take(1).chain(led.get(i).and_then(Option::as_ref));
+        let fits = starts.map(fit).min_by(|a, b| a.0.total_cmp(&b.0));
+        fits.map(|(cost, shape, theta)| (cost, i, shape, theta))
+    };
+    let mut all: Vec<(f64, usize, Shape, Vec<f64>)> =
+        candidates.par_iter().enumerate().filter_map(best).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    all.truncate(count);
+    all.into_iter().map(|(_, i, shape, theta)| (i, shape, theta)).collect()
 }
 
 /// Fits a shape at one tolerance: twice, since the gains depend on the fit.

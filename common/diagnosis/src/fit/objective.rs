@@ -1,11 +1,13 @@
 //! The two objectives: whitened innovations, which select, and the contract's windows, which the report is about.
 
 use crate::data::case::{Case, OUTPUTS, Run};
-use crate::fit::solver::Problem;
-use crate::model::parameters::{Built, Shape};
+use crate::fit::candidate::Fitted;
+use crate::fit::solver::{self, Problem};
+use crate::model::parameters::{Built, Parameter, Shape};
 use crate::predict::disturbances::{DisturbanceModel, OUTLIER_SIGMA};
 use crate::predict::one_step::Predictor;
 use crate::predict::open_loop::{self, sigmas};
+use crate::predict::response::Path;
 
 /// Frozen predictors of all runs to fit on.
 #[derive(Debug)]
@@ -13,6 +15,7 @@ pub struct Whitening<'a> {
     runs: &'a [Run],
     predictors: Vec<Predictor>,
     ends: Vec<usize>,
+    tolerant: bool,
 }
 
 impl<'a> Whitening<'a> {
@@ -25,7 +28,23 @@ impl<'a> Whitening<'a> {
             end += OUTPUTS * run.len();
             end
         });
-        Self { runs: &case.fit, predictors, ends: ends.collect() }
+        let tolerant = disturbances.tolerance.is_large();
+        Self { runs: &case.fit, predictors, ends: ends.collect(), tolerant }
+    }
+
+    /// Whether the filter corrects so much at each sample that it hardly looks beyond one step: small changes of the model
+    /// are then followed along its path (see [`response`](crate::predict::response)), which a late sensor cannot unsettle.
+    pub(crate) fn is_tolerant(&self) -> bool {
+        self.tolerant
+    }
+
+    /// The paths of the filters with `built`.
+    pub(crate) fn paths(&self, built: &Built) -> Vec<Path<'_>> {
+        self.runs
+            .iter()
+            .zip(&self.predictors)
+            .map(|(run, predictor)| Path::new(built, run, predictor))
+            .collect()
     }
 
     /// Residuals in a stretch of so many seconds of all outputs.
@@ -49,7 +68,108 @@ pub struct Innovations<'a> {
     pub shape: &'a Shape,
 }
 
+/// Something that makes a problem of a shape of model.
+pub trait Objective: Sync {
+    /// The problem of fitting `shape`.
+    fn of<'s>(&'s self, shape: &'s Shape) -> Box<dyn Problem + Sync + 's>;
+}
+
+impl Objective for Whitening<'_> {
+    fn of<'s>(&'s self, shape: &'s Shape) -> Box<dyn Problem + Sync + 's> {
+        Box::new(Innovations { whitening: self, shape })
+    }
+}
+
+/// Innovations around a fitted model without simulating again, see [`response`](crate::predict::response): what was fitted
+/// before counts by its derivatives, what comes on top by its response along the paths.
+#[derive(Debug)]
+pub struct Linearisation<'a> {
+    whitening: &'a Whitening<'a>,
+    base: &'a Fitted,
+    paths: Vec<Path<'a>>,
+}
+
+impl<'a> Linearisation<'a> {
+    /// Around `base`, which was fitted with `whitening` and linearised.
+    pub fn new(whitening: &'a Whitening<'a>, base: &'a Fitted) -> Self {
+        let built = base.shape.build(&base.fit.theta);
+        Self { whitening, base, paths: whitening.paths(&built) }
+    }
+
+    /// Residuals of one run.
+    fn run(&self, shape: &Shape, theta: &[f64], run: usize, out: &mut Vec<f64>) {
+        let (held, own) = (&self.base.fit.theta, &theta[self.base.fit.theta.len()..]);
+        let around: Vec<f64> = held.iter().chain(own).copied().collect();
+        let from = out.len();
+        self.paths[run].residuals(&shape.build(&around), out);
+        let ends = &self.whitening.ends;
+        let start = if run == 0 { 0 } else { ends[run - 1] };
+        for (column, moved) in self.base.columns.iter().zip(theta.iter().zip(held).map(|(t, h)| t - h)) {
+            if moved != 0.0 {
+                let part = &column[start..ends[run]];
+                out[from..].iter_mut().zip(part).for_each(|(residual, slope)| *residual += slope * moved);
+            }
+        }
+    }
+}
+
+impl Objective for Linearisation<'_> {
+    fn of<'s>(&'s self, shape: &'s Shape) -> Box<dyn Problem + Sync + 's> {
+        Box::new(Linearised { around: self, shape })
+    }
+}
+
+struct Linearised<'a> {
+    around: &'a Linearisation<'a>,
+    shape: &'a Shape,
+}
+
+impl Problem for Linearised<'_> {
+    fn residuals(&self, theta: &[f64]) -> Vec<f64> {
+        let mut out = Vec::with_capacity(self.block_ends().last().copied().unwrap_or(0));
+        (0..self.around.paths.len()).for_each(|run| self.around.run(self.shape, theta, run, &mut out));
+        out
+    }
+
+    fn block_residuals(&self, theta: &[f64], block: usize) -> Vec<f64> {
+        let mut out = Vec::new();
+        self.around.run(self.shape, theta, block, &mut out);
+        out
+    }
+
+    fn block_ends(&self) -> &[usize] {
+        &self.around.whitening.ends
+    }
+
+    fn huber(&self) -> f64 {
+        OUTLIER_SIGMA
+    }
+}
+
 impl Problem for Innovations<'_> {
+    fn columns(
+        &self,
+        parameters: &[Parameter],
+        theta: &[f64],
+        base: &[f64],
+        range: std::ops::Range<usize>,
+    ) -> Vec<Vec<f64>> {
+        if !self.whitening.is_tolerant() {
+            return solver::differences(parameters, theta, base, range, |theta| self.residuals(theta));
+        }
+        if range.is_empty() {
+            return Vec::new();
+        }
+        let paths = self.whitening.paths(&self.shape.build(theta));
+        let along = |theta: &[f64]| {
+            let built = self.shape.build(theta);
+            let mut out = Vec::with_capacity(base.len());
+            paths.iter().for_each(|path| path.residuals(&built, &mut out));
+            out
+        };
+        solver::differences(parameters, theta, base, range, along)
+    }
+
     fn residuals(&self, theta: &[f64]) -> Vec<f64> {
         let built = self.shape.build(theta);
         let mut out = Vec::with_capacity(self.whitening.ends.last().copied().unwrap_or(0));
@@ -102,6 +222,20 @@ impl<'a> Windows<'a> {
             weights.push(vec![1.0; windows.len()]);
         }
         Self { runs: &case.fit, shape, ends, sigma: sigmas(&case.vehicle.sensors), weights }
+    }
+
+    /// The same windows and weights for another shape.
+    pub(super) fn with<'s>(&self, shape: &'s Shape) -> Windows<'s>
+    where
+        'a: 's,
+    {
+        Windows {
+            shape,
+            runs: self.runs,
+            ends: self.ends.clone(),
+            sigma: self.sigma,
+            weights: self.weights.clone(),
+        }
     }
 
     /// Gives windows that `theta` misses by far less weight, so that one which falls on the wrong side of the edge

@@ -17,6 +17,16 @@ pub trait Problem {
     fn block_residuals(&self, theta: &[f64], block: usize) -> Vec<f64>;
     /// Residuals beyond this many sigma count linearly (Huber).
     fn huber(&self) -> f64;
+    /// Derivatives of the residuals, column by column, with respect to the parameters of `range`; `base` are the residuals.
+    fn columns(
+        &self,
+        parameters: &[Parameter],
+        theta: &[f64],
+        base: &[f64],
+        range: std::ops::Range<usize>,
+    ) -> Vec<Vec<f64>> {
+        differences(parameters, theta, base, range, |theta| self.residuals(theta))
+    }
 }
 
 /// Normal equations of one block: half the cost, its gradient and curvature.
@@ -72,13 +82,13 @@ fn prior_cost(parameters: &[Parameter], theta: &[f64]) -> f64 {
     parameters.iter().zip(theta).map(term).sum()
 }
 
-/// Derivatives of the residuals, column by column, with respect to the parameters `columns`.
-pub fn columns(
-    problem: &impl Problem,
+/// Derivatives of `residuals`, whose value at `theta` is `base`, with respect to the parameters `which`, by differences.
+pub fn differences(
     parameters: &[Parameter],
     theta: &[f64],
     base: &[f64],
-    which: impl Iterator<Item = usize>,
+    which: std::ops::Range<usize>,
+    residuals: impl Fn(&[f64]) -> Vec<f64>,
 ) -> Vec<Vec<f64>> {
     which
         .map(|j| {
@@ -89,7 +99,7 @@ pub fn columns(
             }
             let mut moved = theta.to_vec();
             moved[j] += by;
-            let mut column = problem.residuals(&moved);
+            let mut column = residuals(&moved);
             column.iter_mut().zip(base).for_each(|(c, b)| *c = (*c - b) / by);
             column
         })
@@ -196,7 +206,7 @@ pub struct Effort {
 
 /// Fits from `start`; `slow` are columns of the first parameters known from elsewhere.
 pub fn fit(
-    problem: &impl Problem,
+    problem: &(impl Problem + ?Sized),
     parameters: &[Parameter],
     start: &[f64],
     effort: Effort,
@@ -215,11 +225,11 @@ pub fn fit(
     for _ in 0..effort.iterations {
         age += 1;
         if slow.is_none() || age > effort.refresh {
-            slow = Some(columns(problem, parameters, &theta, &residuals, 0..effort.slow_columns).into());
+            slow = Some(problem.columns(parameters, &theta, &residuals, 0..effort.slow_columns).into());
             age = 0;
         }
         let known = slow.as_deref().unwrap_or_default();
-        let own = columns(problem, parameters, &theta, &residuals, known.len()..theta.len());
+        let own = problem.columns(parameters, &theta, &residuals, known.len()..theta.len());
         let all: Vec<&[f64]> = known.iter().chain(&own).map(Vec::as_slice).collect();
         let blocks = blocks_of(&residuals, &all, problem.block_ends(), huber);
         let (gradient, curvature) = assemble(parameters, &theta, &blocks);
@@ -305,18 +315,18 @@ fn step_within(
 
 /// Normal equations and columns of a fit at its solution.
 pub fn linearise(
-    problem: &impl Problem,
+    problem: &(impl Problem + ?Sized),
     parameters: &[Parameter],
     fit: &mut Fit,
 ) -> (Vec<f64>, Vec<Vec<f64>>) {
     let residuals = problem.residuals(&fit.theta);
-    let all = columns(problem, parameters, &fit.theta, &residuals, 0..fit.theta.len());
+    let all = problem.columns(parameters, &fit.theta, &residuals, 0..fit.theta.len());
     fit.blocks = blocks_of(&residuals, &all, problem.block_ends(), problem.huber());
     (residuals, all)
 }
 
 /// Leave-one-block-out prediction: half cost of each block at the parameters that a Newton step without it gives.
-pub fn leave_one_out(problem: &impl Problem, parameters: &[Parameter], fit: &Fit) -> Vec<f64> {
+pub fn leave_one_out(problem: &(impl Problem + ?Sized), parameters: &[Parameter], fit: &Fit) -> Vec<f64> {
     let (_, curvature) = assemble(parameters, &fit.theta, &fit.blocks);
     fit.blocks
         .iter()

@@ -90,6 +90,15 @@ fn fit_from(case: &Case, shape: &Shape, start: &[f64]) -> Vec<f64> {
     theta
 }
 
+/// The problem of a shape on the windows, weighted where a short fit from `start` ends, and that end.
+pub(super) fn reweighted<'a>(case: &'a Case, shape: &'a Shape, start: &[f64]) -> (Windows<'a>, Vec<f64>) {
+    let mut problem = Windows::new(case, shape);
+    problem.reweight(start);
+    let theta = solver::fit(&problem, shape.parameters(), start, EFFORT, None).theta;
+    problem.reweight(&theta);
+    (problem, theta)
+}
+
 /// Gap on the runs to fit on, with every window beyond three times the median counted as that.
 fn robust_gap(case: &Case, shape: &Shape, theta: &[f64]) -> f64 {
     let mut gaps: Vec<(f64, usize)> =

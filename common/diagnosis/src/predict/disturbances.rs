@@ -6,8 +6,8 @@
 
 use crate::data::case::{OUTPUTS, WHEELSETS};
 use nalgebra::SMatrix;
-use railgrip_vehicle::fast::Disturbance;
-use railgrip_vehicle::{GRAVITY_M_S2, VehicleParameters};
+use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion};
+use railgrip_vehicle::{GRAVITY_M_S2, Loading, VehicleParameters};
 
 /// States of the filter: speeds, pad frictions, wind.
 pub(crate) const STATES: usize = OUTPUTS + WHEELSETS + 1;
@@ -42,6 +42,16 @@ pub struct Tolerance {
     /// One sigma a sample of wheelset speeds, relative to their sensors' sigma.
     pub wheel: f64,
 }
+
+impl Tolerance {
+    /// Whether a filter with it corrects so much at each sample that it hardly looks beyond one step.
+    pub(crate) fn is_large(&self) -> bool {
+        self.wheel >= LARGE_WHEEL
+    }
+}
+
+/// Process noise of wheelset speeds, relative to their sensors' sigma, from which a tolerance is large.
+const LARGE_WHEEL: f64 = 1.0;
 
 /// Tolerances from none to one-step-ahead prediction.
 pub const TOLERANCES: [Tolerance; 4] = [
@@ -87,17 +97,6 @@ pub(crate) fn robust_cost(white: f64) -> f64 {
     if size <= OUTLIER_SIGMA { 0.5 * white * white } else { OUTLIER_SIGMA * (size - 0.5 * OUTLIER_SIGMA) }
 }
 
-/// Steps of the differences by which derivatives with respect to the states are taken, in the states' units.
-pub(crate) const DIFFERENCES: [f64; STATES] = [1e-4, 1e-4, 1e-4, 1e-3, 1e-3, 1e-1];
-
-/// Adds `by` to one of the states from pad friction on.
-pub(crate) fn move_disturbance(disturbance: &mut Disturbance, state: usize, by: f64) {
-    match state {
-        OUTPUTS..WIND => disturbance.pad[state - OUTPUTS] += by,
-        _ => disturbance.wind_m_s += by,
-    }
-}
-
 /// Index of the wind among the states.
 pub(crate) const WIND: usize = STATES - 1;
 
@@ -119,20 +118,27 @@ pub(crate) fn of_measured<const N: usize>(
     (observe, sensor)
 }
 
-/// Derivatives of the next state of `N` components with respect to the present one: those of the speeds by differences of
-/// `speeds_after(state, step)`, the speeds after `step` was added to a state; `decay` of the others over a sample.
-pub(crate) fn derivatives<const N: usize>(
-    speeds_after: impl Fn(usize, f64) -> [f64; OUTPUTS],
-    steps: &[f64; N],
-    decay: &[f64],
-) -> SMatrix<f64, N, N> {
-    let base = speeds_after(0, 0.0);
+/// Derivatives of the next state with respect to the present one; `decay` is what is left of each disturbance after a sample.
+pub(crate) fn derivatives(
+    wagon: &FastWagon,
+    motion: &Motion,
+    disturbance: &Disturbance,
+    loading: &Loading,
+    decay: &[f64; WHEELSETS + 1],
+) -> SMatrix<f64, STATES, STATES> {
+    let slopes = wagon.slopes(motion, loading);
     let mut derivatives = SMatrix::zeros();
-    for (column, by) in steps.iter().enumerate() {
-        let moved = speeds_after(column, *by);
-        for row in 0..OUTPUTS {
-            derivatives[(row, column)] = (moved[row] - base[row]) / by;
+    let by_wind = -wagon.resistance_by_wind(motion, loading);
+    for row in 0..OUTPUTS {
+        for column in 0..OUTPUTS {
+            derivatives[(row, column)] = slopes.by_speed[row][column];
         }
+        for i in 0..WHEELSETS {
+            let against = if motion.state[1 + i] == 0.0 { 0.0 } else { motion.state[1 + i].signum() };
+            let by_pad = -against * loading.brake_torque_nm[i] / (1.0 + disturbance.pad[i]);
+            derivatives[(row, OUTPUTS + i)] = slopes.by_torque[row][i] * by_pad;
+        }
+        derivatives[(row, WIND)] = slopes.by_force[row] * by_wind;
     }
     for (i, decay) in decay.iter().enumerate() {
         derivatives[(OUTPUTS + i, OUTPUTS + i)] = *decay;

@@ -5,8 +5,7 @@ use crate::data::case::{Case, OUTPUTS, Run, Sample, WHEELSETS};
 use crate::model::discrepancy::{Place, Scope};
 use crate::model::parameters::Built;
 use crate::predict::disturbances::{
-    DIFFERENCES, DisturbanceModel, Noise, STATES, WIND, derivatives, move_disturbance, of_measured,
-    robust_cost,
+    DisturbanceModel, Noise, STATES, WIND, derivatives, of_measured, robust_cost,
 };
 use nalgebra::{SMatrix, SVector};
 use railgrip_filter::core::Gaussian;
@@ -230,17 +229,38 @@ impl<'a> Filter<'a> {
 
     /// Derivatives of the next state.
     fn derivatives(&self, sample: &Sample) -> State {
-        let speeds_after = |state: usize, by: f64| {
-            let (mut motion, mut disturbance, mut local) = (self.motion, self.disturbance, self.local);
-            match state {
-                0..OUTPUTS => motion.state[state] += by,
-                STATES => local += by,
-                _ => move_disturbance(&mut disturbance, state, by),
-            }
-            self.step(motion, sample, disturbance, local, &mut self.hidden.clone()).state
-        };
-        let mut steps = [0.03 * self.freed.place.scale().0; WIDE];
-        steps[..STATES].copy_from_slice(&DIFFERENCES);
-        derivatives(speeds_after, &steps, &self.decay)
+        let (freed, local) = (self.freed, self.local);
+        let mut disturbance = self.disturbance;
+        let mut adhesion_factor = 1.0;
+        match freed.place {
+            Place::PadFriction => (0..WHEELSETS).for_each(|i| disturbance.pad[i] += freed.on(i) * local),
+            Place::Adhesion => adhesion_factor = (1.0 + local).max(0.05),
+            _ => {}
+        }
+        let wagon = self.wagon.on_adhesion(adhesion_factor);
+        let loading = wagon.loading_at(&self.motion, &sample.input, &disturbance, &self.hidden);
+        let (shared, _) = self.decay.split_at(WHEELSETS + 1);
+        let shared = std::array::from_fn(|i| shared[i]);
+        let narrow = derivatives(&wagon, &self.motion, &disturbance, &loading, &shared);
+        let mut wide = State::zeros();
+        wide.fixed_view_mut::<STATES, STATES>(0, 0).copy_from(&narrow);
+        wide[(STATES, STATES)] = self.decay[WHEELSETS + 1];
+        let slopes = wagon.slopes(&self.motion, &loading);
+        for row in 0..OUTPUTS {
+            let sum = |of: &dyn Fn(usize) -> f64| (0..WHEELSETS).map(of).sum::<f64>();
+            wide[(row, STATES)] = match freed.place {
+                Place::PadFriction => sum(&|i| freed.on(i) * narrow[(row, OUTPUTS + i)]),
+                Place::Adhesion => {
+                    sum(&|i| slopes.by_adhesion[row][i] * loading.adhesion_peak[i] / adhesion_factor)
+                }
+                Place::DriveTorque => {
+                    sum(&|i| slopes.by_torque[row][i] * sample.input.mid_drive_torque_nm[i])
+                }
+                Place::BodyForce if row == 0 => self.run.dt_s / self.mass_kg,
+                Place::WheelTorque if row > 0 => freed.on(row - 1) * self.run.dt_s / self.inertia_kg_m2,
+                _ => 0.0,
+            };
+        }
+        wide
     }
 }

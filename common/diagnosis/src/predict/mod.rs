@@ -6,3 +6,4 @@ pub(crate) mod local_disturbance;
 pub mod localise;
 pub mod one_step;
 pub mod open_loop;
+pub mod response;

@@ -9,22 +9,22 @@
 
 use crate::data::case::{OUTPUTS, Run, Sample, WHEELSETS};
 use crate::model::parameters::Built;
-use crate::predict::disturbances::{
-    DIFFERENCES, DisturbanceModel, Noise, STATES, WIND, derivatives, move_disturbance, of_measured,
-};
+use crate::predict::disturbances::{DisturbanceModel, Noise, STATES, WIND, derivatives, of_measured};
 use nalgebra::{SMatrix, SVector};
 use railgrip_filter::core::{Gaussian, JointGain};
 use railgrip_vehicle::VehicleParameters;
 use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion};
 
 /// Gain and whitening of one sample.
-type Gain = JointGain<STATES, OUTPUTS>;
+pub(super) type Gain = JointGain<STATES, OUTPUTS>;
 
 /// Frozen filter of one run.
 #[derive(Clone, Debug)]
 pub struct Predictor {
-    gains: Vec<Gain>,
-    decay: [f64; WHEELSETS + 1],
+    pub(super) gains: Vec<Gain>,
+    pub(super) decay: [f64; WHEELSETS + 1],
+    /// Whether the filter corrects so much that its wheelsets are thrown off rolling at every sample.
+    pub(crate) tolerant: bool,
     /// Half the log-determinants of all innovation covariances.
     pub half_log_determinant: f64,
 }
@@ -37,7 +37,8 @@ impl Predictor {
         vehicle: &VehicleParameters,
         disturbances: &DisturbanceModel,
     ) -> Self {
-        let wagon = FastWagon::new(&built.model, built.adhesion(run.rail), run.dt_s);
+        let tolerant = disturbances.tolerance.is_large();
+        let wagon = wagon(built, run, tolerant);
         let decay = disturbances.decay(run.dt_s);
         let noise = Noise::new(vehicle, disturbances, run.dt_s, &decay);
         let observe = SMatrix::<f64, OUTPUTS, STATES>::identity();
@@ -58,12 +59,12 @@ impl Predictor {
             filter.predict(&wagon, sample, &decay);
         }
         let half_log_determinant = gains.iter().map(|gain| gain.half_log_determinant).sum();
-        Self { gains, decay, half_log_determinant }
+        Self { gains, decay, tolerant, half_log_determinant }
     }
 
     /// Appends the whitened innovations of `built` on `run`, three a sample.
     pub fn residuals(&self, built: &Built, run: &Run, out: &mut Vec<f64>) {
-        let wagon = FastWagon::new(&built.model, built.adhesion(run.rail), run.dt_s);
+        let wagon = wagon(built, run, self.tolerant);
         let mut filter = Filter::start(run, &wagon);
         let last = run.len() - 1;
         for (k, (sample, gain)) in run.samples.iter().zip(&self.gains).enumerate() {
@@ -78,18 +79,24 @@ impl Predictor {
     }
 }
 
+/// The wagon of a filter over `run`, see [`FastWagon::quick`].
+pub(super) fn wagon<'a>(built: &'a Built, run: &Run, tolerant: bool) -> FastWagon<'a> {
+    let wagon = FastWagon::new(&built.model, built.adhesion(run.rail), run.dt_s);
+    if tolerant { wagon.quick() } else { wagon }
+}
+
 /// Innovations beyond this many sigma count as this many: a diverged trial must stay finite.
-const CLAMP: f64 = 1e4;
+pub(super) const CLAMP: f64 = 1e4;
 
 /// The best estimate: motion, disturbances, hidden states of effects.
-struct Filter {
-    motion: Motion,
-    disturbance: Disturbance,
-    hidden: Vec<f64>,
+pub(super) struct Filter {
+    pub(super) motion: Motion,
+    pub(super) disturbance: Disturbance,
+    pub(super) hidden: Vec<f64>,
 }
 
 impl Filter {
-    fn start(run: &Run, wagon: &FastWagon) -> Self {
+    pub(super) fn start(run: &Run, wagon: &FastWagon) -> Self {
         let first = &run.samples[0];
         let hidden = wagon.start_hidden(&first.outputs, &first.input);
         let motion = wagon.start_motion(&first.measured_motion(), &first.input, &hidden);
@@ -101,7 +108,7 @@ impl Filter {
         sample.innovation(&reading)
     }
 
-    fn correct(&mut self, gain: &Gain, innovation: &[f64; OUTPUTS]) {
+    pub(super) fn correct(&mut self, gain: &Gain, innovation: &[f64; OUTPUTS]) {
         let change = gain.correction(innovation);
         for j in 0..OUTPUTS {
             self.motion.state[j] += change[j];
@@ -112,7 +119,7 @@ impl Filter {
         self.disturbance.wind_m_s += change[WIND];
     }
 
-    fn predict(&mut self, wagon: &FastWagon, sample: &Sample, decay: &[f64; WHEELSETS + 1]) {
+    pub(super) fn predict(&mut self, wagon: &FastWagon, sample: &Sample, decay: &[f64; WHEELSETS + 1]) {
         wagon.step(&mut self.motion, &sample.input, &self.disturbance, &mut self.hidden);
         for i in 0..WHEELSETS {
             self.disturbance.pad[i] *= decay[i];
@@ -127,16 +134,7 @@ impl Filter {
         sample: &Sample,
         decay: &[f64; WHEELSETS + 1],
     ) -> SMatrix<f64, STATES, STATES> {
-        let speeds_after = |state: usize, by: f64| {
-            let (mut motion, mut disturbance) = (self.motion, self.disturbance);
-            if state < OUTPUTS {
-                motion.state[state] += by;
-            } else {
-                move_disturbance(&mut disturbance, state, by);
-            }
-            wagon.step(&mut motion, &sample.input, &disturbance, &mut self.hidden.clone());
-            motion.state
-        };
-        derivatives(speeds_after, &DIFFERENCES, decay)
+        let loading = wagon.loading_at(&self.motion, &sample.input, &self.disturbance, &self.hidden);
+        derivatives(wagon, &self.motion, &self.disturbance, &loading, decay)
     }
 }

@@ -4,15 +4,18 @@
 //! The laws are those of [`WagonModel`]; only the integrator differs from [`WagonModel::step`], see [`SampleStep`]: it
 //! evaluates the contact law once or twice a sample where wheelsets roll or slide on.
 
-use super::SampleStep;
+use super::{SampleStep, Slopes};
 use crate::effects::{Observation, Operating};
 use crate::resistance::running_resistance;
-use crate::{Loading, MAX_WHEELSETS, PerWheelset, WagonInput, WagonModel, WagonState};
+use crate::{Constants, Loading, MAX_WHEELSETS, PerWheelset, WagonInput, WagonModel, WagonState};
 
 /// Wheelsets of a wagon that the fast integrator can drive.
 pub const WHEELSETS: usize = 2;
 /// Speeds that it integrates, and outputs that it reads: the vehicle's, then each wheelset's.
 pub const SPEEDS: usize = 1 + WHEELSETS;
+
+/// Change of headwind over which resistance is differenced, m/s.
+const WIND_CHANGE_M_S: f64 = 0.1;
 
 /// What acts on a wagon over one sample: measured or known, never simulated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -70,6 +73,12 @@ impl<'a> FastWagon<'a> {
     pub fn new(model: &'a WagonModel, adhesion: f64, dt_s: f64) -> Self {
         let step = SampleStep::new(model.constants(), dt_s);
         Self { model, adhesion, dt_s, bare: model.effects().is_empty(), step }
+    }
+
+    /// The same wagon in a filter, see [`SampleStep::quick`].
+    pub fn quick(mut self) -> Self {
+        self.step = self.step.quick();
+        self
     }
 
     /// The same wagon on a rail of this adhesion relative to its own.
@@ -169,6 +178,52 @@ impl<'a> FastWagon<'a> {
             motion.state = speeds_of(&reading);
         }
         motion
+    }
+
+    /// What the laws of actuation, pad friction, rail and body forces give at a sample.
+    pub fn loading_at(
+        &self,
+        motion: &Motion,
+        input: &SampleInput,
+        disturbance: &Disturbance,
+        hidden: &[f64],
+    ) -> Loading {
+        self.loading(&self.operating(motion, input), input, disturbance, hidden)
+    }
+
+    /// Derivatives of the speeds after a sample under this loading.
+    pub fn slopes(&self, motion: &Motion, loading: &Loading) -> Slopes {
+        let [v_m_s, front, rear] = motion.state;
+        let start = WagonState { v_m_s, wheel_speed_rad_s: [front, rear, 0.0, 0.0] };
+        let load_n = self.model.load_distribution().loads_n(motion.acceleration_m_s2);
+        self.step.slopes(&start, &load_n, loading, motion.acceleration_m_s2)
+    }
+
+    /// Speeds after a sample under this loading by the linear part of the step, see [`SampleStep::coarse`].
+    pub fn coarse(&self, motion: &Motion, loading: &Loading) -> [f64; SPEEDS] {
+        let [v_m_s, front, rear] = motion.state;
+        let start = WagonState { v_m_s, wheel_speed_rad_s: [front, rear, 0.0, 0.0] };
+        let load_n = self.model.load_distribution().loads_n(motion.acceleration_m_s2);
+        let end = self.step.coarse(&start, &load_n, loading, motion.acceleration_m_s2);
+        [end.v_m_s, end.wheel_speed_rad_s[0], end.wheel_speed_rad_s[1]]
+    }
+
+    /// Constants of the model, after its effects.
+    pub fn constants(&self) -> &Constants {
+        self.model.constants()
+    }
+
+    /// Running resistance under this loading, N.
+    pub fn resistance(&self, motion: &Motion, loading: &Loading) -> f64 {
+        running_resistance(&self.model.constants().resistance, motion.state[0], loading.wind_m_s)
+    }
+
+    /// Derivative of the running resistance over headwind, N/(m/s).
+    pub fn resistance_by_wind(&self, motion: &Motion, loading: &Loading) -> f64 {
+        let resistance = &self.model.constants().resistance;
+        let at = |wind_m_s: f64| running_resistance(resistance, motion.state[0], wind_m_s);
+        (at(loading.wind_m_s + WIND_CHANGE_M_S) - at(loading.wind_m_s - WIND_CHANGE_M_S))
+            / (2.0 * WIND_CHANGE_M_S)
     }
 
     /// Advances motion and hidden states from this sample to the next one.

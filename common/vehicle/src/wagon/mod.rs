@@ -9,9 +9,11 @@ mod guarded;
 mod integrate;
 mod quantities;
 mod sample_step;
+mod slopes;
 
 pub use quantities::{Constants, Forces, Loading, WagonInput, WagonState};
 pub use sample_step::SampleStep;
+pub use slopes::Slopes;
 
 use crate::adhesion::{ContactForce, creep_force};
 use crate::brake::pad_torque_nm;

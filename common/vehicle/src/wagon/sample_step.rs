@@ -38,6 +38,8 @@ pub struct SampleStep<'a, const PAIRS: usize> {
     /// Bound of the second derivative of saturation over slip, by load and reference speed, N.
     bend_n: f64,
     pairs: [Pair; PAIRS],
+    /// See [`SampleStep::quick`].
+    quick: bool,
 }
 
 /// Constants of two wheelsets; a place that no wheelset takes has zeros.
@@ -114,7 +116,16 @@ impl<'a, const PAIRS: usize> SampleStep<'a, PAIRS> {
             per_mass,
             bend_n: (std::f64::consts::FRAC_2_PI * bend).sqrt() * contact.stiffness_n,
             pairs,
+            quick: false,
         }
+    }
+
+    /// The same step for filters, which throw wheelsets off rolling at every sample by what their sensors' noise is: such a
+    /// wheelset comes back to rolling in one evaluation by the chord of its creep instead of in many. It never crosses the
+    /// slip of rolling, and errs by less than the noise that threw it off.
+    pub fn quick(mut self) -> Self {
+        self.quick = true;
+        self
     }
 
     /// Speeds after one sample under a constant loading, and the contact forces at its start, N.
@@ -174,9 +185,43 @@ impl<'a, const PAIRS: usize> SampleStep<'a, PAIRS> {
         }
     }
 
+    /// The linear part of a step, one evaluation of the contact law: exact where creep does not bend on the way. For whoever
+    /// compares two models along the same path; where a brake stops a wheelset nothing changes.
+    pub fn coarse(
+        &self,
+        state: &WagonState,
+        load_n: &PerWheelset,
+        loading: &Loading,
+        acceleration_m_s2: f64,
+    ) -> WagonState {
+        let reference = (state.v_m_s + 0.5 * self.dt_s * acceleration_m_s2).max(CREEPAGE_SPEED_FLOOR_M_S);
+        let mut lanes = [Lanes::default(); PAIRS];
+        let rest = loading.other_n - self.resistance(state.v_m_s, loading);
+        self.start(&mut lanes, state, load_n, loading, reference);
+        self.slip_on(&mut lanes, rest);
+        self.speeds(&lanes, state, loading, rest).unwrap_or(*state)
+    }
+
     /// Changes of the slips over one step; false where creep bends too much for one step.
     #[inline]
     fn slide(&self, lanes: &mut [Lanes; PAIRS], rest_n: f64, reference_m_s: f64) -> bool {
+        self.slip_on(lanes, rest_n);
+        let h = self.dt_s;
+        let contact = &self.constants.contact;
+        let sharp = self.bend_n / reference_m_s;
+        let mut smooth = true;
+        for (lane, pair) in lanes.iter_mut().zip(&self.pairs) {
+            let limit = lane.load * lane.peak;
+            let bend = (sharp + contact.friction_decay_s_per_m * limit) * lane.change;
+            let neglected = 0.5 * h * pair.kappa * lane.one * bend * bend;
+            smooth &= neglected.simd_le(limit * NEGLECTED_M_S).all();
+        }
+        smooth || (!self.quick && self.correct(lanes, reference_m_s))
+    }
+
+    /// Changes of the slips over one step with creep as steep as at its start.
+    #[inline]
+    fn slip_on(&self, lanes: &mut [Lanes; PAIRS], rest_n: f64) {
         let h = self.dt_s;
         let force: f64 = lanes.iter().map(|lane| lane.force.reduce_add()).sum();
         let total = (force + rest_n) * self.per_mass;
@@ -189,18 +234,10 @@ impl<'a, const PAIRS: usize> SampleStep<'a, PAIRS> {
             lane.change = lane.rate * (f64x2::ONE - lane.one) * pair.per_kappa;
             short += lane.change.reduce_add();
         }
-        let contact = &self.constants.contact;
-        let sharp = self.bend_n / reference_m_s;
-        let mut smooth = true;
-        for (lane, pair) in lanes.iter_mut().zip(&self.pairs) {
+        for lane in lanes.iter_mut() {
             let others = (short - lane.change) * self.per_mass;
             lane.change = lane.one * h * (lane.rate - others);
-            let limit = lane.load * lane.peak;
-            let bend = (sharp + contact.friction_decay_s_per_m * limit) * lane.change;
-            let neglected = 0.5 * h * pair.kappa * lane.one * bend * bend;
-            smooth &= neglected.simd_le(limit * NEGLECTED_M_S).all();
         }
-        smooth || self.correct(lanes, reference_m_s)
     }
 
     /// The correction of order three; false where it does not suffice.
@@ -253,10 +290,18 @@ impl<'a, const PAIRS: usize> SampleStep<'a, PAIRS> {
             // A place without a wheelset has no force and settles at once.
             let decay = (rate / distance).min(pair.by_force * slope) * self.dt_s;
             let left = distance.abs() * (-decay.min(f64x2::splat(500.0))).exp();
-            let fine =
-                last.abs().simd_lt(f64x2::splat(CONVERGED_M_S)) & left.simd_lt(f64x2::splat(UNSETTLED_M_S));
-            settled &= (fine | pair.radius.simd_eq(f64x2::ZERO)).all();
-            lane.change = pair.radius.simd_eq(f64x2::ZERO).bitselect(f64x2::ZERO, distance);
+            let found = last.abs().simd_lt(f64x2::splat(CONVERGED_M_S));
+            let fine = if self.quick { found } else { found & left.simd_lt(f64x2::splat(UNSETTLED_M_S)) };
+            let none = pair.radius.simd_eq(f64x2::ZERO);
+            settled &= (fine | none).all();
+            let back = if self.quick {
+                let chord = (rate / distance * self.dt_s).fast_max(f64x2::ZERO).fast_min(f64x2::splat(500.0));
+                let near = distance.abs().simd_lt(f64x2::splat(CONVERGED_M_S));
+                near.bitselect(distance, distance * (f64x2::ONE - (-chord).exp()))
+            } else {
+                distance
+            };
+            lane.change = none.bitselect(f64x2::ZERO, back);
         }
         settled
     }
