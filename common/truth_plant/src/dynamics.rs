@@ -1,4 +1,4 @@
-//! The equations of motion and their integration: a two-stage Rosenbrock method (ROS2 of Verwer et al. 1999, L-stable,
+//! The equations of motion and their integration: substeps of a two-stage Rosenbrock method (ROS2 of Verwer et al. 1999, L-stable,
 //! second order with any Jacobian), so that the stiff contact needs no small step and yet is resolved.
 
 use crate::{sheet::GRAVITY_M_S2, wagon::TrueWagon};
@@ -89,9 +89,37 @@ pub fn rates(
     rates
 }
 
-/// One step; returns the new motion and the rates at its start. Integrated are the speed and the slip velocities
-/// `w = r ω − v`, whose stiff coupling through the contact is solved in full.
+/// Longest substep over the time constant of the contact in pure rolling. In longer ones the two stages can throw a wheel from
+/// one side of rolling to the other and cancel, so that it sits in a slide that nothing holds.
+const LONGEST_SUBSTEP: f64 = 1.5;
+
+/// One step; returns the new motion and the rates at its start. It is made of substeps that the contact allows: one at line
+/// speed, more near standstill, where creepage is stiff.
 pub fn step(
+    wagon: &TrueWagon,
+    motion: &Motion,
+    action: &Action,
+    lagged_m_s2: f64,
+    step_s: f64,
+    friction: &impl Fn(usize, f64) -> f64,
+) -> (Motion, Rates) {
+    let reference_m_s = motion.v_m_s.max(CREEPAGE_FLOOR_M_S);
+    let stiffness_n = wagon.stiffness_n * std::f64::consts::FRAC_2_PI * wagon.reduction.iter().sum::<f64>();
+    let lever = |k: usize| wagon.radius_m[k] * wagon.radius_m[k] / wagon.inertia_kg_m2[k];
+    let rate = stiffness_n / reference_m_s * lever(0).max(lever(1));
+    let substeps = (rate * step_s / LONGEST_SUBSTEP).ceil().max(1.0);
+    let (mut next, first) = substep(wagon, motion, action, lagged_m_s2, step_s / substeps, friction);
+    let mut lagged_m_s2 = first.acceleration_m_s2;
+    for _ in 1..substeps as usize {
+        let (after, rates) = substep(wagon, &next, action, lagged_m_s2, step_s / substeps, friction);
+        (next, lagged_m_s2) = (after, rates.acceleration_m_s2);
+    }
+    (next, first)
+}
+
+/// One substep. Integrated are the speed and the slip velocities `w = r ω − v`, whose stiff coupling through the contact is
+/// solved in full.
+fn substep(
     wagon: &TrueWagon,
     motion: &Motion,
     action: &Action,

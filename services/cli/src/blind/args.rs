@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args as ClapArgs, ValueEnum};
+use railgrip_truth_plant::family::{FormSet, Forms};
 
 /// Arguments of `railgrip gap blind`.
 #[derive(Debug, Clone, ClapArgs)]
@@ -10,9 +11,22 @@ pub struct Args {
     /// Number of cases
     #[arg(long, default_value_t = 100)]
     pub(super) cases: usize,
-    /// Seed of everything random
+    /// Seed of the cases. Sealed cases follow from seed and salt together, so that nobody can make them again before the
+    /// salt is opened; with --open-labels they follow from the seed alone
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
+    /// Salt of an earlier run, to make its cases again [default: fresh from the operating system]
+    #[arg(long, value_name = "HEX")]
+    pub(super) salt: Option<String>,
+    /// Functional forms of plants and effects: calibrate on one set, report on another
+    #[arg(long, value_enum, default_value_t = FormsArg::All)]
+    pub(super) forms: FormsArg,
+    /// Make the cases and diagnose none
+    #[arg(long)]
+    pub(super) make_only: bool,
+    /// Write the labels to this file at once, unsealed (with --make-only, for calibration)
+    #[arg(long, value_name = "FILE", requires = "make_only")]
+    pub(super) open_labels: Option<PathBuf>,
     /// Folder for cases, reports, labels and the score; an interrupted run continues there
     #[arg(long)]
     pub(super) out: PathBuf,
@@ -28,6 +42,41 @@ pub struct Args {
     /// Begin no diagnosis after this many minutes, and score those that are done; the same command continues later
     #[arg(long)]
     pub(super) minutes: Option<f64>,
+}
+
+/// Sets of functional forms.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum FormsArg {
+    /// First forms.
+    A,
+    /// Second forms.
+    B,
+    /// Third forms.
+    C,
+    /// Each case from any one set.
+    All,
+}
+
+impl FormsArg {
+    /// The sets from which the deck draws.
+    pub(super) fn forms(self) -> Forms {
+        match self {
+            Self::A => Forms::Only(FormSet::A),
+            Self::B => Forms::Only(FormSet::B),
+            Self::C => Forms::Only(FormSet::C),
+            Self::All => Forms::All,
+        }
+    }
+
+    /// The word of the command line.
+    pub(super) fn word(self) -> &'static str {
+        match self {
+            Self::A => "a",
+            Self::B => "b",
+            Self::C => "c",
+            Self::All => "all",
+        }
+    }
 }
 
 /// Who calibrates the nominal model on the twin.

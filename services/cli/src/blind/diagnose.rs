@@ -32,7 +32,6 @@ pub(super) struct Surgery {
     program: PathBuf,
     program_sha256: String,
     out: PathBuf,
-    seed: u64,
     time_limit: Duration,
     floor: Floor,
     ids: Vec<String>,
@@ -44,7 +43,6 @@ struct Circumstances {
     program_sha256: String,
     recordings_sha256: String,
     without: Vec<String>,
-    seed: u64,
 }
 
 /// Circumstances, and how it went.
@@ -64,7 +62,7 @@ impl Surgery {
         let out = fs::canonicalize(&args.out).map_err(|error| cannot_write(&args.out, &error))?;
         let ids = library(&program)?;
         let time_limit = Duration::from_secs(args.time_limit);
-        Ok(Self { program, program_sha256, out, seed: args.seed, time_limit, floor: args.floor, ids })
+        Ok(Self { program, program_sha256, out, time_limit, floor: args.floor, ids })
     }
 
     /// Diagnoses a case, and its twin for the floor.
@@ -133,7 +131,6 @@ impl Surgery {
             program_sha256: self.program_sha256.clone(),
             recordings_sha256: recordings_sha256.to_owned(),
             without: without.to_vec(),
-            seed: self.seed,
         };
         let minutes = self.out.join("visits").join(format!("{name}.json"));
         let before =
@@ -169,7 +166,8 @@ impl Surgery {
             "report.json",
             "--predictions",
         ]);
-        command.args(["predictions", "--threads", "1", "--seed", &self.seed.to_string()]);
+        // The seed of the cases determines their labels: the child draws from its own default.
+        command.args(["predictions", "--threads", "1"]);
         for id in &circumstances.without {
             command.args(["--without", id]);
         }
@@ -293,7 +291,6 @@ END
             program,
             program_sha256: stated_gap.to_owned(),
             out: folder.to_path_buf(),
-            seed: 1,
             time_limit: Duration::from_secs(60),
             floor: Floor::Plant,
             ids: Vec::new(),

@@ -5,7 +5,12 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use railgrip_truth_plant::{Case, Label, Recipe, case, files, random::Stream};
+use railgrip_truth_plant::{
+    FamilyCase, FamilyRecipe, Label,
+    family::{Forms, effect, family_deck},
+    random::Stream,
+};
+use railgrip_vehicle::effects;
 use serde::{Deserialize, Serialize};
 
 use crate::CliError;
@@ -18,7 +23,7 @@ const NEVER_WITHHELD: [&str; 2] = ["headwind", "running_resistance"];
 
 /// A case to be made.
 pub(super) struct Order {
-    recipe: Recipe,
+    recipe: FamilyRecipe,
     withheld: Option<String>,
 }
 
@@ -55,37 +60,62 @@ pub(super) fn twin_folder(out: &Path, name: &str) -> PathBuf {
     out.join("twins").join(name)
 }
 
-/// The deck of the plant, with some ids withheld.
-pub(super) fn orders(cases: usize, seed: u64) -> Vec<Order> {
-    let deck = case::deck(cases, seed);
-    let named = |id: &str| railgrip_truth_plant::departures::Kind::of(id).is_some_and(|kind| kind.named);
-    let may = |recipe: &Recipe| match recipe.departures.as_slice() {
-        [id] => named(id) && !NEVER_WITHHELD.contains(&id.as_str()),
+/// Whether an effect of the plant has an id in the library: the contract's, and what the catalogue has gained since.
+fn is_named(id: &str) -> bool {
+    effect(id).is_some_and(|effect| effect.named) || effects::find(id).is_some()
+}
+
+/// The deck of the family, with some ids withheld.
+pub(super) fn orders(cases: usize, seed: u64, forms: Forms) -> Vec<Order> {
+    let deck = family_deck(cases, seed, forms);
+    let may = |recipe: &FamilyRecipe| match recipe.effects.as_slice() {
+        [effect] => is_named(&effect.id) && !NEVER_WITHHELD.contains(&effect.id.as_str()),
         _ => false,
     };
     let mut candidates: Vec<usize> = (0..deck.len()).filter(|index| may(&deck[*index])).collect();
     Stream::new(seed, "withheld", 0).shuffle(&mut candidates);
     candidates.truncate((WITHHELD_SHARE * cases as f64).round() as usize);
-    let order = |(index, recipe): (usize, Recipe)| {
-        let withheld = candidates.contains(&index).then(|| recipe.departures[0].clone());
+    let order = |(index, recipe): (usize, FamilyRecipe)| {
+        let withheld = candidates.contains(&index).then(|| recipe.effects[0].id.clone());
         Order { recipe, withheld }
     };
     deck.into_iter().enumerate().map(order).collect()
 }
 
-/// Makes a case and its twin on disk. Labels stay in memory until they are opened.
-pub(super) fn make(out: &Path, order: &Order) -> Result<Made, CliError> {
+/// Makes a case on disk, and its twin where it is wanted. Labels stay in memory until they are opened.
+pub(super) fn make(out: &Path, order: &Order, with_twin: bool) -> Result<Made, CliError> {
     let name = &order.recipe.name;
-    let case = Case::make(&order.recipe).map_err(CliError::failed)?;
-    let folder = case_folder(out, name);
-    for stale in [folder.clone(), twin_folder(out, name)] {
+    let mut case = FamilyCase::make(&order.recipe).map_err(CliError::failed)?;
+    let (folder, twin) = (case_folder(out, name), twin_folder(out, name));
+    for stale in [&folder, &twin] {
         if stale.exists() {
-            fs::remove_dir_all(&stale).map_err(|error| cannot_write(&stale, &error))?;
+            fs::remove_dir_all(stale).map_err(|error| cannot_write(stale, &error))?;
         }
     }
-    let vehicle = case.sheet.to_toml();
-    files::write_case(&folder, &vehicle, &case.runs).map_err(CliError::failed)?;
-    files::write_case(&twin_folder(out, name), &vehicle, &case.twin).map_err(CliError::failed)?;
+    let with_twin = with_twin && !order.recipe.effects.is_empty();
+    case.write(&folder, with_twin.then_some(twin.as_path())).map_err(CliError::failed)?;
+    for effect in &mut case.label.effects {
+        effect.named = is_named(&effect.id);
+    }
     let recordings_sha256 = digest_of_folder(&folder)?;
     Ok(Made { label: case.label, withheld: order.withheld.clone(), recordings_sha256 })
+}
+
+#[cfg(test)]
+mod tests {
+    use railgrip_truth_plant::family::FormSet;
+
+    use super::*;
+
+    #[test]
+    fn withheld_are_single_named_effects() {
+        let orders = orders(200, 3, Forms::Only(FormSet::A));
+        let withheld: Vec<&Order> = orders.iter().filter(|order| order.withheld.is_some()).collect();
+        assert_eq!(withheld.len(), 24);
+        for order in withheld {
+            assert_eq!(order.recipe.effects.len(), 1);
+            assert!(is_named(&order.recipe.effects[0].id));
+        }
+        assert!(!is_named("cold_bearings") && is_named("brake_fade"));
+    }
 }

@@ -2,11 +2,13 @@
 //!
 //! Cases come from the truth plant, which shares no formula code with the models under test. Their labels are sealed
 //! (SHA-256 over salt and labels, published before the first diagnosis), each case is diagnosed by a child process that
-//! gets the case folder alone, and labels and salt are opened after the last.
+//! gets the case folder alone and no seed of the cases, and labels and salt are opened after the last. The cases follow from
+//! seed and salt together, and the salt is random.
 //!
 //! **Glossary.** *Withheld*: an effect with an id whose id was taken out of the library (`--without`), so that the right
 //! answer is `unknown`. *Nameless*: an effect that no id names. *Twin*: the case without its effect, the same clutter;
-//! the calibrated model's gap there is the *floor*. *Closure*: (calibrated − extended) / (calibrated − floor) on holdout.
+//! the calibrated model's gap there is the *floor*. *Salience*: the calibrated gap over that floor as the plant measures
+//! both. *Closure*: (calibrated − extended) / (calibrated − floor) on holdout.
 
 mod answer;
 mod args;
@@ -15,7 +17,9 @@ mod diagnose;
 mod make;
 mod outcome;
 mod rankings;
+mod salt;
 mod score;
+mod slices;
 mod table;
 mod verify;
 
@@ -27,7 +31,7 @@ use crate::CliError;
 use crate::sealed::{
     files::{cannot_write, write},
     parallel::{parallel, progress, threads},
-    seal::{Sealed, salt_from},
+    seal::Sealed,
 };
 use make::Made;
 use outcome::Outcome;
@@ -39,20 +43,18 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     }
     let threads = threads(args.threads);
     fs::create_dir_all(&args.out).map_err(|error| cannot_write(&args.out, &error))?;
-    let orders = make::orders(args.cases, args.seed);
-    let bar = progress("making cases", orders.len());
-    let all = || true;
-    let made = parallel(threads, orders.len(), all, |index| {
-        let made = make::make(&args.out, &orders[index]);
-        bar.inc(1);
-        made
-    });
-    bar.finish_and_clear();
-    let made = made.into_iter().collect::<Result<Vec<Made>, CliError>>()?;
-
-    // The salt follows from the seed, so that an interrupted run continues under the same seal.
-    let sealed = Sealed::new(salt_from(&format!("railgrip gap blind {}", args.seed)), &made)?;
+    if let Some(file) = &args.open_labels {
+        let made = make_all(args, threads, args.seed)?;
+        write(file, &serde_json::to_string_pretty(&made).map_err(CliError::failed)?)?;
+        return say_where(args, &made);
+    }
+    let salt = salt::of(&args.out, args.salt.as_deref())?;
+    let made = make_all(args, threads, salt::seed(&salt, args.seed))?;
+    let sealed = Sealed::new(salt, &made)?;
     sealed.publish(&args.out)?;
+    if args.make_only {
+        return say_where(args, &made);
+    }
 
     let surgery = diagnose::Surgery::new(args)?;
     let bar = progress("diagnosing", made.len());
@@ -71,12 +73,39 @@ pub fn run(args: &Args) -> Result<(), CliError> {
         sealed.open(&args.out)?;
     }
     let score = score::Score::of(&outcomes);
-    let markdown = table::markdown(&score, &outcomes, args.cases, args.seed, sealed.digest());
+    let head =
+        table::Head { cases: args.cases, seed: args.seed, forms: args.forms.word(), digest: sealed.digest() };
+    let markdown = table::markdown(&score, &outcomes, &head);
     write(&args.out.join("score.md"), &markdown)?;
-    write(
-        &args.out.join("score.json"),
-        &table::json(&score, &outcomes, args.cases, args.seed, sealed.digest())?,
-    )?;
+    write(&args.out.join("score.json"), &table::json(&score, &outcomes, &head)?)?;
     crate::output::say(&markdown);
+    Ok(())
+}
+
+/// Makes all cases on disk. Twins are written only if the diagnosis is to measure the floor on them.
+fn make_all(args: &Args, threads: usize, seed: u64) -> Result<Vec<Made>, CliError> {
+    let orders = make::orders(args.cases, seed, args.forms.forms());
+    let bar = progress("making cases", orders.len());
+    let with_twin = args.floor == args::Floor::Diagnosis && !args.make_only;
+    let made = parallel(
+        threads,
+        orders.len(),
+        || true,
+        |index| {
+            let made = make::make(&args.out, &orders[index], with_twin);
+            bar.inc(1);
+            made
+        },
+    );
+    bar.finish_and_clear();
+    let made = made.into_iter().collect::<Result<Vec<Made>, CliError>>()?;
+    if made.len() != orders.len() {
+        return Err(CliError::failed("a thread that made cases ended early"));
+    }
+    Ok(made)
+}
+
+fn say_where(args: &Args, made: &[Made]) -> Result<(), CliError> {
+    crate::output::say(&format!("{} cases in {}", made.len(), args.out.join("cases").display()));
     Ok(())
 }

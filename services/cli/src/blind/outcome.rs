@@ -8,6 +8,9 @@ use super::{
     rankings::Rankings,
 };
 
+/// Salience from which an effect can be seen at all.
+pub(super) const VISIBLE: f64 = 1.1;
+
 /// A case with its answer.
 #[derive(Debug, Clone, Serialize)]
 pub(super) struct Outcome {
@@ -28,9 +31,30 @@ pub(super) struct Outcome {
 }
 
 impl Outcome {
+    /// What sort of case it is.
+    pub(super) fn kind(&self) -> &'static str {
+        match (self.made.label.effects.as_slice(), &self.made.withheld) {
+            ([], _) => "none",
+            (_, Some(_)) => "withheld",
+            _ if self.made.is_unknown() => "nameless",
+            ([_], _) => "single",
+            ([_, _], _) => "pair",
+            _ => "triple",
+        }
+    }
+
     /// Effects that were named, strongest first.
     pub(super) fn effects(&self) -> &[Named] {
         self.answer.as_ref().map_or(&[], |answer| &answer.effects)
+    }
+
+    /// Whether there is anything to see: the calibrated gap is above the twin's by a tenth.
+    pub(super) fn is_visible(&self) -> bool {
+        self.made.label.effects.is_empty() || self.made.label.salience() >= VISIBLE
+    }
+
+    pub(super) fn says_none(&self) -> bool {
+        self.answer.as_ref().is_some_and(|answer| answer.verdict == "none")
     }
 
     pub(super) fn says_unknown(&self) -> bool {
@@ -64,17 +88,40 @@ impl Outcome {
     pub(super) fn is_right(&self) -> bool {
         let nameable = self.made.nameable();
         match nameable.as_slice() {
+            // Of what nobody can see, nothing need be said.
+            _ if !self.is_visible() && self.says_none() => true,
             _ if self.made.is_unknown() => self.says_unknown(),
-            [] => self.answer.as_ref().is_some_and(|answer| answer.verdict == "none"),
+            [] => self.says_none(),
             [id] => self.effects().first().is_some_and(|named| named.is(id)),
-            _ => nameable.iter().all(|id| self.effects().iter().any(|named| named.is(id))),
+            _ => self.all_are_named(),
         }
+    }
+
+    /// Whether the first name is one of the effects that can be named.
+    pub(super) fn first_is_right(&self) -> bool {
+        let nameable = self.made.nameable();
+        self.effects().first().is_some_and(|named| nameable.iter().any(|id| named.is(id)))
+    }
+
+    /// Whether every effect that can be named is named.
+    pub(super) fn all_are_named(&self) -> bool {
+        self.made.nameable().iter().all(|id| self.effects().iter().any(|named| named.is(id)))
     }
 
     pub(super) fn closure(&self) -> Option<f64> {
         let (answer, floor) = (self.answer.as_ref()?, self.floor?);
         let room = answer.calibrated - floor;
         (room > 0.15 * floor).then(|| (answer.calibrated - answer.extended) / room)
+    }
+}
+
+impl std::fmt::Display for Rate {
+    /// The share and the numbers behind it; a dash where there are none.
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.of {
+            0 => formatter.write_str("–"),
+            _ => write!(formatter, "{:.2} ({}/{})", self.share(), self.right, self.of),
+        }
     }
 }
 

@@ -19,7 +19,8 @@ pub(super) struct Baseline {
 
 impl Baseline {
     fn of(outcomes: &[Outcome], ranking: impl Fn(&Outcome) -> &[String]) -> Self {
-        let ranked = || outcomes.iter().filter(|outcome| !ranking(outcome).is_empty());
+        let ranked =
+            || outcomes.iter().filter(|outcome| outcome.is_visible() && !ranking(outcome).is_empty());
         let known = |count: usize| {
             ranked()
                 .filter(move |outcome| !outcome.made.is_unknown() && outcome.made.nameable().len() == count)
@@ -51,6 +52,7 @@ pub(super) struct Score {
     pub withheld_called_unknown: Rate,
     pub nameless_called_unknown: Rate,
     pub pairs_both_named: Rate,
+    pub triples_all_named: Rate,
     pub unknown_beside_a_right_name: Rate,
     /// Cases of one effect beside which another was named.
     pub name_too_many: Rate,
@@ -69,14 +71,15 @@ pub(super) struct Score {
 }
 
 impl Score {
-    /// Scores the outcomes.
+    /// Scores the outcomes of the cases in which there is nothing, or something to see.
     pub(super) fn of(outcomes: &[Outcome]) -> Self {
-        let none = || outcomes.iter().filter(|outcome| outcome.made.label.effects.is_empty());
-        let unknown = || outcomes.iter().filter(|outcome| outcome.made.is_unknown());
+        let all = || outcomes.iter().filter(|outcome| outcome.is_visible());
+        let none = || all().filter(|outcome| outcome.made.label.effects.is_empty());
+        let unknown = || all().filter(|outcome| outcome.made.is_unknown());
         let count_of =
             |outcome: &Outcome| if outcome.made.is_unknown() { 0 } else { outcome.made.nameable().len() };
-        let single = || outcomes.iter().filter(move |outcome| count_of(outcome) == 1);
-        let pair = || outcomes.iter().filter(move |outcome| count_of(outcome) == 2);
+        let single = || all().filter(move |outcome| count_of(outcome) == 1);
+        let pair = || all().filter(move |outcome| count_of(outcome) == 2);
         let first = |outcome: &Outcome, test: &dyn Fn(&Named, &str) -> bool| {
             outcome.effects().first().is_some_and(|named| test(named, outcome.made.nameable()[0]))
         };
@@ -112,6 +115,7 @@ impl Score {
                 Outcome::says_unknown,
             ),
             pairs_both_named: Rate::count(pair(), Outcome::is_right),
+            triples_all_named: Rate::count(all().filter(|o| count_of(o) == 3), Outcome::is_right),
             unknown_beside_a_right_name: Rate::count(single(), Outcome::says_unknown),
             name_too_many: Rate::count(single(), |outcome| outcome.effects().len() > 1),
             closure_median: quantile(&closures, 0.5),

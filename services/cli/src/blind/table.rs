@@ -6,17 +6,33 @@ use serde_json::json;
 
 use super::outcome::{Outcome, Rate};
 use super::score::Score;
+use super::slices;
 use crate::CliError;
 
+/// What stands above a score.
+pub(super) struct Head<'a> {
+    /// Cases that were made.
+    pub cases: usize,
+    /// Seed of the command line.
+    pub seed: u64,
+    /// Sets of forms.
+    pub forms: &'a str,
+    /// Hash of the seal.
+    pub digest: &'a str,
+}
+
 /// The score for people.
-pub(super) fn markdown(score: &Score, outcomes: &[Outcome], cases: usize, seed: u64, digest: &str) -> String {
+pub(super) fn markdown(score: &Score, outcomes: &[Outcome], head: &Head) -> String {
+    let Head { cases, seed, forms, digest } = *head;
     let left = match cases - outcomes.len().min(cases) {
         0 => String::new(),
         _ => format!("; {} of its cases, the labels of the others still sealed", outcomes.len()),
     };
     let mut text = format!(
-        "# Blind test of the gap diagnosis\n\n`railgrip gap blind --cases {cases} --seed {seed}`{left}; labels sealed as \
-         SHA-256 `{digest}`.\n\n| figure | diagnosis | RMSE ranking | one-shot correlation | to reach |\n| --- | --- | --- | --- | --- |\n"
+        "# Blind test of the gap diagnosis\n\n`railgrip gap blind --cases {cases} --seed {seed} --forms {forms}`{left}; labels sealed as \
+         SHA-256 `{digest}`. The first table is about the {} cases in which there is nothing or something to see (salience \
+         of 1.1 and more).\n\n| figure | diagnosis | RMSE ranking | one-shot correlation | to reach |\n| --- | --- | --- | --- | --- |\n",
+        outcomes.iter().filter(|outcome| outcome.is_visible()).count()
     );
     let baselines = [&score.baseline_rmse, &score.baseline_correlation];
     let mut row = |what: &str, value: String, baseline: [String; 2], goal: &str| {
@@ -49,6 +65,7 @@ pub(super) fn markdown(score: &Score, outcomes: &[Outcome], cases: usize, seed: 
         baselines.map(|b| rate(b.pairs_both_named)),
         "≥ 0.70",
     );
+    row("all of three named", rate(score.triples_all_named), nothing(), "≥ 0.5");
     row("`unknown` beside one nameable effect", rate(score.unknown_beside_a_right_name), nothing(), "");
     row("a name too many beside one effect", rate(score.name_too_many), nothing(), "");
     row(
@@ -80,23 +97,18 @@ pub(super) fn markdown(score: &Score, outcomes: &[Outcome], cases: usize, seed: 
     for ((truth, answer), times) in confusion(outcomes.iter().filter(|outcome| !outcome.is_right())) {
         let _ = writeln!(text, "| {truth} | {answer} | {times} |");
     }
-    text
+    text + &slices::markdown(&slices::tables(outcomes))
 }
 
 /// The score for machines, with every case.
-pub(super) fn json(
-    score: &Score,
-    outcomes: &[Outcome],
-    cases: usize,
-    seed: u64,
-    digest: &str,
-) -> Result<String, CliError> {
+pub(super) fn json(score: &Score, outcomes: &[Outcome], head: &Head) -> Result<String, CliError> {
     let matrix: Vec<_> = confusion(outcomes.iter())
         .into_iter()
         .map(|((truth, answer), times)| json!({"truth": truth, "answer": answer, "times": times}))
         .collect();
     let all = json!({
-        "schema": "railgrip.gap.blind/1", "cases": cases, "scored": outcomes.len(), "seed": seed, "sealed_sha256": digest,
+        "schema": "railgrip.gap.blind/1", "cases": head.cases, "scored": outcomes.len(), "seed": head.seed,
+        "forms": head.forms, "sealed_sha256": head.digest, "slices": slices::tables(outcomes),
         "score": score, "confusion": matrix, "outcomes": outcomes,
     });
     serde_json::to_string_pretty(&all).map_err(CliError::failed)
@@ -128,10 +140,7 @@ fn truth(outcome: &Outcome) -> String {
 }
 
 fn rate(rate: Rate) -> String {
-    if rate.of == 0 {
-        return "–".to_owned();
-    }
-    format!("{:.2} ({}/{})", rate.share(), rate.right, rate.of)
+    rate.to_string()
 }
 
 fn two(value: f64) -> String {

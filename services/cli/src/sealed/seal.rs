@@ -78,11 +78,6 @@ impl Sealed {
     }
 }
 
-/// A salt that follows from a text, for a test that must be able to go on under the same seal.
-pub(crate) fn salt_from(text: &str) -> String {
-    hex(Sha256::digest(text).as_slice())
-}
-
 /// A salt that nobody can guess.
 pub(crate) fn random_salt() -> Result<String, CliError> {
     let mut bytes = [0; 32];

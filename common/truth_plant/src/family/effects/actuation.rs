@@ -126,16 +126,22 @@ pub(super) const HYSTERESIS: [Form; 4] = [
             })
             .boxed()
     }),
-    Form::new("bouc_wen", C, |d| {
-        let (relative, reversal) = (
-            d.size_below("relative", 0.05, 0.1, 0.4),
-            d.sheet.full_force_n() * d.shape("reversal", 0.04, 0.12),
-        );
-        side_of_motion(relative, move |side, change| {
-            // Exponent 3, and a loop that is narrower on the way back.
-            let shape = side.abs().powi(3) * (0.65 * (change * side).signum() + 0.35);
-            (side + change / reversal * (1.0 - shape)).clamp(-1.0, 1.0)
-        })
+    Form::new("bouc_wen_of_constant_size", C, |d| {
+        let full = d.sheet.full_force_n();
+        let (lost, reversal) =
+            (full * d.size_below("lost", 0.03, 0.07, 0.3), full * d.shape("reversal", 0.2, 0.5));
+        // Exponent 3, and a loop that is narrower on the way back; the same in newtons at any force.
+        with_state(([0.0f64; 4], [0.0f64; 4]))
+            .advance(move |(before, side), now| {
+                for (k, side) in side.iter_mut().enumerate().take(now.wheelsets) {
+                    let change = now.cylinder_force_n[k] - before[k];
+                    let shape = side.abs().powi(3) * (0.65 * (change * *side).signum() + 0.35);
+                    *side = (*side + change / reversal * (1.0 - shape)).clamp(-1.0, 1.0);
+                }
+                *before = now.cylinder_force_n;
+            })
+            .pad_force(move |(_, side), k, force_n, _| force_n - (lost * side[k]).min(0.5 * force_n))
+            .boxed()
     }),
 ];
 
@@ -170,21 +176,18 @@ pub(super) const OFFSET: [Form; 3] = [
             .pad_force(move |(), _, force_n, _| (force_n - lost * (1.0 - (-force_n / over).exp())).max(0.0))
             .boxed()
     }),
-    Form::new("touches_late_leaves_early", C, |d| {
-        let threshold = d.sheet.full_force_n() * d.size_below("threshold", 0.05, 0.1, 0.4);
-        with_state([false; 4])
-            .advance(move |touching, now| {
-                for (k, touching) in touching.iter_mut().enumerate().take(now.wheelsets) {
-                    let force_n = now.cylinder_force_n[k];
-                    *touching = force_n > if *touching { 0.5 * threshold } else { threshold };
+    Form::new("clearance_that_is_taken_up", C, |d| {
+        let lost = d.sheet.full_force_n() * d.size_below("lost", 0.06, 0.12, 0.4);
+        let (take_up_s, rest) = (d.shape("take_up_s", 2.0, 5.0), d.shape("rest", 0.1, 0.3));
+        let touch_n = 0.02 * d.sheet.full_force_n();
+        with_state([0.0f64; 4])
+            .advance(move |held_s, now| {
+                for (k, held_s) in held_s.iter_mut().enumerate().take(now.wheelsets) {
+                    *held_s = if now.cylinder_force_n[k] > touch_n { *held_s + now.step_s } else { 0.0 };
                 }
             })
-            .pad_force(move |touching, k, force_n, _| {
-                if touching[k] {
-                    (force_n - 0.5 * threshold).max(0.0) * force_n / (force_n + 0.5 * threshold)
-                } else {
-                    0.0
-                }
+            .pad_force(move |held_s, k, force_n, _| {
+                (force_n - lost * (rest + (1.0 - rest) * (-held_s[k] / take_up_s).exp())).max(0.0)
             })
             .boxed()
     }),
