@@ -22,6 +22,8 @@
 //!   that a right model leaves white noise of variance one.
 //! * *frozen fit* – a model fitted with the filter's gains held as they were computed at that model. Its *tolerance* says how
 //!   much error of the model the filter allows for: 0 none, 3 so much that it hardly looks beyond one step.
+//! * *path* – where a frozen filter stood at each sample; the *response* is what another model changes of its innovations,
+//!   worked out along the path instead of by simulating again.
 //! * *gain* – decrease of minus the log-likelihood; *predictive*: on runs left out. *Evidence* – the same between filters
 //!   frozen at different models or tolerances, so that the determinants of their covariances count as well.
 //! * *place* – a term of the equations or a sensor where a disturbance can act; *freeing* it adds a random disturbance there

@@ -57,8 +57,8 @@ pub struct Pursuit {
     pub finalist_share: f64,
     /// The same with a filter that tolerates errors of the model: it separates candidates less sharply. Set by hand (plant).
     pub tolerant_finalist_share: f64,
-    /// Tolerance from which a misfit is so gross that candidates are also tried with a filter that trusts the model. Set by
-    /// hand (plant), because a tolerant filter hid late and smoothed sensors.
+    /// Tolerance from which a misfit is so gross that candidates are also tried on open-loop windows. Set by hand (plant),
+    /// because a tolerant filter hid late and smoothed sensors.
     pub gross_tolerance: usize,
     /// Of these tries, how many get a filter frozen at themselves. Effort (plant).
     pub strict_finalists: usize,

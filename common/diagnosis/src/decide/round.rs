@@ -84,11 +84,7 @@ impl Gain {
 /// Later rounds start from where a candidate ended before, and from its first start.
 pub(crate) fn start_from(candidate: &mut Candidate, before: &Round) {
     let ended = before.gains.iter().find(|gain| gain.id == candidate.spec.id);
-    let Some((effect, values)) = ended.and_then(Gain::own) else { return };
-    let mut effect = effect.clone();
-    for (parameter, value) in effect.parameters.iter_mut().zip(values) {
-        parameter.start = value;
-    }
+    let Some(effect) = ended.and_then(Gain::led) else { return };
     candidate.starts.truncate(1);
     candidate.starts.push(effect);
 }
