@@ -2,7 +2,8 @@
 
 use railgrip_diagnosis::data::case::{Case, Columns, Run};
 use railgrip_diagnosis::fit::candidate::Fitted;
-use railgrip_diagnosis::fit::objective::{Innovations, Linearisation, Objective, Whitening};
+use railgrip_diagnosis::fit::linearisation::Linearisation;
+use railgrip_diagnosis::fit::objective::{Innovations, Objective, Whitening};
 use railgrip_diagnosis::fit::solver::{self, Effort, Problem};
 use railgrip_diagnosis::model::candidates;
 use railgrip_diagnosis::model::parameters::Shape;

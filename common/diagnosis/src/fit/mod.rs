@@ -3,6 +3,7 @@
 pub mod candidate;
 pub mod discrepancies;
 pub mod frozen;
+pub mod linearisation;
 pub mod objective;
 pub mod solver;
 pub mod windows;

@@ -205,12 +205,6 @@ fn pauses(table: &Table, stretches: &[clock::Stretch], notes: &mut Vec<String>) 
     for pair in stretches.windows(2) {
         let (before, after) = (pair[0].rows.end - 1, pair[1].rows.start);
         let pause_s = time_s[after] - time_s[before];
-        notes
-            .push(format!("no row for {pause_s:.2} s before {}: cut in two there", said(table.place(after))));
+        notes.push(format!("no row for {pause_s:.2} s before {}: cut in two there", table.place(after)));
     }
-}
-
-/// A place in a file within a sentence.
-fn said(place: Place) -> String {
-    place.to_string()
 }

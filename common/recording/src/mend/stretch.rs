@@ -1,7 +1,6 @@
 //! One stretch of rows at a regular rate.
 
 use super::clock::{LONGEST_GAP_S, Stretch};
-use super::said;
 use crate::columns::{Quantity, columns_of_run};
 use crate::recording::{Optional, Recording};
 use crate::run_name::RunFile;
@@ -115,7 +114,7 @@ fn say_clock(table: &Table, stretch: &Stretch, notes: &mut Vec<String>) {
         let (rows, verb) = if missing == 1 { ("row", "is") } else { ("rows", "are") };
         notes.push(format!(
             "{missing} {rows} {verb} missing, the first after {}: inputs are interpolated there, outputs count as not measured",
-            said(table.place(stretch.rows.start + after))
+            table.place(stretch.rows.start + after)
         ));
     }
     if stretch.jitter > 0.05 {
@@ -133,7 +132,7 @@ fn say_empty(table: &Table, name: &str, stretch: &Stretch, notes: &mut Vec<Strin
     let count = stretch.rows.clone().filter(empty).count();
     if let Some(first) = stretch.rows.clone().find(empty) {
         let cells = if count == 1 { "cell is" } else { "cells are" };
-        notes.push(format!("{count} {cells} empty in {name}, the first in {}", said(table.place(first))));
+        notes.push(format!("{count} {cells} empty in {name}, the first in {}", table.place(first)));
     }
 }
 

@@ -4,15 +4,11 @@
 //! The laws are those of [`WagonModel`]; only the integrator differs from [`WagonModel::step`], see [`SampleStep`]: it
 //! evaluates the contact law once or twice a sample where wheelsets roll or slide on.
 
+pub use super::quantities::{SPEEDS, WHEELSETS};
 use super::{SampleStep, Slopes};
 use crate::effects::{Observation, Operating};
 use crate::resistance::running_resistance;
 use crate::{Constants, Loading, MAX_WHEELSETS, PerWheelset, WagonInput, WagonModel, WagonState};
-
-/// Wheelsets of a wagon that the fast integrator can drive.
-pub const WHEELSETS: usize = 2;
-/// Speeds that it integrates, and outputs that it reads: the vehicle's, then each wheelset's.
-pub const SPEEDS: usize = 1 + WHEELSETS;
 
 /// Change of headwind over which resistance is differenced, m/s.
 const WIND_CHANGE_M_S: f64 = 0.1;

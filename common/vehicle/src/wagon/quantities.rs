@@ -2,6 +2,11 @@
 
 use crate::{Contact, MAX_WHEELSETS, PerWheelset, Resistance, VehicleParameters};
 
+/// Wheelsets of a wagon that the fast integrator can drive.
+pub const WHEELSETS: usize = 2;
+/// Speeds that it integrates, and outputs that it reads: the vehicle's, then each wheelset's.
+pub const SPEEDS: usize = 1 + WHEELSETS;
+
 /// Motion of a wagon.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WagonState {

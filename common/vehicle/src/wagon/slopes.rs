@@ -2,7 +2,7 @@
 //! through a run beside one simulation.
 
 use super::SampleStep;
-use super::fast::{SPEEDS, WHEELSETS};
+use super::quantities::{SPEEDS, WHEELSETS};
 use super::{Loading, WagonState};
 use crate::adhesion::creep_force_pair_at;
 use crate::{CREEPAGE_SPEED_FLOOR_M_S, PerWheelset};
