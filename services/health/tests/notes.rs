@@ -50,12 +50,13 @@ async fn what_is_written_down_is_told_to_the_next_who_looks() {
         ask(&shared, path, Some(r#"{"by": "  fitter ", "text": "squeals at 20 km/h"}"#)).await;
     assert_eq!(status, StatusCode::OK);
     assert_eq!(told["notes"][0]["text"], "squeals at 20 km/h");
-    let (status, _) = ask(&shared, path, Some(r#"{"by": "fitter", "kind": "pads_changed"}"#)).await;
+    let (status, _) =
+        ask(&shared, path, Some(r#"{"by": "fitter", "kind": "pads_changed", "text": "new set"}"#)).await;
     assert_eq!(status, StatusCode::OK);
     let (_, told) = ask(&shared, path, None).await;
     let vehicle = told["vehicle"].as_str().unwrap();
     let expected = json!([
-        {"vehicle": vehicle, "at": "2026-03-01T12:00:00.000Z", "by": "fitter", "kind": "pads_changed", "text": null},
+        {"vehicle": vehicle, "at": "2026-03-01T12:00:00.000Z", "by": "fitter", "kind": "pads_changed", "text": "new set"},
         {"vehicle": vehicle, "at": "2026-03-01T12:00:00.000Z", "by": "fitter", "kind": "note", "text": "squeals at 20 km/h"},
     ]);
     assert_eq!(told["notes"], expected);

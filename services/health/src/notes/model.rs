@@ -48,14 +48,13 @@ pub struct NoteList {
 #[serde(deny_unknown_fields)]
 pub struct NoteRequest {
     /// Who, for example a name or a role. Where the request comes with a token, the token's name stands in its place.
-    #[schema(min_length = 1, max_length = 100)]
+    #[schema(value_type = String, required = true, min_length = 1, max_length = 100, pattern = "words")]
     #[serde(default)]
     pub by: Option<String>,
     /// What it is about.
     #[serde(default)]
     pub kind: NoteKind,
-    /// The words; a note of the kind `note` needs some.
-    #[schema(min_length = 1, max_length = 500)]
-    #[serde(default)]
-    pub text: Option<String>,
+    /// The words.
+    #[schema(min_length = 1, max_length = 500, pattern = "words")]
+    pub text: String,
 }

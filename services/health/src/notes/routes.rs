@@ -1,6 +1,6 @@
 //! Requests about notes: look, write one down.
 
-use super::model::{Note, NoteKind, NoteList, NoteRequest};
+use super::model::{Note, NoteList, NoteRequest};
 use crate::access::Identity;
 use crate::api::problem::Problem;
 use crate::history::routes::wagon;
@@ -72,7 +72,7 @@ pub(crate) async fn add_note(
         at: rfc3339(shared.now().unix_ns),
         by: by(&request, identity.as_ref().map(|Extension(identity)| identity))?,
         kind: request.kind,
-        text: text(&request)?,
+        text: Some(sane("text", &request.text, MOST_TEXT)?),
     };
     let writer = shared.clone();
     let written = tokio::task::spawn_blocking(move || writer.notes().add(note)).await;
@@ -88,14 +88,6 @@ fn by(request: &NoteRequest, identity: Option<&Identity>) -> Result<String, Prob
     match identity.and_then(Identity::vouched_name) {
         Some(name) => Ok(name.to_owned()),
         None => sane("by", request.by.as_deref().unwrap_or_default(), MOST_NAME),
-    }
-}
-
-fn text(request: &NoteRequest) -> Result<Option<String>, Problem> {
-    let words = request.text.as_deref().filter(|text| !text.trim().is_empty());
-    match (request.kind, words) {
-        (NoteKind::PadsChanged, None) => Ok(None),
-        (_, words) => sane("text", words.unwrap_or_default(), MOST_TEXT).map(Some),
     }
 }
 

@@ -54,9 +54,9 @@
     event.preventDefault();
     const by = get("note-by").value.trim();
     const text = get("note-text").value.trim();
-    const request = { kind: get("note-pads").checked ? "pads_changed" : "note" };
+    const pads = get("note-pads").checked;
+    const request = { kind: pads ? "pads_changed" : "note", text: text || (pads ? "New pads." : "") };
     if (by) request.by = by;
-    if (text) request.text = text;
     get("note-error").textContent = "";
     try {
       const headers = { "content-type": "application/json" };
