@@ -16,6 +16,12 @@ pub enum Strictness {
 
 /// Allowed deviation of a time step from the run's median step.
 const STEP_TOLERANCE: f64 = 0.05;
+/// Rows of which more go back in time are in no order at all.
+const MOST_BACKWARDS: f64 = 0.1;
+/// Fewer steps say nothing about a clock.
+const LEAST_STEPS: usize = 10;
+/// Rates between which the sensors of a wagon or rig are sampled, Hz: beyond, the time is not in seconds.
+const CLOCK_RATES_HZ: [f64; 2] = [5.0, 20_000.0];
 /// Shortest run that a gap window fits in (seconds).
 const MINIMUM_DURATION_S: f64 = 1.0;
 
@@ -70,12 +76,41 @@ pub(crate) fn check_columns(table: &Table, wheelsets: usize, strictness: Strictn
     debug_assert!((1..=MAX_WHEELSETS).contains(&wheelsets));
     check_time_present(table, wheelsets)?;
     if strictness == Strictness::Tolerant {
-        return Ok(());
+        return check_clock(table, &Quantity::Time.column(0, wheelsets));
     }
     for (quantity, _, name) in columns_of_run(wheelsets) {
         check_cells(table, quantity, &name)?;
     }
     check_time(table, &Quantity::Time.column(0, wheelsets))
+}
+
+/// Late and repeated rows happen; rows in no order, or a clock that counts something else than seconds, are an error that no
+/// consumer can mend.
+pub(crate) fn check_clock(table: &Table, name: &str) -> Result<()> {
+    let time_s = table.column(name).unwrap_or_default();
+    let mut steps: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if steps.len() < LEAST_STEPS {
+        return Ok(());
+    }
+    let share = steps.iter().filter(|step| **step < 0.0).count() as f64 / steps.len() as f64;
+    if share > MOST_BACKWARDS
+        && let Some(first) = steps.iter().position(|step| *step < 0.0)
+    {
+        let problem = Problem::RowsOutOfOrder { percent: 100.0 * share };
+        return Err(table.cell_error(first + 1, name, problem));
+    }
+    steps.retain(|step| *step > 0.0);
+    if steps.is_empty() {
+        return Ok(());
+    }
+    let middle = steps.len() / 2;
+    let (_, &mut period_s, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
+    let [low_hz, high_hz] = CLOCK_RATES_HZ;
+    if (low_hz..=high_hz).contains(&(1.0 / period_s)) {
+        return Ok(());
+    }
+    let problem = Problem::Clock { found_hz: 1.0 / period_s, low_hz, high_hz };
+    Err(RecordingError::new(table.file(), problem).column(name))
 }
 
 fn check_cells(table: &Table, quantity: Quantity, name: &str) -> Result<()> {

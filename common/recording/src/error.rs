@@ -112,7 +112,7 @@ pub enum Problem {
     #[error("`{0}` is not a number")]
     NotANumber(String),
     /// A Parquet column that holds no plain numbers.
-    #[error("holds {0}; allowed are DOUBLE, FLOAT, INT64, INT32 and BOOLEAN, not nested")]
+    #[error("holds {0}; allowed are numbers, decimals, instants and durations, not nested")]
     ColumnType(String),
     /// An empty cell, NaN or infinity where a value is required.
     #[error("empty, NaN or infinite; every cell needs a finite number here")]
@@ -177,6 +177,36 @@ pub enum Problem {
         low_hz: f64,
         /// Highest allowed rate.
         high_hz: f64,
+    },
+    /// More than is read into memory.
+    #[error("{cells} cells; at most {most} are read at once: cut the file, or name fewer columns")]
+    TooManyCells {
+        /// Rows times columns that are wanted.
+        cells: i64,
+        /// Most that are read.
+        most: i64,
+    },
+    /// A clock that does not count seconds.
+    #[error(
+        "one row every {:.6} by the clock of the recording, {found_hz:.3} Hz if it counts seconds; expected is s, not ms or µs, at \
+         {low_hz} to {high_hz} Hz", 1.0 / found_hz
+    )]
+    Clock {
+        /// Median rate.
+        found_hz: f64,
+        /// Lowest plausible rate.
+        low_hz: f64,
+        /// Highest plausible rate.
+        high_hz: f64,
+    },
+    /// Rows that are in no order of time.
+    #[error(
+        "the time goes back in {percent:.0} % of the rows, first here: the rows are not in the order in which they were \
+         measured"
+    )]
+    RowsOutOfOrder {
+        /// Share of the rows whose time is not after that of the row before, percent.
+        percent: f64,
     },
     /// Header, but no data.
     #[error("an empty run: there is a header but no row")]

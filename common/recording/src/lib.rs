@@ -12,6 +12,7 @@
 //!
 //! Files are written beside their place and renamed into it, so that a reader never sees half a file.
 
+mod arrow_schema;
 mod atomic;
 mod bogie;
 mod checks;
@@ -20,6 +21,7 @@ mod csv_form;
 mod error;
 mod mend;
 mod motor;
+mod parquet_cells;
 mod parquet_form;
 mod prepare;
 mod recording;

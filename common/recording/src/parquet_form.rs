@@ -1,12 +1,12 @@
 //! Tables as Parquet: plain optional DOUBLE columns, null = missing, readable by pandas, Polars and the like. Reading accepts any
-//! flat column of numbers and ignores the index column that pandas may add.
+//! flat column of numbers, decimals and times (see [`parquet_cells`]) and ignores the index column that pandas may add.
 
 use crate::error::{Problem, RecordingError, Result};
 use crate::table::{ColumnChoice, Table, Words};
+use crate::{arrow_schema, parquet_cells};
 use bytes::Bytes;
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
-use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
-use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType};
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::reader::{FileReader, SerializedFileReader};
@@ -16,8 +16,11 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Values that are read at once.
-const CHUNK_ROWS: usize = 8192;
+/// Where Arrow keeps its schema in the metadata of a file.
+const ARROW_SCHEMA: &str = "ARROW:schema";
+/// Most cells that are read of a file, wanted columns times rows: 16 columns of two days at 100 Hz. Beyond, a small file that
+/// packs a repeated value well would fill the memory.
+const MOST_CELLS: i64 = 300_000_000;
 
 /// Reads the columns that `choose` wants.
 pub(crate) fn read(bytes: Bytes, file: &Path, choose: ColumnChoice<'_>) -> Result<Table> {
@@ -32,6 +35,12 @@ pub(crate) fn read(bytes: Bytes, file: &Path, choose: ColumnChoice<'_>) -> Resul
     }
     let wanted = choose(&names).map_err(|(column, problem)| error(&column, problem))?;
 
+    let rows = reader.metadata().file_metadata().num_rows();
+    let cells = rows.saturating_mul(wanted.iter().filter(|wanted| **wanted).count() as i64);
+    if cells > MOST_CELLS {
+        return Err(RecordingError::new(file, Problem::TooManyCells { cells, most: MOST_CELLS }));
+    }
+    let durations = durations(&reader);
     let mut columns = vec![Vec::new(); names.len()];
     for group in 0..reader.num_row_groups() {
         let group = reader.get_row_group(group).map_err(broken)?;
@@ -42,56 +51,27 @@ pub(crate) fn read(bytes: Bytes, file: &Path, choose: ColumnChoice<'_>) -> Resul
             if !flat {
                 return Err(error(name, Problem::ColumnType("nested values".to_owned())));
             }
+            let duration = durations.iter().find(|(known, _)| known == name).map(|(_, counts)| *counts);
+            let meaning = parquet_cells::meaning(&schema.column(*index), duration);
             let cells = group.get_column_reader(*index).map_err(broken)?;
-            append(cells, column).map_err(|problem| error(name, problem))?;
+            meaning
+                .and_then(|meaning| parquet_cells::append(cells, meaning, column))
+                .map_err(|problem| error(name, problem))?;
         }
     }
     Table::chosen(file, names, columns, &wanted, None)
 }
 
+/// Columns that are durations, with their counts a second.
+fn durations(reader: &SerializedFileReader<Bytes>) -> Vec<(String, i64)> {
+    let entries = reader.metadata().file_metadata().key_value_metadata();
+    let schema = entries.into_iter().flatten().find(|entry| entry.key == ARROW_SCHEMA);
+    schema.and_then(|entry| entry.value.as_deref()).map(arrow_schema::durations).unwrap_or_default()
+}
+
 /// pandas stores a row index that is no range under such a name.
 fn is_index(schema: &SchemaDescriptor, column: usize) -> bool {
     schema.column(column).name().starts_with("__index_level_")
-}
-
-fn append(cells: ColumnReader, to: &mut Vec<f64>) -> std::result::Result<(), Problem> {
-    match cells {
-        ColumnReader::DoubleColumnReader(cells) => append_typed(cells, to, |value| value),
-        ColumnReader::FloatColumnReader(cells) => append_typed(cells, to, f64::from),
-        ColumnReader::Int32ColumnReader(cells) => append_typed(cells, to, f64::from),
-        ColumnReader::Int64ColumnReader(cells) => append_typed(cells, to, |value| value as f64),
-        ColumnReader::BoolColumnReader(cells) => append_typed(cells, to, f64::from),
-        _ => Err(Problem::ColumnType("text or another type".to_owned())),
-    }
-}
-
-fn append_typed<T: DataType>(
-    mut cells: ColumnReaderImpl<T>,
-    to: &mut Vec<f64>,
-    convert: impl Fn(T::T) -> f64,
-) -> std::result::Result<(), Problem> {
-    let mut values = Vec::new();
-    let mut present = Vec::new();
-    loop {
-        values.clear();
-        present.clear();
-        let (rows, _, levels) = cells
-            .read_records(CHUNK_ROWS, Some(&mut present), None, &mut values)
-            .map_err(|e| Problem::Parquet(e.to_string()))?;
-        if rows == 0 {
-            return Ok(());
-        }
-        let mut values = values.drain(..).map(&convert);
-        if levels == 0 {
-            to.extend(values);
-        } else {
-            to.extend(
-                present
-                    .iter()
-                    .map(|level| if *level > 0 { values.next().unwrap_or(f64::NAN) } else { f64::NAN }),
-            );
-        }
-    }
 }
 
 /// Writes row groups of optional doubles.

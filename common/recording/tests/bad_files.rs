@@ -207,3 +207,36 @@ proptest! {
         Table::read_parquet(bytes, Path::new("x.parquet"), &|_| Ok(())).ok();
     }
 }
+
+#[test]
+fn what_is_no_number_in_a_parquet_file_is_named() {
+    for (file, column, kind) in [("text.parquet", "name", "text"), ("date.parquet", "day", "dates")] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(file);
+        let said = Table::read(&path).expect_err(file).to_string();
+        assert!(said.contains(&format!("column {column}: holds {kind}")), "{said}");
+    }
+}
+
+/// A run of two wheelsets at 100 Hz whose times are changed.
+fn timed(change: impl Fn(usize) -> f64) -> String {
+    let rows = (0..400).map(|k| format!("{:?},20,45,45,0,0\n", change(k)));
+    let header = "t_s,v_m_s,omega_f_rad_s,omega_r_rad_s,f_perp_f_n,f_perp_r_n\n".to_owned();
+    std::iter::once(header).chain(rows).collect()
+}
+
+#[test]
+fn a_tolerant_reader_takes_late_rows_and_refuses_a_shuffled_run_or_another_unit_of_time() {
+    let read = |text: String| {
+        Recording::read_csv(text.as_bytes(), Path::new("run.csv"), Strictness::Tolerant)
+            .map_err(|e| e.to_string())
+    };
+    let late = timed(|k| 0.01 * if k % 50 == 7 { k as f64 - 2.5 } else { k as f64 });
+    assert_eq!(read(late).map(|run| run.len()), Ok(400));
+    let shuffled = timed(|k| 0.01 * ((k * 173) % 400) as f64);
+    let said = read(shuffled).expect_err("no order");
+    assert!(said.contains("column t_s") && said.contains("not in the order"), "{said}");
+    for unit in [1e3, 1e6] {
+        let said = read(timed(|k| 0.01 * unit * k as f64)).expect_err("ms");
+        assert!(said.contains("not ms or µs"), "{said}");
+    }
+}

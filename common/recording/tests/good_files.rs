@@ -173,3 +173,35 @@ fn a_trailer_of_a_train_is_read_with_numbered_wheelsets_load_and_demand() {
     Recording::read_csv(mixed.as_bytes(), Path::new("run.csv"), Strictness::Tolerant)
         .expect_err("front twice");
 }
+
+fn fixture(name: &str) -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
+}
+
+#[test]
+fn times_durations_and_decimals_of_other_programs_are_numbers_in_seconds_and_units() {
+    let table = Table::read(&fixture("arrow_types.parquet")).expect("read");
+    // 2026-03-01 12:00:00 UTC.
+    let noon_s = 1_772_366_400.0;
+    for name in ["at_ms", "at_us_utc", "at_ns"] {
+        let cells = table.column(name).expect(name);
+        for (row, seconds) in cells.iter().enumerate() {
+            assert!((seconds - noon_s - 0.01 * row as f64).abs() < 3e-7, "{name}, row {row}: {seconds}");
+        }
+    }
+    let column = |name: &str| table.column(name).expect(name).to_vec();
+    assert_eq!(column("since_s"), [0.0, 3.0, 6.0, 9.0]);
+    assert_eq!(column("since_ns"), [0.0, 0.01, 0.02, 0.03]);
+    assert_eq!(column("day_us"), [3600.25; 4]);
+    let small = column("small");
+    assert!(small[1].is_nan() && [small[0], small[2], small[3]] == [-1.25, 20.5, 0.0], "{small:?}");
+    let large = column("large");
+    assert!(
+        (large[0] / -123_456_789_012_345_678_901.5 - 1.0).abs() < 1e-15 && large[3].is_nan(),
+        "{large:?}"
+    );
+    assert_eq!((large[1], column("counter")[0]), (1.5, 2_f64.powi(64)));
+    assert!(column("plain")[1].is_nan());
+    let polars = Table::read(&fixture("polars_duration.parquet")).expect("read");
+    assert_eq!(polars.column("since_us").expect("column"), [0.0, 0.0025, 0.005, 0.0075]);
+}
