@@ -5,6 +5,7 @@ use railgrip_messages::{
     Payload, Sample,
 };
 
+use crate::audio::{AUDIO_BUFFER, MAX_AUDIO_BLOCK};
 use crate::creator::{Creator, Kept, Service};
 use crate::{BusError, Limits};
 
@@ -124,6 +125,14 @@ impl Channel {
     #[must_use]
     pub const fn max_batch(&self, limits: &Limits) -> usize {
         if self.batched { limits.max_batch } else { 1 }
+    }
+
+    /// Messages that a reader can be behind, and items of one message.
+    pub(crate) fn capacity(&self, limits: &Limits) -> (usize, usize) {
+        if self.payload == AUDIO_TYPE_NAME {
+            return (AUDIO_BUFFER, MAX_AUDIO_BLOCK);
+        }
+        (limits.buffer, self.max_batch(limits))
     }
 
     /// The name of the service in iceoryx2.

@@ -46,6 +46,44 @@ pub enum BusError {
         /// The folder of the instance.
         folder: PathBuf,
     },
+    /// Another running train has this prefix, and each would remove the other's channels.
+    #[error(
+        "the prefix \"{prefix}\" belongs to another running train; give train \"{train}\" another [instance] prefix, or none: \
+         the default follows from its folder"
+    )]
+    PrefixTaken {
+        /// The train.
+        train: String,
+        /// The prefix.
+        prefix: String,
+    },
+    /// The channels do not fit into the shared memory.
+    #[error(
+        "{folder} has {free_mb} MB left and the channels of train \"{train}\" take up to {needed_mb} MB: make it larger \
+         (mount option size=, docker run --shm-size) or free some of it"
+    )]
+    SharedMemoryFull {
+        /// The train.
+        train: String,
+        /// Where shared memory lives.
+        folder: &'static str,
+        /// What is left, MB.
+        free_mb: u64,
+        /// What the channels take at most, MB.
+        needed_mb: u64,
+    },
+    /// A process of this kind, for this wagon, runs already.
+    #[error(
+        "train \"{train}\" has {role} already (it keeps {file}); two of them would contradict each other"
+    )]
+    RoleTaken {
+        /// The train.
+        train: String,
+        /// The process, and the wagon it serves.
+        role: String,
+        /// The file that it has locked.
+        file: PathBuf,
+    },
     /// Nobody holds this train.
     #[error(
         "train \"{train}\" has no holder on this machine (folder {folder}); start it with `railgrip up` or `railgrip hold`"

@@ -11,6 +11,7 @@ use iceoryx2::prelude::{Node, ipc};
 
 use crate::creator::{Creator, Kept, Service};
 use crate::presence::{self, Kind, Lock};
+use crate::shared_memory::{self, PrefixClaim, remove_file};
 use crate::{BusConfig, BusError, CHANNELS, Channel, Lifecycle, Scope, clock, node};
 
 /// How often the holder cleans up after dead processes.
@@ -19,14 +20,12 @@ const CLEANUP_PERIOD: Duration = Duration::from_millis(250);
 const LEAVE_PATIENCE: Duration = Duration::from_secs(3);
 /// Processes that publish on a channel of the train, beside one a wagon.
 const SPARE_PUBLISHERS: usize = 8;
-/// Where POSIX shared memory lives on Linux.
-const SHARED_MEMORY: &str = "/dev/shm";
-
 /// Keeps every channel of one train alive; dropping it removes them.
 pub struct Holder {
     kept: Vec<Kept>,
     node: Option<Node<ipc::Service>>,
     config: BusConfig,
+    _prefix: PrefixClaim,
     _lock: Lock,
 }
 
@@ -50,7 +49,13 @@ impl Holder {
         let path = presence::holder_lock_file(config);
         let Some(_lock) = Lock::acquire(&path, Kind::Exclusive, Duration::ZERO)? else { return Ok(()) };
         remove_file(&presence::holder_file(config))?;
-        wipe(config)
+        wipe_root(config)?;
+        // Whoever uses the prefix now has files of its own under it.
+        match PrefixClaim::take(config, Duration::ZERO) {
+            Ok(_claim) => shared_memory::wipe(&config.prefix),
+            Err(BusError::PrefixTaken { .. }) => Ok(()),
+            Err(error) => Err(error),
+        }
     }
 
     fn start_with(
@@ -68,9 +73,11 @@ impl Holder {
                 folder: config.dir.clone(),
             });
         };
+        let prefix = PrefixClaim::take(&config, patience)?;
         remove_file(&presence::holder_file(&config))?;
         let alone = alone(&config)?;
         wipe(&config)?;
+        shared_memory::check_room(&config)?;
         write_file(&config.transport_file(), &config.transport_text())?;
         config.install()?;
         let node = node::create(&config, "holder")?;
@@ -80,7 +87,7 @@ impl Holder {
             &format!("{} {}\n", std::process::id(), clock::now().unix_ns),
         )?;
         drop(alone);
-        Ok(Self { kept, node: Some(node), config, _lock: lock })
+        Ok(Self { kept, node: Some(node), config, _prefix: prefix, _lock: lock })
     }
 
     /// Cleans up after the dead until asked to stop.
@@ -178,22 +185,18 @@ fn alone(config: &BusConfig) -> Result<Option<Lock>, BusError> {
 
 /// Removes everything that iceoryx2 keeps for this instance.
 fn wipe(config: &BusConfig) -> Result<(), BusError> {
+    wipe_root(config)?;
+    shared_memory::wipe(&config.prefix)
+}
+
+fn wipe_root(config: &BusConfig) -> Result<(), BusError> {
     let root = config.root();
-    let failed = |path: &Path| {
-        let path = path.to_owned();
-        move |source| BusError::File { path, source }
-    };
     match std::fs::remove_dir_all(&root) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(failed(&root)(error)),
-        _ => {}
-    }
-    let folder = Path::new(SHARED_MEMORY);
-    for entry in std::fs::read_dir(folder).map_err(failed(folder))?.flatten() {
-        if entry.file_name().as_encoded_bytes().starts_with(config.prefix.as_bytes()) {
-            remove_file(&entry.path())?;
+        Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
+            Err(BusError::File { path: root, source })
         }
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 fn create_private_folder(folder: &Path) -> Result<(), BusError> {
@@ -203,15 +206,6 @@ fn create_private_folder(folder: &Path) -> Result<(), BusError> {
         .mode(0o700)
         .create(folder)
         .map_err(|source| BusError::File { path: folder.to_owned(), source })
-}
-
-fn remove_file(path: &Path) -> Result<(), BusError> {
-    match std::fs::remove_file(path) {
-        Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
-            Err(BusError::File { path: path.to_owned(), source })
-        }
-        _ => Ok(()),
-    }
 }
 
 /// Writes beside and renames, so that nobody reads half a file.

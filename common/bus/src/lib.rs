@@ -41,6 +41,7 @@ mod node;
 mod open;
 mod ports;
 mod presence;
+mod shared_memory;
 
 pub use audio::{AudioPublisher, AudioSubscriber, MAX_AUDIO_BLOCK};
 pub use channels::{CHANNELS, Channel, Scope, channel};

@@ -35,6 +35,7 @@ pub struct Bus {
     config: BusConfig,
     incarnation: String,
     _presence: Lock,
+    _role: Option<Lock>,
 }
 
 impl Bus {
@@ -44,6 +45,7 @@ impl Bus {
     /// [`BusError::NoHolder`] if no holder runs; what the system or iceoryx2 refused otherwise.
     pub fn open(config: BusConfig, process: ProcessKind, wagon: u32) -> Result<Self, BusError> {
         config.validate()?;
+        let name = if wagon == NO_WAGON { process.to_string() } else { format!("{process}-{wagon}") };
         let no_holder = || BusError::NoHolder { train: config.train.clone(), folder: config.dir.clone() };
         let deadline = Instant::now() + PATIENCE;
         loop {
@@ -53,9 +55,9 @@ impl Bus {
             let presence = Lock::acquire(&presence::ports_lock_file(&config), Kind::Shared, RETRY)?;
             if let (Some(lock), Some(incarnation)) = (presence, presence::incarnation(&config)) {
                 config.install()?;
-                let name = if wagon == NO_WAGON { process.to_string() } else { format!("{process}-{wagon}") };
+                let role = role(&config, process, &name)?;
                 let node = node::create(&config, &name)?;
-                return Ok(Self { node, config, incarnation, _presence: lock });
+                return Ok(Self { node, config, incarnation, _presence: lock, _role: role });
             }
             if Instant::now() >= deadline {
                 return Err(no_holder());
@@ -349,6 +351,15 @@ impl Bus {
             ours: format!("{} ({} bytes)", T::TYPE_NAME, size_of::<T>()),
             theirs: theirs.unwrap_or_else(|| "an unknown payload".to_owned()),
         }
+    }
+}
+
+/// Makes this process the only one of its kind, for its wagon; a predecessor that is about to leave gets some time.
+fn role(config: &BusConfig, process: ProcessKind, name: &str) -> Result<Option<Lock>, BusError> {
+    let Some(file) = presence::role_lock_file(config, process, name) else { return Ok(None) };
+    match Lock::acquire(&file, Kind::Exclusive, PATIENCE)? {
+        Some(lock) => Ok(Some(lock)),
+        None => Err(BusError::RoleTaken { train: config.train.clone(), role: name.to_owned(), file }),
     }
 }
 

@@ -3,11 +3,14 @@
 //! * `holder.lock` – exclusive while a holder lives.
 //! * `ports.lock` – shared by every process with ports; the holder takes it exclusively while it wipes and creates,
 //!   so nobody opens a channel that is about to vanish, and waits for it before it cleans up.
+//! * `PROCESS.lock`, `PROCESS-N.lock` – exclusive while that process lives, where there may be one of it (for wagon N).
 //! * `holder` – process id and incarnation of the holder, present only once all channels exist.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+
+use railgrip_messages::ProcessKind;
 
 use crate::{BusConfig, BusError};
 
@@ -58,6 +61,15 @@ pub(crate) fn holder_lock_file(config: &BusConfig) -> PathBuf {
 
 pub(crate) fn ports_lock_file(config: &BusConfig) -> PathBuf {
     config.dir.join("ports.lock")
+}
+
+/// The lock of a process of which a train has one, or one a wagon; `None` for those that may be many.
+pub(crate) fn role_lock_file(config: &BusConfig, process: ProcessKind, name: &str) -> Option<PathBuf> {
+    let single = match process {
+        ProcessKind::Ingest | ProcessKind::Estimator | ProcessKind::Listener | ProcessKind::Health => true,
+        ProcessKind::Holder | ProcessKind::Record => false,
+    };
+    single.then(|| config.dir.join(format!("{name}.lock")))
 }
 
 pub(crate) fn holder_file(config: &BusConfig) -> PathBuf {

@@ -1,5 +1,6 @@
 //! The recordings of a replay: one run a wagon, each with the vehicle file that belongs to it.
 
+use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 
 /// A recording that plays one wagon.
@@ -16,7 +17,8 @@ pub struct ReplayRun {
 /// Names of the vehicle or rig file that belongs to the recordings beside and below it.
 const VEHICLE_FILES: [&str; 2] = ["vehicle.toml", "rig.toml"];
 
-/// Finds the runs of `patterns`: recordings, folders of recordings, or globs of either, in the order of their paths.
+/// Finds the runs of `patterns`: recordings, folders of recordings, or globs of either, in the order of their paths; numbers in
+/// them count by value, so that wagon 10 follows wagon 9.
 ///
 /// # Errors
 /// In words: a pattern that is none, that finds nothing, or a folder without recordings.
@@ -41,7 +43,7 @@ pub(crate) fn find(patterns: &[String], base: &Path) -> Result<Vec<ReplayRun>, S
         }
     }
     paths.retain(|path| is_recording(path));
-    paths.sort();
+    paths.sort_by(|a, b| natural(a, b));
     paths.dedup();
     if paths.is_empty() {
         return Err(format!("`{}`: no .csv or .parquet file", patterns.join("`, `")));
@@ -52,6 +54,40 @@ pub(crate) fn find(patterns: &[String], base: &Path) -> Result<Vec<ReplayRun>, S
         .zip(names)
         .map(|(path, name)| ReplayRun { vehicle_file: vehicle_file(&path), path, name })
         .collect())
+}
+
+/// Compares paths as people sort them: part by part, and numbers in a part by their value.
+fn natural(a: &Path, b: &Path) -> Ordering {
+    let key = |path: &Path| -> Vec<Vec<Chunk>> {
+        path.components().map(|part| chunks(&part.as_os_str().to_string_lossy())).collect()
+    };
+    key(a).cmp(&key(b)).then_with(|| a.cmp(b))
+}
+
+/// A piece of a name; a number stands before text.
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Chunk {
+    /// Digits without leading zeros, the longer of two being the larger number.
+    Number(usize, String),
+    Text(String),
+}
+
+fn chunks(name: &str) -> Vec<Chunk> {
+    let mut chunks = Vec::new();
+    let mut rest = name;
+    while let Some(first) = rest.chars().next() {
+        let digits = first.is_ascii_digit();
+        let end = rest.find(|c: char| c.is_ascii_digit() != digits).unwrap_or(rest.len());
+        let (piece, after) = rest.split_at(end);
+        chunks.push(if digits {
+            let value = piece.trim_start_matches('0');
+            Chunk::Number(value.len(), value.to_owned())
+        } else {
+            Chunk::Text(piece.to_owned())
+        });
+        rest = after;
+    }
+    chunks
 }
 
 fn in_folder(folder: &Path) -> Result<Vec<PathBuf>, String> {
@@ -138,6 +174,16 @@ mod tests {
         };
         assert_eq!(names("a/fit"), ["x.dry", "y.wet"]);
         assert_eq!(names("b/fit/x.dry.csv"), ["x.dry"]);
+    }
+
+    #[test]
+    fn wagon_10_follows_wagon_9() {
+        let mut names = ["w10.csv", "w9.csv", "w1.wet.csv", "w1.dry.csv", "w010b.csv", "2/x.csv", "11/x.csv"];
+        names.sort_by(|a, b| natural(Path::new(a), Path::new(b)));
+        assert_eq!(
+            names,
+            ["2/x.csv", "11/x.csv", "w1.dry.csv", "w1.wet.csv", "w9.csv", "w10.csv", "w010b.csv"]
+        );
     }
 
     #[test]

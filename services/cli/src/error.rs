@@ -110,7 +110,10 @@ impl From<railgrip_health::access::AccessError> for CliError {
 impl From<BusError> for CliError {
     fn from(error: BusError) -> Self {
         match error {
-            BusError::Limit { .. } | BusError::PathTooLong { .. } => Self::bad_input(error),
+            BusError::Limit { .. }
+            | BusError::PathTooLong { .. }
+            | BusError::PrefixTaken { .. }
+            | BusError::SharedMemoryFull { .. } => Self::bad_input(error),
             _ => Self::failed(error),
         }
     }

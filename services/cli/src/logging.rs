@@ -3,7 +3,7 @@
 use std::io::IsTerminal;
 
 use railgrip_settings::{LogFormat, LoggingSettings};
-use tracing_subscriber::filter::{ParseError, Targets};
+use tracing_subscriber::filter::{LevelFilter, ParseError, Targets};
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 use tracing_subscriber::{Registry, fmt};
@@ -13,14 +13,28 @@ use crate::CliError;
 /// The environment variable that overrides the level of the config.
 const FILTER_VARIABLE: &str = "RAILGRIP_LOG";
 
+/// The filter that a text such as `info` or `info,railgrip_bus=debug` names. A word alone is a level: taken as the name of
+/// a target, as the filter itself would, a slip of the pen would silence everything.
+fn filter(wanted: &str) -> Result<Targets, CliError> {
+    let refuse = |problem: String| {
+        let allowed =
+            "allowed is off, error, warn, info, debug or trace, or a list such as `info,railgrip_bus=debug`";
+        CliError::bad_input(format!("log level \"{wanted}\": {problem}; {allowed}"))
+    };
+    let words = wanted.split(',').map(str::trim).filter(|word| !word.contains('='));
+    for word in words {
+        let known: Result<LevelFilter, _> = word.parse();
+        if word.is_empty() || known.is_err() || word.bytes().all(|byte| byte.is_ascii_digit()) {
+            return Err(refuse(format!("\"{word}\" is no level")));
+        }
+    }
+    wanted.parse().map_err(|error: ParseError| refuse(error.to_string()))
+}
+
 /// Starts logging for this process. A second call changes nothing.
 pub(crate) fn start(settings: &LoggingSettings) -> Result<(), CliError> {
     let wanted = std::env::var(FILTER_VARIABLE).unwrap_or_else(|_| settings.level.clone());
-    let filter: Targets = wanted.parse().map_err(|error: ParseError| {
-        let allowed =
-            "allowed is off, error, warn, info, debug or trace, or a list such as `info,railgrip_bus=debug`";
-        CliError::bad_input(format!("log level \"{wanted}\": {error}; {allowed}"))
-    })?;
+    let filter = filter(&wanted)?;
     let json = match settings.format {
         LogFormat::Auto => !std::io::stderr().is_terminal(),
         LogFormat::Text => false,
@@ -37,4 +51,20 @@ pub(crate) fn start(settings: &LoggingSettings) -> Result<(), CliError> {
         tracing::debug!("logging runs already");
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_misspelt_level_is_an_error_and_never_silence() {
+        for good in ["info", "WARN", "off", "info,railgrip_bus=debug", "railgrip_health=trace"] {
+            assert!(filter(good).is_ok(), "{good}");
+        }
+        for bad in ["inof", "", "debug,infi", "railgrip_bus", "railgrip_bus=loud", "7"] {
+            let said = filter(bad).expect_err(bad);
+            assert!(said.code() == 2 && said.to_string().contains("allowed is off"), "{bad}: {said}");
+        }
+    }
 }

@@ -131,6 +131,26 @@ impl<W> Series<W> {
         Self { folder: folder.to_owned(), name: name.replace('/', "-"), open: None, files: 0, rows: 0 }
     }
 
+    /// The file of that number, 1 first.
+    fn path(&self, number: u32) -> PathBuf {
+        let suffix = if number == 1 { String::new() } else { format!("-{number}") };
+        self.folder.join(format!("{}{suffix}.csv", self.name))
+    }
+
+    /// Fails if a file of this series is there already: what somebody recorded is never written over.
+    fn check_new(&self) -> Result<(), CliError> {
+        let first = format!("{}.csv", self.name);
+        let further = format!("{}-", self.name);
+        for entry in std::fs::read_dir(&self.folder).into_iter().flatten().flatten() {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            let number = name.strip_prefix(&further).and_then(|rest| rest.strip_suffix(".csv"));
+            if name == first || number.is_some_and(|number| number.parse::<u32>().is_ok()) {
+                return Err(exists(&entry.path()));
+            }
+        }
+        Ok(())
+    }
+
     /// The writer for a row at `time_s`; a time that does not go on begins a new file.
     fn writer(
         &mut self,
@@ -144,12 +164,11 @@ impl<W> Series<W> {
         }
         if self.open.is_none() {
             self.files += 1;
-            let file = if self.files == 1 {
-                format!("{}.csv", self.name)
-            } else {
-                format!("{}-{}.csv", self.name, self.files)
-            };
-            self.open = Some((create(&self.folder.join(file))?, time_s));
+            let path = self.path(self.files);
+            if path.exists() {
+                return Err(exists(&path));
+            }
+            self.open = Some((create(&path)?, time_s));
         }
         self.rows += 1;
         match &mut self.open {
@@ -162,6 +181,13 @@ impl<W> Series<W> {
     }
 }
 
+fn exists(path: &Path) -> CliError {
+    CliError::bad_input(format!(
+        "{} exists; recordings are not written over, name another --out",
+        path.display()
+    ))
+}
+
 impl WagonRecorder {
     pub(super) fn open(
         bus: &Bus,
@@ -170,6 +196,8 @@ impl WagonRecorder {
         name: &str,
         folder: &Path,
     ) -> Result<Self, CliError> {
+        Series::<RunWriter>::new(folder, name).check_new()?;
+        Series::<EstimateWriter>::new(&folder.join("estimates"), name).check_new()?;
         Ok(Self {
             name: name.to_owned(),
             plant,

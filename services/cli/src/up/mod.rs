@@ -14,7 +14,8 @@ mod unit;
 mod watchdog;
 
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{Read, Seek, Write};
+use std::io::{ErrorKind, Read, Seek, Write};
+use std::net::{SocketAddr, TcpListener};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -54,6 +55,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     let settings = &train.settings;
     Access::check(settings).map_err(CliError::bad_input)?;
     let _lock = claim(settings)?;
+    check_address(settings.http.listen)?;
     let lifecycle = runner::prepare()?;
     let mut fleet = Fleet::new(&train.bus, settings, &args.train.to_options())?;
     let result = supervise(&mut fleet, settings, &lifecycle, deadline);
@@ -148,6 +150,19 @@ fn already_up(settings: &TrainSettings, file: &mut File) -> CliError {
         pid.trim(),
         settings.instance.dir.display()
     ))
+}
+
+/// Says at once that the address is somebody else's: the HTTP service would try again and again, and nobody would see why.
+fn check_address(listen: SocketAddr) -> Result<(), CliError> {
+    match TcpListener::bind(listen) {
+        Err(error) if matches!(error.kind(), ErrorKind::AddrInUse | ErrorKind::AddrNotAvailable) => {
+            Err(CliError::failed(format!(
+                "{listen}: {error}; choose another with --listen ADDRESS:PORT, port 0 for any free one"
+            )))
+        }
+        // Whatever else is wrong may pass; the service says so itself.
+        _ => Ok(()),
+    }
 }
 
 fn create_private_folder(dir: &Path) -> std::io::Result<()> {

@@ -5,7 +5,7 @@
 
 use super::model::Alert;
 use super::nflog::{self, Envelope, Notification, Queued, Receiver};
-use rusqlite::{Connection, params};
+use rusqlite::{Connection, ErrorCode, params};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -51,6 +51,28 @@ pub enum JournalError {
     },
 }
 
+impl JournalError {
+    /// The file is no database, or not one of ours: trying again would change nothing.
+    fn is_damage(&self) -> bool {
+        let Self::Database { source, .. } = self else { return false };
+        matches!(source.sqlite_error_code(), Some(ErrorCode::NotADatabase | ErrorCode::DatabaseCorrupt))
+    }
+}
+
+/// Renames a damaged database and what belongs to it; gives its new name.
+fn set_aside(path: &Path) -> std::io::Result<PathBuf> {
+    let with = |path: &Path, suffix: &str| PathBuf::from(format!("{}{suffix}", path.display()));
+    let free = |number: &u32| !with(path, &format!(".damaged-{number}")).exists();
+    let number = (1..).find(free).unwrap_or(u32::MAX);
+    let aside = with(path, &format!(".damaged-{number}"));
+    std::fs::rename(path, &aside)?;
+    for suffix in ["-wal", "-shm"] {
+        // They may not exist, and without their database they mean nothing to the new one.
+        let _ = std::fs::rename(with(path, suffix), with(&aside, suffix));
+    }
+    Ok(aside)
+}
+
 /// One connection to the database.
 #[derive(Debug)]
 pub struct Journal {
@@ -63,11 +85,28 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Opens or creates the database.
+    /// Opens or creates the database. A file that is not a database any more is set aside under another name, so that
+    /// a train with a damaged memory of its alerts still tells new ones.
     ///
     /// # Errors
     /// A folder or database that cannot be used.
     pub fn open(
+        path: &Path,
+        train: &str,
+        receivers: Vec<Receiver>,
+        most_waiting: u32,
+    ) -> Result<Self, JournalError> {
+        match Self::open_once(path, train, receivers.clone(), most_waiting) {
+            Err(error) if error.is_damage() => {
+                let aside = set_aside(path).map_err(|_| error)?;
+                tracing::error!(file = %aside.display(), "the alerts were damaged and have been set aside");
+                Self::open_once(path, train, receivers, most_waiting)
+            }
+            opened => opened,
+        }
+    }
+
+    fn open_once(
         path: &Path,
         train: &str,
         receivers: Vec<Receiver>,
@@ -93,6 +132,13 @@ impl Journal {
                 .map_err(fail)?,
             VERSION => {}
             _ => return Err(JournalError::Newer { path: path.to_owned(), found }),
+        }
+        // A file that is torn in the middle has a sound first page.
+        let sound: String =
+            connection.query_row("PRAGMA quick_check(1)", [], |row| row.get(0)).map_err(fail)?;
+        if sound != "ok" {
+            let code = rusqlite::ffi::Error::new(rusqlite::ffi::SQLITE_CORRUPT);
+            return Err(fail(rusqlite::Error::SqliteFailure(code, Some(sound))));
         }
         let installation = installation(&connection).map_err(fail)?;
         let (path, train) = (path.to_owned(), train.to_owned());

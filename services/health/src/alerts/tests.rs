@@ -261,6 +261,28 @@ fn everything_survives_a_restart() {
 }
 
 #[test]
+fn a_damaged_database_is_set_aside_and_alerts_go_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("alerts.db");
+    let open = || Journal::open(&path, "demo", Vec::new(), 1000).unwrap();
+    let mut book = book();
+    book.keep_in(open(), Vec::new());
+    play(&mut book, 0.0, 4.0, &one(Grade::Watch));
+    drop(book);
+    let sound = std::fs::read(&path).unwrap();
+    let torn: Vec<u8> =
+        sound.iter().enumerate().map(|(at, byte)| if at < 4096 { *byte } else { 0x5a }).collect();
+    for (number, damaged) in
+        [&b"no database at all, but long enough to look like a file"[..], &torn].iter().enumerate()
+    {
+        std::fs::write(&path, damaged).unwrap();
+        assert_eq!(open().alerts().unwrap(), [], "nothing of it is believed");
+        let aside = folder.path().join(format!("alerts.db.damaged-{}", number + 1));
+        assert_eq!(&std::fs::read(aside).unwrap(), damaged, "and it is kept");
+    }
+}
+
+#[test]
 fn a_disk_that_refuses_stops_nothing_and_nothing_is_lost_when_it_works_again() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("alerts.db");
