@@ -201,6 +201,8 @@ codes! {
         ModelMismatch = 12, "model mismatch";
         /// What a microphone hears has changed: its state, or the condition of the rail.
         HearingChanged = 13, "hearing changed";
+        /// The columns of a wagon's source cannot be in their units and are withheld, or are plausible again.
+        UnitsImplausible = 14, "units implausible";
     }
 }
 

@@ -10,7 +10,7 @@ use crate::{ProcessKind, Stamp, payload};
 /// Counters count since the process started and never go back.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("railgrip/Heartbeat/v1")]
+#[type_name("railgrip/Heartbeat/v2")]
 pub struct Heartbeat {
     /// Counts the heartbeats of one process.
     pub sequence: u64,
@@ -30,6 +30,8 @@ pub struct Heartbeat {
     pub missed: u64,
     /// Samples refused by validation.
     pub rejected: u64,
+    /// Samples dropped because their time is not after that of the sample before.
+    pub late: u64,
     /// Samples or estimates sent.
     pub published: u64,
     /// Median time of one step, ns; 0 when the process makes no steps.
@@ -43,7 +45,7 @@ pub struct Heartbeat {
     /// Since the process started, s.
     pub uptime_s: f64,
 }
-payload!(Heartbeat, "railgrip/Heartbeat/v1");
+payload!(Heartbeat, "railgrip/Heartbeat/v2");
 
 impl Heartbeat {
     /// The kind of process, unless a newer one sent it.

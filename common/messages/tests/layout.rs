@@ -19,7 +19,7 @@ fn layouts_belong_to_their_versions() {
         (AUDIO_TYPE_NAME, size_of::<AudioHeader>(), "railgrip/AudioBlock/v1", 40),
         (Heard::TYPE_NAME, size_of::<Heard>(), "railgrip/Heard/v1", 112),
         (Event::TYPE_NAME, size_of::<Event>(), "railgrip/Event/v1", 208),
-        (Heartbeat::TYPE_NAME, size_of::<Heartbeat>(), "railgrip/Heartbeat/v1", 112),
+        (Heartbeat::TYPE_NAME, size_of::<Heartbeat>(), "railgrip/Heartbeat/v2", 120),
         ("railgrip/Indicator/v1", size_of::<Indicator>(), "railgrip/Indicator/v1", 160),
         ("railgrip/WheelsetHealth/v3", size_of::<WheelsetHealth>(), "railgrip/WheelsetHealth/v3", 1688),
         (Health::TYPE_NAME, size_of::<Health>(), "railgrip/Health/v3", 10168),

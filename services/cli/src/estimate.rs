@@ -10,6 +10,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
+use railgrip_diagnosis::data::units;
 use railgrip_estimator::convert;
 use railgrip_experiments::rigs::{bogie_sample, traction_sample};
 use railgrip_filter::models::bogie_rig::slip_based::{PaperReader, PaperReading};
@@ -20,6 +21,7 @@ use railgrip_filter::{
 use railgrip_messages::{Estimate, Sample};
 use railgrip_recording::{BogieRecording, MotorRecording, Recording, Row, Strictness, Table};
 use railgrip_settings::{Overrides, TrainSettings};
+use railgrip_vehicle::VehicleParameters;
 
 use crate::CliError;
 use crate::estimate_columns::{Cell, columns};
@@ -93,7 +95,16 @@ fn read(args: &Args, plant: &Plant) -> Result<Vec<EstimatorInput>, CliError> {
     if recording.wheelsets != plant.wheelsets() {
         return Err(wheelsets_differ(&args.run, recording.wheelsets, &args.vehicle, plant.wheelsets()));
     }
+    if let Plant::Wagon(vehicle) = plant {
+        check_units(&args.run, &recording, vehicle)?;
+    }
     Ok(recording.rows().map(|row| EstimatorInput::Wagon(wagon_sample(&row))).collect())
+}
+
+/// Refuses columns that cannot be in their units, as a diagnosis does.
+fn check_units(run: &Path, recording: &Recording, vehicle: &VehicleParameters) -> Result<(), CliError> {
+    units::check(recording, vehicle)
+        .map_err(|error| CliError::bad_input(format!("{}, at {:.2} s, {error}", run.display(), error.t_s)))
 }
 
 fn wheelsets_differ(run: &Path, found: usize, vehicle: &Path, expected: usize) -> CliError {

@@ -18,14 +18,14 @@ pub mod validate;
 
 pub use counters::Counters;
 
-use crate::feed::{Arrival, Next};
+use crate::feed::{Arrival, Next, When};
 use crate::microphones::Microphones;
 use crate::outbox::Outbox;
 use crate::pace::Pace;
 use railgrip_bus::{
     Bus, BusConfig, BusError, EventPublisher, HeartbeatPublisher, Lifecycle, monotonic_ns, now,
 };
-use railgrip_messages::{Event, EventKind, Heartbeat, NO_WHEELSET, ProcessKind, Text};
+use railgrip_messages::{Event, EventKind, Heartbeat, NO_WAGON, NO_WHEELSET, ProcessKind, Stamp, Text};
 use railgrip_settings::{Source, TrainSettings};
 use std::time::{Duration, Instant};
 
@@ -76,8 +76,13 @@ pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), Ingest
     let mut ended = false;
     while !lifecycle.should_stop() && !ended {
         let until_s = pace.wait(lifecycle);
-        let mut sink = |arrival: Arrival<'_>| take(arrival, &pace, &mut outboxes, &mut reporter.counters);
+        let mut verdicts = Vec::new();
+        let counters = &mut reporter.counters;
+        let mut sink = |arrival: Arrival<'_>| take(arrival, &pace, &mut outboxes, counters, &mut verdicts);
         ended = feed.take_due(until_s, &mut sink) == Next::Ended;
+        for (wagon, why) in verdicts {
+            reporter.about_units(wagon, why.as_deref())?;
+        }
         for outbox in &mut outboxes {
             reporter.counters.published += outbox.send()?;
         }
@@ -98,12 +103,32 @@ pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), Ingest
     Ok(())
 }
 
-fn take(arrival: Arrival<'_>, pace: &Pace, outboxes: &mut [Outbox], counters: &mut Counters) {
+/// What was found about the units of a wagon: what gives them away, or nothing once they are plausible.
+type Verdict = (u32, Option<String>);
+
+/// The stamp of an instant of the monotonic clock.
+fn stamp_at(at_ns: u64) -> Stamp {
+    let now = now();
+    let age_ns = i64::try_from(i128::from(now.monotonic_ns) - i128::from(at_ns)).unwrap_or(0);
+    Stamp { unix_ns: now.unix_ns.saturating_sub(age_ns), monotonic_ns: at_ns }
+}
+
+fn take(
+    arrival: Arrival<'_>,
+    pace: &Pace,
+    outboxes: &mut [Outbox],
+    counters: &mut Counters,
+    verdicts: &mut Vec<Verdict>,
+) {
     counters.received += 1;
     match arrival {
-        Arrival::Row { wagon, row, wheelsets, due_s, begins } => {
+        Arrival::Row { wagon, row, wheelsets, when, begins } => {
             if let Some(outbox) = outboxes.get_mut(wagon) {
-                outbox.take(row, wheelsets, begins, pace.stamp(due_s), counters);
+                let acquired = match when {
+                    When::Due(due_s) => pace.stamp(due_s),
+                    When::At(at_ns) => stamp_at(at_ns),
+                };
+                outbox.take(row, wheelsets, begins, acquired, counters);
             }
         }
         Arrival::Motor { wagon, row, due_s, begins } => {
@@ -115,6 +140,17 @@ fn take(arrival: Arrival<'_>, pace: &Pace, outboxes: &mut [Outbox], counters: &m
             if let Some(outbox) = outboxes.get_mut(wagon) {
                 outbox.take_bogie(row, begins, pace.stamp(due_s), counters);
             }
+        }
+        Arrival::Late { .. } => counters.late += 1,
+        Arrival::Withheld { .. } => counters.rejected += 1,
+        Arrival::Implausible { wagon, why } => {
+            counters.received -= 1;
+            let wagon = wagon + 1;
+            match &why {
+                Some(why) => tracing::error!(wagon, "its samples are withheld: {why}"),
+                None => tracing::info!(wagon, "its columns are plausible again"),
+            }
+            verdicts.push((wagon as u32, why));
         }
         Arrival::Refused(problem) => {
             counters.rejected += 1;
@@ -165,15 +201,30 @@ impl Reporter {
             pid: std::process::id(),
             received: self.counters.received,
             rejected: self.counters.rejected,
+            late: self.counters.late,
             published: self.counters.published,
             uptime_s: self.started.elapsed().as_secs_f64(),
             ..Heartbeat::default()
         }])
     }
 
+    /// Tells people why nothing comes of a wagon any more, or that it does again.
+    fn about_units(&mut self, wagon: u32, why: Option<&str>) -> Result<(), BusError> {
+        let text = match why {
+            Some(why) => format!("samples withheld: {why}"),
+            None => "the columns are plausible again".to_owned(),
+        };
+        self.event_about(EventKind::UnitsImplausible, wagon, &text)
+    }
+
     fn event(&mut self, kind: EventKind, text: &str) -> Result<(), BusError> {
+        self.event_about(kind, NO_WAGON, text)
+    }
+
+    fn event_about(&mut self, kind: EventKind, wagon: u32, text: &str) -> Result<(), BusError> {
         self.event_sequence += 1;
         self.events.publish(&[Event {
+            wagon,
             sequence: self.event_sequence,
             stamp: now(),
             kind: kind.code(),

@@ -307,6 +307,7 @@ where
 struct OfProcesses {
     uptime: Gauges<OfProcess>,
     rejected: Counters<OfProcess>,
+    late: Counters<OfProcess>,
     published: Counters<OfProcess>,
     step: Gauges<OfQuantile>,
     latency: Gauges<OfQuantile>,
@@ -317,6 +318,7 @@ impl OfProcesses {
         let all = Self {
             uptime: Family::default(),
             rejected: Family::default(),
+            late: Family::default(),
             published: Family::default(),
             step: Family::default(),
             latency: Family::default(),
@@ -326,6 +328,11 @@ impl OfProcesses {
             "process_rejected",
             "Samples or values refused by validation",
             all.rejected.clone(),
+        );
+        registry.register(
+            "process_late",
+            "Samples dropped because their time is not after that of the sample before",
+            all.late.clone(),
         );
         registry.register("process_published", "Samples or estimates sent", all.published.clone());
         registry.register("estimator_step_seconds", "Duration of one step of the filter", all.step.clone());
@@ -339,6 +346,7 @@ impl OfProcesses {
         let label = OfProcess { process: view.process.clone(), wagon };
         self.uptime.get_or_create(&label).set(view.uptime_s);
         self.rejected.get_or_create(&label).inc_by(view.rejected as f64);
+        self.late.get_or_create(&label).inc_by(view.late as f64);
         self.published.get_or_create(&label).inc_by(view.published as f64);
         let times = [
             (&self.step, "0.5", view.step_p50_ns),

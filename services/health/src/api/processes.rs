@@ -24,6 +24,8 @@ pub struct ProcessView {
     pub missed: u64,
     /// Samples or values refused.
     pub rejected: u64,
+    /// Samples dropped because their time is not after that of the sample before.
+    pub late: u64,
     /// Samples or estimates sent.
     pub published: u64,
     /// Median duration of one step of the filter, ns.
@@ -48,6 +50,7 @@ pub(crate) fn process(beat: &Heartbeat, now_ns: u64) -> ProcessView {
         received: beat.received,
         missed: beat.missed,
         rejected: beat.rejected,
+        late: beat.late,
         published: beat.published,
         step_p50_ns: beat.step_p50_ns,
         step_p99_ns: beat.step_p99_ns,

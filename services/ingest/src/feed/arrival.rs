@@ -2,6 +2,15 @@
 
 use railgrip_recording::{BogieRow, MotorRow, Row};
 
+/// When a sample was taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum When {
+    /// Seconds after the start of the source at which it is due.
+    Due(f64),
+    /// This instant of our monotonic clock, ns.
+    At(u64),
+}
+
 /// One thing that came from a source.
 #[derive(Debug)]
 pub enum Arrival<'a> {
@@ -13,8 +22,8 @@ pub enum Arrival<'a> {
         row: &'a Row,
         /// Wheelsets of the wagon.
         wheelsets: usize,
-        /// Seconds after the start of the source at which it is due.
-        due_s: f64,
+        /// When it was taken.
+        when: When,
         /// The time base begins anew with it.
         begins: bool,
     },
@@ -42,6 +51,23 @@ pub enum Arrival<'a> {
     },
     /// Something that is no sample; the words name place and problem.
     Refused(String),
+    /// A sample whose time is not after that of the sample before: late, or sent twice.
+    Late {
+        /// Index of the wagon.
+        wagon: usize,
+    },
+    /// A sample of a wagon whose columns cannot be in their units.
+    Withheld {
+        /// Index of the wagon.
+        wagon: usize,
+    },
+    /// The columns of a wagon cannot be in their units (`Some`, with what gives it away), or are plausible again.
+    Implausible {
+        /// Index of the wagon.
+        wagon: usize,
+        /// What gives it away.
+        why: Option<String>,
+    },
 }
 
 /// Whether a source has more.
@@ -108,6 +134,14 @@ pub enum InputError {
         source_kind: &'static str,
         /// What can be done.
         allowed: &'static str,
+    },
+    /// A column of a recording cannot be in its unit.
+    #[error("{}, at {:.2} s, {source}", file.display(), source.t_s)]
+    Units {
+        /// The recording.
+        file: std::path::PathBuf,
+        /// The column, and what gives it away.
+        source: railgrip_diagnosis::data::units::UnitError,
     },
     /// A recording of a microphone is wrong.
     #[error(transparent)]

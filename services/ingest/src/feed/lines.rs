@@ -4,38 +4,16 @@
 //! A value that is absent or null is missing. A line that is wrong is refused with its number; nothing ends because of
 //! it.
 
-use super::{Arrival, Feed, Next};
+use super::Inlet;
 use railgrip_recording::{Quantity, Row};
 use serde_json::Value;
 use std::io::BufRead;
-use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 
-/// Lines that may wait; beyond that whoever writes waits.
-const WAITING: usize = 4096;
 /// The longest line, bytes: more is no sample.
 const LONGEST_LINE: usize = 64 * 1024;
 
-/// Samples as they are written to us.
-pub struct Lines {
-    received: Receiver<Result<(usize, Box<Row>), String>>,
-    wheelsets: Vec<usize>,
-}
-
-impl Lines {
-    /// Reads `input` on a thread of its own; `wheelsets` of each wagon.
-    pub fn start(input: impl BufRead + Send + 'static, wheelsets: Vec<usize>) -> Self {
-        let (sender, received) = sync_channel(WAITING);
-        let expected = wheelsets.clone();
-        std::thread::spawn(move || read(input, &expected, &sender));
-        Self { received, wheelsets }
-    }
-}
-
-fn read(
-    mut input: impl BufRead,
-    wheelsets: &[usize],
-    sender: &SyncSender<Result<(usize, Box<Row>), String>>,
-) {
+/// Reads lines to their end and puts their rows into the inlet; `name` stands for the source in messages.
+pub(super) fn read(mut input: impl BufRead, name: &str, inlet: &Inlet) {
     let mut line = Vec::new();
     for number in 1_u64.. {
         line.clear();
@@ -43,14 +21,13 @@ fn read(
             Ok(None) => return,
             Ok(Some(false)) => Err(format!("longer than {LONGEST_LINE} bytes")),
             Ok(Some(true)) if line.iter().all(u8::is_ascii_whitespace) => continue,
-            Ok(Some(true)) => parse_line(&line, wheelsets).map(|(wagon, row)| (wagon, Box::new(row))),
+            Ok(Some(true)) => parse_line(&line, inlet.wheelsets()),
             Err(error) => {
-                tracing::error!(%error, "the standard input cannot be read");
+                tracing::error!(%error, "{name} cannot be read");
                 return;
             }
         };
-        let item = item.map_err(|problem| format!("standard input, line {number}: {problem}"));
-        if sender.send(item).is_err() {
+        if !inlet.put(item.map_err(|problem| format!("{name}, line {number}: {problem}"))) {
             return;
         }
     }
@@ -129,33 +106,11 @@ fn unknown_key(object: &serde_json::Map<String, Value>, count: usize) -> String 
     format!("unknown key \"{unknown}\", allowed are {}", names.join(", "))
 }
 
-impl Feed for Lines {
-    fn take_due(&mut self, until_s: f64, sink: &mut dyn FnMut(Arrival<'_>)) -> Next {
-        loop {
-            match self.received.try_recv() {
-                Ok(Ok((wagon, row))) => {
-                    let wheelsets = self.wheelsets[wagon];
-                    sink(Arrival::Row { wagon, row: &row, wheelsets, due_s: until_s, begins: false });
-                }
-                Ok(Err(problem)) => sink(Arrival::Refused(problem)),
-                Err(TryRecvError::Empty) => return Next::More,
-                Err(TryRecvError::Disconnected) => return Next::Ended,
-            }
-        }
-    }
-
-    fn speed(&self) -> f64 {
-        1.0
-    }
-
-    fn describe(&self) -> String {
-        "standard input".to_owned()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::feed::{Arrival, Feed, Live, Next};
+    use railgrip_filter::PlantKind;
 
     #[test]
     fn a_line_is_a_sample() {
@@ -190,16 +145,16 @@ mod tests {
         let mut text = b"{\"t_s\": 1, \"v_m_s\": 5}\n\nnonsense\n".to_vec();
         text.extend(vec![b'x'; LONGEST_LINE + 1]);
         text.extend(b"\n\xff\xfe\n{\"t_s\": 2, \"v_m_s\": 6}");
-        let mut lines = Lines::start(std::io::Cursor::new(text), vec![2]);
+        let vehicle = toml::from_str(include_str!("../../../../config/vehicle.toml")).unwrap();
+        let mut live = Live::new("test", &[vehicle], &[PlantKind::Wagon]);
+        read(std::io::Cursor::new(text), "standard input", &live.inlet().unwrap());
         let (mut times, mut problems) = (Vec::new(), Vec::new());
         let mut sink = |arrival: Arrival<'_>| match arrival {
             Arrival::Row { row, .. } => times.push(row.t_s),
             Arrival::Refused(problem) => problems.push(problem),
-            Arrival::Motor { .. } | Arrival::Bogie { .. } => panic!("a line is no sample of a rig"),
+            other => panic!("{other:?}"),
         };
-        while lines.take_due(0.0, &mut sink) == Next::More {
-            std::thread::yield_now();
-        }
+        assert_eq!(live.take_due(0.0, &mut sink), Next::Ended);
         println!("{problems:?}");
         assert_eq!(times, [1.0, 2.0]);
         let starts = [

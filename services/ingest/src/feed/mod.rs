@@ -2,15 +2,20 @@
 
 mod arrival;
 mod lines;
+mod live;
 mod replay;
 mod rig;
 mod simulate;
+mod source_clock;
+mod unit_watch;
 
-pub use arrival::{Arrival, Feed, InputError, Next, Rolls};
-pub use lines::{Lines, parse_line};
+pub use arrival::{Arrival, Feed, InputError, Next, Rolls, When};
+pub use lines::parse_line;
+pub use live::{Inlet, Live};
 pub use replay::Replay;
 pub use rig::{Rigs, feed_of};
 pub use simulate::Simulated;
+pub use source_clock::{Reading, SourceClock};
 
 use railgrip_filter::PlantKind;
 use railgrip_settings::{Source, TrainSettings};
@@ -37,8 +42,12 @@ pub fn open(settings: &TrainSettings) -> Result<Box<dyn Feed>, InputError> {
             Box::new(Rigs::new(*programme, *seed, settings.wagons.len(), *speed, *repeat))
         }
         Source::Stdin => {
-            let wheelsets = vehicles.iter().map(railgrip_vehicle::VehicleParameters::wheelsets).collect();
-            Box::new(Lines::start(std::io::BufReader::new(std::io::stdin()), wheelsets))
+            let mut live = Live::new("standard input", &vehicles, &plants);
+            if let Some(inlet) = live.inlet() {
+                let input = std::io::BufReader::new(std::io::stdin());
+                std::thread::spawn(move || lines::read(input, "standard input", &inlet));
+            }
+            Box::new(live)
         }
     })
 }

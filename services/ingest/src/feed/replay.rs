@@ -1,6 +1,7 @@
 //! Recordings as a source, one a wagon.
 
-use super::{Arrival, Feed, InputError, Next};
+use super::{Arrival, Feed, InputError, Next, When};
+use railgrip_diagnosis::data::units;
 use railgrip_filter::PlantKind;
 use railgrip_recording::{BogieRecording, MotorRecording, Recording, Strictness};
 use railgrip_settings::ReplayRun;
@@ -74,6 +75,10 @@ impl Replay {
                     if found != expected {
                         return Err(InputError::Wheelsets { file: run.path.clone(), found, expected });
                     }
+                    if *plant == PlantKind::Wagon {
+                        units::check(&recording, vehicle)
+                            .map_err(|source| InputError::Units { file: run.path.clone(), source })?;
+                    }
                     Tape::Wagon(Box::new(recording))
                 }
             };
@@ -99,7 +104,7 @@ impl Player {
             match &self.tape {
                 Tape::Wagon(recording) => {
                     let (row, wheelsets) = (recording.row(self.row), recording.wheelsets);
-                    sink(Arrival::Row { wagon, row: &row, wheelsets, due_s, begins });
+                    sink(Arrival::Row { wagon, row: &row, wheelsets, when: When::Due(due_s), begins });
                 }
                 Tape::Motor(recording) => {
                     sink(Arrival::Motor { wagon, row: &recording.rows[self.row], due_s, begins });
@@ -163,7 +168,7 @@ mod tests {
     fn due(replay: &mut Replay, until_s: f64) -> (Vec<(usize, f64, f64, bool)>, Next) {
         let mut taken = Vec::new();
         let next = replay.take_due(until_s, &mut |arrival| {
-            if let Arrival::Row { wagon, row, due_s, begins, .. } = arrival {
+            if let Arrival::Row { wagon, row, when: When::Due(due_s), begins, .. } = arrival {
                 taken.push((wagon, row.t_s, due_s, begins));
             }
         });

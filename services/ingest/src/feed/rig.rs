@@ -1,6 +1,6 @@
 //! Simulated rigs as a source: a published test, one rig a wagon, each with a seed of its own.
 
-use super::{Arrival, Feed, Next, Rolls};
+use super::{Arrival, Feed, Next, Rolls, When};
 use railgrip_experiments::bogie::controller::Control;
 use railgrip_experiments::rigs::{RigFeed, RigRow};
 use railgrip_settings::{BrakeController, RigProgramme};
@@ -75,7 +75,7 @@ impl Feed for Rigs {
                 let begins = std::mem::take(&mut rig.begins);
                 match &row {
                     RigRow::Wagon { row, .. } => {
-                        sink(Arrival::Row { wagon, row, wheelsets: 1, due_s, begins });
+                        sink(Arrival::Row { wagon, row, wheelsets: 1, when: When::Due(due_s), begins });
                     }
                     RigRow::Motor { row, .. } => sink(Arrival::Motor { wagon, row, due_s, begins }),
                     RigRow::Bogie { row, truth } => {

@@ -1,6 +1,6 @@
 //! The simulated train as a source.
 
-use super::{Arrival, Feed, InputError, Next, Rolls};
+use super::{Arrival, Feed, InputError, Next, Rolls, When};
 use railgrip_simulation::{Scenario, Train, WagonTruth};
 use railgrip_vehicle::{RailClass, VehicleParameters};
 
@@ -57,7 +57,7 @@ impl Feed for Simulated {
             let due_s = sample.t_s;
             for (wagon, sample) in sample.wagons.iter().enumerate().filter(|(_, sample)| sample.present) {
                 let (row, wheelsets) = (&sample.row, sample.wheelsets);
-                sink(Arrival::Row { wagon, row, wheelsets, due_s, begins: false });
+                sink(Arrival::Row { wagon, row, wheelsets, when: When::Due(due_s), begins: false });
             }
             self.rolls.clear();
             let wagons = sample.wagons.iter().zip(&self.radius_m);

@@ -1,0 +1,206 @@
+//! Samples as others send them: whatever brings them puts rows into an [`Inlet`], each with the time of its source, and the feed
+//! stamps them by that time, counts what is late and refuses columns that cannot be in their units.
+
+use super::source_clock::{Reading, SourceClock};
+use super::unit_watch::UnitWatch;
+use super::{Arrival, Feed, Next, When};
+use railgrip_bus::monotonic_ns;
+use railgrip_filter::PlantKind;
+use railgrip_recording::Row;
+use railgrip_vehicle::VehicleParameters;
+use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
+
+/// Rows that may wait; beyond that whoever brings them waits.
+const WAITING: usize = 4096;
+/// A clock that goes wrong by more than this is told, parts in a million: a quartz stays below 100.
+const MOST_DRIFT_PPM: f64 = 500.0;
+
+/// A source of rows that come by themselves.
+pub struct Live {
+    name: String,
+    received: Receiver<Item>,
+    inlet: Option<Inlet>,
+    wagons: Vec<Wagon>,
+}
+
+/// Where rows come in; the source has ended when all of its inlets are gone.
+#[derive(Clone)]
+pub struct Inlet {
+    sender: SyncSender<Item>,
+    wheelsets: Vec<usize>,
+}
+
+enum Item {
+    Row { wagon: usize, row: Box<Row>, arrived_ns: u64 },
+    Refused(String),
+}
+
+struct Wagon {
+    wheelsets: usize,
+    clock: SourceClock,
+    units: Option<UnitWatch>,
+    drift_told: bool,
+}
+
+impl Inlet {
+    /// Wheelsets of each wagon.
+    #[must_use]
+    pub fn wheelsets(&self) -> &[usize] {
+        &self.wheelsets
+    }
+
+    /// Takes a row of a wagon (from 0), or the words about something that is none; waits while too many wait. False once
+    /// nobody takes them any more.
+    pub fn put(&self, row: Result<(usize, Row), String>) -> bool {
+        let item = match row {
+            Ok((wagon, row)) => Item::Row { wagon, row: Box::new(row), arrived_ns: monotonic_ns() },
+            Err(problem) => Item::Refused(problem),
+        };
+        self.sender.send(item).is_ok()
+    }
+}
+
+impl Live {
+    /// A source under that name for these wagons.
+    #[must_use]
+    pub fn new(name: &str, vehicles: &[VehicleParameters], plants: &[PlantKind]) -> Self {
+        let (sender, received) = sync_channel(WAITING);
+        let wheelsets = vehicles.iter().map(VehicleParameters::wheelsets).collect();
+        let wagon = |(vehicle, plant): (&VehicleParameters, &PlantKind)| Wagon {
+            wheelsets: vehicle.wheelsets(),
+            clock: SourceClock::default(),
+            units: (*plant == PlantKind::Wagon).then(|| UnitWatch::new(vehicle.clone())),
+            drift_told: false,
+        };
+        let wagons = vehicles.iter().zip(plants).map(wagon).collect();
+        Self { name: name.to_owned(), received, inlet: Some(Inlet { sender, wheelsets }), wagons }
+    }
+
+    /// The inlet, once: clones of it may go to several threads.
+    #[must_use]
+    pub fn inlet(&mut self) -> Option<Inlet> {
+        self.inlet.take()
+    }
+}
+
+impl Wagon {
+    fn take(&mut self, wagon: usize, row: &Row, arrived_ns: u64, sink: &mut dyn FnMut(Arrival<'_>)) {
+        if !row.t_s.is_finite() {
+            sink(Arrival::Refused(format!("wagon {}: a sample without a time", wagon + 1)));
+            return;
+        }
+        let (at_ns, begins) = match self.clock.read(row.t_s, arrived_ns) {
+            Reading::Late => return sink(Arrival::Late { wagon }),
+            Reading::At(at_ns) => (at_ns, false),
+            Reading::Begins(at_ns) => (at_ns, true),
+        };
+        self.tell_drift(wagon);
+        let wheelsets = self.wheelsets;
+        if let Some(units) = &mut self.units {
+            if begins {
+                units.begin();
+            }
+            if let Some(why) = units.take(row, wheelsets) {
+                sink(Arrival::Implausible { wagon, why });
+            }
+            if units.implausible() {
+                return sink(Arrival::Withheld { wagon });
+            }
+        }
+        sink(Arrival::Row { wagon, row, wheelsets, when: When::At(at_ns), begins });
+    }
+
+    fn tell_drift(&mut self, wagon: usize) {
+        let Some(drift_ppm) = self.clock.drift_ppm() else { return };
+        let wrong = drift_ppm.abs() > MOST_DRIFT_PPM;
+        if wrong && !self.drift_told {
+            tracing::warn!(wagon = wagon + 1, drift_ppm, "the clock of the source drifts");
+        }
+        self.drift_told = wrong;
+    }
+}
+
+impl Feed for Live {
+    fn take_due(&mut self, _until_s: f64, sink: &mut dyn FnMut(Arrival<'_>)) -> Next {
+        loop {
+            match self.received.try_recv() {
+                Ok(Item::Row { wagon, row, arrived_ns }) => {
+                    if let Some(known) = self.wagons.get_mut(wagon) {
+                        known.take(wagon, &row, arrived_ns, sink);
+                    }
+                }
+                Ok(Item::Refused(problem)) => sink(Arrival::Refused(problem)),
+                Err(TryRecvError::Empty) => return Next::More,
+                Err(TryRecvError::Disconnected) => return Next::Ended,
+            }
+        }
+    }
+
+    fn speed(&self) -> f64 {
+        1.0
+    }
+
+    fn describe(&self) -> String {
+        self.name.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn coach() -> VehicleParameters {
+        toml::from_str(include_str!("../../../../config/vehicle.toml")).expect("the default vehicle")
+    }
+
+    /// Feeds 40 s of rolling at 100 Hz with a speed in units of `factor` m/s; counts rows taken and withheld, and what was told.
+    fn rolled(factor: f64) -> (usize, usize, Vec<Option<String>>) {
+        let vehicle = coach();
+        let radius_m = vehicle.wheelset.radius_m;
+        let mut live = Live::new("test", &[vehicle], &[PlantKind::Wagon]);
+        let inlet = live.inlet().expect("the first");
+        let (mut rows, mut withheld, mut told) = (0, 0, Vec::new());
+        for k in 0..4000 {
+            let mut row = Row { t_s: 0.01 * f64::from(k), v_m_s: 16.0 * factor, ..Row::default() };
+            row.wheel_speed_rad_s[..2].fill(16.0 / radius_m);
+            row.pressing_force_n[..2].fill(0.0);
+            assert!(inlet.put(Ok((0, row))));
+            live.take_due(0.0, &mut |arrival| match arrival {
+                Arrival::Row { .. } => rows += 1,
+                Arrival::Withheld { .. } => withheld += 1,
+                Arrival::Implausible { why, .. } => told.push(why),
+                other => panic!("{other:?}"),
+            });
+        }
+        drop(inlet);
+        assert_eq!(live.take_due(0.0, &mut |_| ()), Next::Ended);
+        (rows, withheld, told)
+    }
+
+    #[test]
+    fn a_speed_in_km_per_hour_is_withheld_once_it_is_seen_and_a_sound_one_never_is() {
+        assert_eq!(rolled(1.0), (4000, 0, vec![]));
+        let (rows, withheld, told) = rolled(3.6);
+        assert!(rows < 1600 && rows + withheld == 4000, "{rows} {withheld}");
+        assert_eq!(told.len(), 1);
+        let why = told[0].clone().expect("a reason");
+        assert!(why.contains("v_m_s") && why.contains("km/h"), "{why}");
+    }
+
+    #[test]
+    fn rows_of_one_packet_all_arrive_and_repeats_are_late() {
+        let mut live = Live::new("test", &[coach()], &[PlantKind::Wagon]);
+        let inlet = live.inlet().expect("the first");
+        let (mut stamps, mut late) = (Vec::new(), 0);
+        for t_s in [0.0, 0.01, 0.02, 0.02, 0.015, 0.03] {
+            inlet.put(Ok((0, Row { t_s, ..Row::default() })));
+        }
+        live.take_due(0.0, &mut |arrival| match arrival {
+            Arrival::Row { when: When::At(at_ns), .. } => stamps.push(at_ns),
+            Arrival::Late { wagon: 0 } => late += 1,
+            other => panic!("{other:?}"),
+        });
+        assert_eq!((stamps.len(), late), (4, 2));
+        assert!(stamps.windows(2).all(|pair| pair[0] < pair[1]), "{stamps:?}");
+    }
+}

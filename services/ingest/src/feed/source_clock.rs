@@ -1,0 +1,149 @@
+//! The clock of a source against ours. A source stamps its samples by a clock of its own, and they arrive after delays that vary;
+//! the least delay of the latest seconds ties the one clock to the other, as the delay itself cannot be known.
+
+/// The least delay is sought over two stretches of so long, ns.
+const STRETCH_NS: u64 = 10_000_000_000;
+/// A time that goes back by more than this begins a new time base; less is a late sample, s.
+const RESTART_S: f64 = 1.0;
+
+/// What the time of a sample means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reading {
+    /// Taken at this instant of our monotonic clock, ns.
+    At(u64),
+    /// The same, as the first of a new time base.
+    Begins(u64),
+    /// Not after the sample before: late, or sent twice.
+    Late,
+}
+
+/// The clock of one wagon's source.
+#[derive(Debug, Clone, Default)]
+pub struct SourceClock {
+    last: Option<Last>,
+    /// Ours minus theirs with the least delay, ns: in the stretch before, and in this one since its start.
+    before_ns: Option<i128>,
+    least_ns: Option<i128>,
+    stretch_began_ns: u64,
+    drift_ppm: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Last {
+    t_s: f64,
+    stamp_ns: u64,
+}
+
+impl SourceClock {
+    /// Takes the next sample of a source: its time, s, and when it arrived here, ns of the monotonic clock.
+    pub fn read(&mut self, t_s: f64, arrived_ns: u64) -> Reading {
+        let begins = self.last.is_some_and(|last| t_s < last.t_s - RESTART_S);
+        if begins {
+            *self = Self::default();
+        } else if self.last.is_some_and(|last| t_s <= last.t_s) {
+            return Reading::Late;
+        }
+        let theirs_ns = (t_s * 1e9) as i128;
+        let offset_ns = i128::from(arrived_ns) - theirs_ns;
+        self.take(offset_ns, arrived_ns);
+        let least_ns = self.before_ns.into_iter().chain(self.least_ns).min().unwrap_or(offset_ns);
+        let stamp_ns = u64::try_from(theirs_ns + least_ns).unwrap_or(0);
+        // A delay shorter than any before moves the tie; stamps go on all the same.
+        let stamp_ns = self.last.map_or(stamp_ns, |last| stamp_ns.max(last.stamp_ns + 1));
+        self.last = Some(Last { t_s, stamp_ns });
+        if begins { Reading::Begins(stamp_ns) } else { Reading::At(stamp_ns) }
+    }
+
+    fn take(&mut self, offset_ns: i128, arrived_ns: u64) {
+        let Some(least_ns) = self.least_ns else {
+            (self.least_ns, self.stretch_began_ns) = (Some(offset_ns), arrived_ns);
+            return;
+        };
+        let lasted_ns = arrived_ns.saturating_sub(self.stretch_began_ns);
+        if lasted_ns < STRETCH_NS {
+            self.least_ns = Some(least_ns.min(offset_ns));
+            return;
+        }
+        if let Some(before_ns) = self.before_ns {
+            // Two least delays, about one stretch apart.
+            self.drift_ppm = Some((least_ns - before_ns) as f64 / STRETCH_NS as f64 * 1e6);
+        }
+        (self.before_ns, self.least_ns) = (Some(least_ns), Some(offset_ns));
+        self.stretch_began_ns = arrived_ns;
+    }
+
+    /// How much faster our clock runs than theirs, parts in a million, once two stretches are over; delays that change look
+    /// like drift, so that only what lasts means something.
+    pub fn drift_ppm(&self) -> Option<f64> {
+        self.drift_ppm
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const START_NS: u64 = 5_000_000_000;
+
+    /// Delays between 1 and 4 ms that look random.
+    fn delay_ns(k: u64) -> u64 {
+        1_000_000 + (k.wrapping_mul(2_654_435_761) >> 7) % 3_000_000
+    }
+
+    #[test]
+    fn stamps_have_the_steps_of_the_source_and_not_those_of_the_network() {
+        let mut clock = SourceClock::default();
+        let mut stamps = Vec::new();
+        for k in 0..2000_u64 {
+            let t_s = 100.0 + k as f64 * 0.005;
+            match clock.read(t_s, START_NS + k * 5_000_000 + delay_ns(k)) {
+                Reading::At(stamp_ns) => stamps.push(stamp_ns),
+                other => panic!("{other:?}"),
+            }
+        }
+        let settled = &stamps[200..];
+        let odd = settled.windows(2).filter(|pair| (pair[1] - pair[0]).abs_diff(5_000_000) > 20_000).count();
+        assert!(odd <= 2, "{odd} odd steps");
+        // Behind the instant at which they were taken by the least delay.
+        let taken_ns = START_NS + 1999 * 5_000_000;
+        assert!((1_000_000..1_100_000).contains(&(stamps[1999] - taken_ns)));
+    }
+
+    #[test]
+    fn of_a_packet_that_arrives_at_once_no_sample_is_late() {
+        let mut clock = SourceClock::default();
+        let mut last_ns = 0;
+        for k in 0..500_u64 {
+            let arrived_ns = START_NS + k / 10 * 100_000_000;
+            let Reading::At(stamp_ns) = clock.read(k as f64 * 0.01, arrived_ns) else { panic!("late: {k}") };
+            assert!(stamp_ns > last_ns && stamp_ns < arrived_ns + 1000);
+            last_ns = stamp_ns;
+        }
+    }
+
+    #[test]
+    fn repeats_and_late_samples_are_told_and_a_restart_begins_anew() {
+        let mut clock = SourceClock::default();
+        assert!(matches!(clock.read(50.0, START_NS), Reading::At(_)));
+        assert!(matches!(clock.read(50.01, START_NS + 10_000_000), Reading::At(_)));
+        assert_eq!(clock.read(50.01, START_NS + 11_000_000), Reading::Late);
+        assert_eq!(clock.read(49.5, START_NS + 12_000_000), Reading::Late);
+        let begins = clock.read(0.0, START_NS + 20_000_000);
+        assert_eq!(begins, Reading::Begins(START_NS + 20_000_000));
+    }
+
+    #[test]
+    fn a_clock_that_runs_slow_is_followed_and_its_drift_is_known() {
+        let mut clock = SourceClock::default();
+        for k in 0..12_000_u64 {
+            // Theirs loses 100 µs a second.
+            let t_s = k as f64 * 0.01 * (1.0 - 100e-6);
+            let arrived_ns = START_NS + k * 10_000_000 + delay_ns(k);
+            let Reading::At(stamp_ns) = clock.read(t_s, arrived_ns) else { panic!("{k}") };
+            let behind_ns = arrived_ns.saturating_sub(stamp_ns);
+            assert!(behind_ns < 8_000_000, "{k}: {behind_ns} ns behind its arrival");
+        }
+        let drift_ppm = clock.drift_ppm().expect("two stretches are over");
+        assert!((drift_ppm - 100.0).abs() < 5.0, "{drift_ppm}");
+    }
+}

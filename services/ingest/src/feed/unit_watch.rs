@@ -1,0 +1,69 @@
+//! Whether the columns of a live source can be in their units: the checks of a diagnosis over the latest seconds of a wagon.
+
+use railgrip_diagnosis::data::units;
+use railgrip_recording::{MAX_WHEELSETS, Optional, Recording, Row};
+use railgrip_vehicle::VehicleParameters;
+use std::collections::VecDeque;
+
+/// Rows are kept this far apart, s: enough for ratios of speeds and for brake applications.
+const STEP_S: f64 = 0.05;
+/// So many seconds are judged, and no fewer than the second figure.
+const KEPT_S: f64 = 30.0;
+const LEAST_S: f64 = 15.0;
+/// Time between two looks, s.
+const LOOK_S: f64 = 5.0;
+
+/// The latest seconds of one wagon, and what they gave away.
+#[derive(Debug)]
+pub(crate) struct UnitWatch {
+    vehicle: VehicleParameters,
+    rows: VecDeque<Row>,
+    looked_s: f64,
+    implausible: bool,
+}
+
+impl UnitWatch {
+    pub(crate) fn new(vehicle: VehicleParameters) -> Self {
+        Self { vehicle, rows: VecDeque::new(), looked_s: f64::NEG_INFINITY, implausible: false }
+    }
+
+    /// True while the columns cannot be in their units.
+    pub(crate) fn implausible(&self) -> bool {
+        self.implausible
+    }
+
+    /// Forgets what belongs to another time base.
+    pub(crate) fn begin(&mut self) {
+        self.rows.clear();
+        self.looked_s = f64::NEG_INFINITY;
+    }
+
+    /// Takes a row; gives a change of mind: what gives the columns away, or nothing once they are plausible again.
+    pub(crate) fn take(&mut self, row: &Row, wheelsets: usize) -> Option<Option<String>> {
+        if self.rows.back().is_some_and(|last| row.t_s - last.t_s < STEP_S) {
+            return None;
+        }
+        let mut row = *row;
+        // A trailer has no drive torques.
+        row.drive_torque_nm = row.drive_torque_nm.map(|torque| if torque.is_nan() { 0.0 } else { torque });
+        self.rows.push_back(row);
+        while self.rows.front().is_some_and(|first| row.t_s - first.t_s > KEPT_S) {
+            self.rows.pop_front();
+        }
+        let long = self.rows.front().is_some_and(|first| row.t_s - first.t_s >= LEAST_S);
+        if !long || row.t_s - self.looked_s < LOOK_S {
+            return None;
+        }
+        self.looked_s = row.t_s;
+        let found = self.judge(wheelsets);
+        let changed = found.is_some() != self.implausible;
+        self.implausible = found.is_some();
+        changed.then_some(found)
+    }
+
+    fn judge(&self, wheelsets: usize) -> Option<String> {
+        let mut recording = Recording::empty("live", None, wheelsets.min(MAX_WHEELSETS), Optional::NONE);
+        self.rows.iter().for_each(|row| recording.push(row));
+        units::check(&recording, &self.vehicle).err().map(|error| error.to_string())
+    }
+}
