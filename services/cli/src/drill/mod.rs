@@ -4,22 +4,34 @@
 //! the SHA-256 over a random salt and the labels is published at once. `open` checks that neither labels nor trains
 //! were changed since, and lays the labels open.
 //!
+//! Without a subcommand, trains run under the watch of `railgrip_causes` in memory, and its alerts are scored; `replay` does the
+//! same with a train from files and writes the alerts.
+//!
 //! **Folders.** `OUT/trains/NAME`: what a judge is given. `OUT/sealed`: labels, salt and truth, for the owner alone until
 //! the last train is judged. `OUT/sealed.sha256`: the published hash.
 
+mod believed;
+mod drive;
 mod labels;
 mod make;
 mod open;
+mod replay;
+mod report;
+mod run;
+mod score;
 
 use clap::{Args as ClapArgs, Subcommand};
 
 use crate::CliError;
 
-/// Make sealed trains with faults, to judge alarms with.
+/// Trains with faults, and whether the alarms about them are right.
 #[derive(Debug, ClapArgs)]
+#[command(args_conflicts_with_subcommands = true)]
 pub(crate) struct Args {
     #[command(subcommand)]
-    command: Command,
+    command: Option<Command>,
+    #[command(flatten)]
+    drill: run::Args,
 }
 
 #[derive(Debug, Subcommand)]
@@ -28,12 +40,16 @@ enum Command {
     Make(make::Args),
     /// Check the seal and lay the labels open
     Open(open::Args),
+    /// Watch a train from files and write its alerts
+    Replay(replay::Args),
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     match &args.command {
-        Command::Make(args) => make::run(args),
-        Command::Open(args) => open::run(args),
+        Some(Command::Make(args)) => make::run(args),
+        Some(Command::Open(args)) => open::run(args),
+        Some(Command::Replay(args)) => replay::run(args),
+        None => run::run(&args.drill),
     }
 }
 

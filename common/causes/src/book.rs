@@ -1,0 +1,179 @@
+//! The alerts: one a fault. A suspicion that is confirmed often enough is raised; while it is open, what else the same
+//! wagons show is taken as its consequence.
+
+use crate::cause::{Cause, Grade};
+
+/// An unconfirmed suspicion is dropped after this time, s.
+const FORGOTTEN_S: f64 = 1500.0;
+/// An alert that nothing confirms any more is cleared after this time, s.
+const CLEARED_S: f64 = 3600.0;
+
+/// Another cause that would explain the same.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Runner {
+    /// The cause.
+    pub cause: Cause,
+    /// Its probability.
+    pub probability: f64,
+}
+
+/// An alert.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Alert {
+    /// When it was raised, s.
+    pub raised_t_s: f64,
+    /// When it was cleared, s.
+    pub cleared_t_s: Option<f64>,
+    /// How bad it is.
+    pub grade: Grade,
+    /// What explains all that is seen.
+    pub cause: Cause,
+    /// Wagons concerned, from 0, front first; empty: the whole train.
+    pub wagons: Vec<usize>,
+    /// Wheelsets that it may be, from 0; empty: of the wagon as a whole.
+    pub wheelsets: Vec<usize>,
+    /// Probability of the cause.
+    pub probability: f64,
+    /// What it may be instead.
+    pub instead: Vec<Runner>,
+    /// Brake applications seen until it was raised.
+    pub brakings_seen: u32,
+    /// Why, in words.
+    pub reason: String,
+}
+
+/// What one look at the data suggests.
+#[derive(Debug, Clone)]
+pub(crate) struct Suspicion {
+    pub cause: Cause,
+    pub wagons: Vec<usize>,
+    pub wheelsets: Vec<usize>,
+    pub grade: Grade,
+    pub probability: f64,
+    pub instead: Vec<Runner>,
+    pub reason: String,
+    /// Looks that must agree.
+    pub needed: u32,
+}
+
+#[derive(Debug)]
+struct Pending {
+    cause: Cause,
+    wagons: Vec<usize>,
+    wheelsets: Vec<usize>,
+    hits: u32,
+    last_s: f64,
+}
+
+/// All alerts of a train, and what may become one.
+#[derive(Debug, Default)]
+pub(crate) struct Book {
+    pending: Vec<Pending>,
+    confirmed_s: Vec<f64>,
+    pub alerts: Vec<Alert>,
+}
+
+impl Book {
+    /// Takes a suspicion of now.
+    pub(crate) fn suspect(&mut self, suspicion: Suspicion, time_s: f64, brakings: u32) {
+        for (alert, confirmed_s) in self.alerts.iter_mut().zip(&mut self.confirmed_s) {
+            if alert.cleared_t_s.is_none() && concerns(&alert.wagons, &suspicion.wagons) {
+                if alert.cause == suspicion.cause {
+                    *confirmed_s = time_s;
+                    alert.grade = alert.grade.max(suspicion.grade);
+                }
+                return;
+            }
+        }
+        self.pending.retain(|pending| time_s - pending.last_s < FORGOTTEN_S);
+        let same = |pending: &&mut Pending| {
+            pending.cause == suspicion.cause
+                && pending.wagons == suspicion.wagons
+                && pending.wheelsets == suspicion.wheelsets
+        };
+        let hits = match self.pending.iter_mut().find(same) {
+            Some(pending) => {
+                (pending.hits, pending.last_s) = (pending.hits + 1, time_s);
+                pending.hits
+            }
+            None => {
+                self.pending.push(Pending {
+                    cause: suspicion.cause,
+                    wagons: suspicion.wagons.clone(),
+                    wheelsets: suspicion.wheelsets.clone(),
+                    hits: 1,
+                    last_s: time_s,
+                });
+                1
+            }
+        };
+        if hits >= suspicion.needed {
+            self.confirmed_s.push(time_s);
+            self.alerts.push(Alert {
+                raised_t_s: time_s,
+                cleared_t_s: None,
+                grade: suspicion.grade,
+                cause: suspicion.cause,
+                wagons: suspicion.wagons,
+                wheelsets: suspicion.wheelsets,
+                probability: suspicion.probability,
+                instead: suspicion.instead,
+                brakings_seen: brakings,
+                reason: suspicion.reason,
+            });
+        }
+    }
+
+    /// Clears what nothing has confirmed for long.
+    pub(crate) fn settle(&mut self, time_s: f64) {
+        for (alert, confirmed_s) in self.alerts.iter_mut().zip(&self.confirmed_s) {
+            if alert.cleared_t_s.is_none() && time_s - confirmed_s > CLEARED_S {
+                alert.cleared_t_s = Some(time_s);
+            }
+        }
+    }
+
+    /// Whether an open alert names that wagon, and which cause.
+    pub(crate) fn open(&self, wagon: usize) -> Option<Cause> {
+        let open = |alert: &&Alert| alert.cleared_t_s.is_none() && alert.wagons.contains(&wagon);
+        self.alerts.iter().find(open).map(|alert| alert.cause)
+    }
+}
+
+/// Whether two alerts are about the same wagons; the whole train is a place of its own.
+fn concerns(open: &[usize], new: &[usize]) -> bool {
+    (open.is_empty() && new.is_empty()) || new.iter().any(|wagon| open.contains(wagon))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn suspicion(cause: Cause, wagon: usize, needed: u32) -> Suspicion {
+        Suspicion {
+            cause,
+            wagons: vec![wagon],
+            wheelsets: vec![0],
+            grade: Grade::Watch,
+            probability: 0.9,
+            instead: Vec::new(),
+            reason: String::new(),
+            needed,
+        }
+    }
+
+    #[test]
+    fn one_fault_is_one_alert() {
+        let mut book = Book::default();
+        book.suspect(suspicion(Cause::TachometerLate, 3, 2), 10.0, 0);
+        assert!(book.alerts.is_empty());
+        book.suspect(suspicion(Cause::TachometerLate, 3, 2), 20.0, 1);
+        book.suspect(suspicion(Cause::PadUneven, 3, 1), 30.0, 2);
+        book.suspect(suspicion(Cause::PadUneven, 4, 1), 30.0, 2);
+        let causes: Vec<Cause> = book.alerts.iter().map(|alert| alert.cause).collect();
+        assert_eq!(causes, [Cause::TachometerLate, Cause::PadUneven]);
+        assert_eq!((book.open(3), book.open(5)), (Some(Cause::TachometerLate), None));
+        book.settle(20.0 + CLEARED_S + 1.0);
+        assert_eq!(book.open(3), None);
+    }
+}

@@ -1,0 +1,69 @@
+//! Every threshold of the verdict, with where it comes from.
+
+use crate::cause::Cause;
+
+/// Causes that lie in what measures creepage.
+pub(super) const SENSOR_CAUSES: [Cause; 6] = [
+    Cause::WheelFlat,
+    Cause::WheelDiameter,
+    Cause::TachometerEccentric,
+    Cause::TachometerLate,
+    Cause::TachometerDropout,
+    Cause::SpeedSensor,
+];
+
+/// Share of values missing; a loose contact loses more, a healthy line a thousandth.
+pub(super) const MISSING: f64 = 0.012;
+/// Nothing from a wheelset for so long is more than a gap, s.
+pub(super) const SILENT_WHEEL_S: f64 = 20.0;
+/// Nothing from a wagon for so long, s.
+pub(super) const SILENT_WAGON_S: f64 = 8.0;
+/// Once a turn, relative, beyond the train's middle: mounting tolerances are below a thousandth.
+pub(super) const ONCE_A_TURN: f64 = 0.0018;
+/// Largest deviation of a second beyond the train's middle, in declared sigmas, that no noise reaches on average.
+pub(super) const RINGS: f64 = 2.0;
+/// From here on creepage is not asked.
+pub(super) const RINGS_DOUBTFUL: f64 = 12.0;
+/// A wheel later than the others, s: filters of speed encoders differ by hundredths.
+pub(super) const LATE_WHEEL_S: f64 = 0.06;
+/// From here on a late wheel is not asked what holds it back, s.
+pub(super) const LATE_DOUBTFUL_S: f64 = 0.03;
+/// A speed later than the train's, s.
+pub(super) const LATE_SPEED_S: f64 = 0.075;
+/// Radius error beyond the train's middle: files are good to a few thousandths between two measurements of wear.
+pub(super) const RADIUS: f64 = 0.0046;
+/// Scale error of a speed.
+pub(super) const SPEED_SCALE: f64 = 0.0042;
+/// Load over what was entered, less one, beyond what both are worth.
+pub(super) const LOAD: f64 = 0.085;
+
+/// Pressing force left while released, over the largest: a transducer's offset, or a wagon that does not release.
+pub(super) const LEFT: f64 = 0.03;
+/// Pressing force over that of the others of its wagon: cylinders of one distributor agree within some percent.
+pub(super) const BESIDE: (f64, f64) = (0.90, 1.10);
+/// Below this it is without a brake.
+pub(super) const NO_FORCE: f64 = 0.22;
+/// The share falls so fast, 1/s: a leak.
+pub(super) const LEAKS_PER_S: f64 = 0.006;
+/// An application tells who is without a brake after so long, s, if at least this much was ordered.
+pub(super) const TELLING: (f64, f64) = (10.0, 0.15);
+/// A wagon whose largest force stays below this share of what it once had does not brake.
+pub(super) const NOT_PRESSED: f64 = 0.05;
+/// The rise begins later than usual by at least this, s, and so many scatters.
+pub(super) const LATE_RISE: (f64, f64) = (0.8, 5.0);
+/// The area between order and force is larger than usual by at least this, s, so many scatters, and a share of the usual.
+pub(super) const SLOW_RISE: (f64, f64, f64) = (0.3, 5.0, 0.3);
+
+/// Pad friction changed against its own past by at least this, over nominal, and so many sigmas.
+pub(super) const PADS: (f64, f64) = (-0.11, -5.0);
+/// A wheelset against the others of its wagon, or a wagon against its train, without a past: spread of new pads.
+pub(super) const PADS_APART: (f64, f64) = (0.78, -4.0);
+/// Creepage at rest changed by at least this, and so many sigmas.
+pub(super) const DRAGS: (f64, f64) = (-6e-5, -6.0);
+/// Resistance of a wagon that runs alone, over its weight, and so many sigmas.
+pub(super) const DRAGS_ALONE: (f64, f64) = (-1.5e-3, -5.0);
+
+/// Wheelsets that must slide within some seconds until it is the rail and not a wheelset.
+pub(super) const SLIDING_WHEELSETS: usize = 2;
+/// Slid with full pressure for so long, s: slide protection did nothing.
+pub(super) const STUCK_S: f64 = 3.0;

@@ -1,0 +1,95 @@
+//! From comparisons to suspicions, each kind of evidence in a file of its own. Every threshold stands in [`limits`].
+
+mod brakes;
+mod limits;
+mod pads;
+mod rail;
+mod sensors;
+
+use crate::book::{Runner, Suspicion};
+use crate::cause::{Cause, Grade};
+use crate::creepage::Change;
+use crate::robust::median;
+use crate::watch::{MANY_WHEELSETS, TrainWatch};
+
+/// The mean of the latest changes that stands out most, over its sigma; at least `least` of them.
+fn shift(changes: &[Change], least: usize) -> Option<Change> {
+    let (mut weight, mut sum) = (0.0, 0.0);
+    let mut best: Option<Change> = None;
+    for (index, change) in changes.iter().rev().enumerate() {
+        weight += 1.0 / change.variance;
+        sum += change.value / change.variance;
+        let found = Change { value: sum / weight, variance: 1.0 / weight };
+        let beats = |best: &Change| deviation(&found) < deviation(best);
+        if index + 1 >= least && best.as_ref().is_none_or(beats) {
+            best = Some(found);
+        }
+    }
+    best
+}
+
+/// A change over its sigma.
+fn deviation(change: &Change) -> f64 {
+    change.value / change.variance.sqrt()
+}
+
+/// The mean of independent changes.
+fn mean(changes: impl Iterator<Item = Change>) -> Option<Change> {
+    let (sum, variance, count) =
+        changes.fold((0.0, 0.0, 0.0), |(s, v, n), one| (s + one.value, v + one.variance, n + 1.0));
+    (count > 0.0).then(|| Change { value: sum / count, variance: variance / (count * count) })
+}
+
+impl TrainWatch {
+    fn suspect(
+        &mut self,
+        cause: Cause,
+        (wagon, wheelsets): (usize, Vec<usize>),
+        (grade, probability, needed): (Grade, f64, u32),
+        instead: &[(Cause, f64)],
+        reason: String,
+    ) {
+        self.suspect_wagons(cause, (vec![wagon], wheelsets), (grade, probability, needed), instead, reason);
+    }
+
+    fn suspect_wagons(
+        &mut self,
+        cause: Cause,
+        (wagons, wheelsets): (Vec<usize>, Vec<usize>),
+        (grade, probability, needed): (Grade, f64, u32),
+        instead: &[(Cause, f64)],
+        reason: String,
+    ) {
+        let instead =
+            instead.iter().map(|(cause, probability)| Runner { cause: *cause, probability: *probability });
+        let suspicion = Suspicion {
+            cause,
+            wagons,
+            wheelsets,
+            grade,
+            probability,
+            instead: instead.collect(),
+            reason,
+            needed,
+        };
+        self.book.suspect(suspicion, self.time_s, self.brakings);
+    }
+
+    /// Whether the tachometer of a wheelset can be trusted with what creepage says.
+    fn trusts(&self, wagon: usize, k: usize) -> bool {
+        let wheel = &self.wagons[wagon].wheel[k];
+        let open = self.book.open(wagon).is_some_and(|cause| limits::SENSOR_CAUSES.contains(&cause));
+        // A late tachometer shows too little speed while the train gathers it, as a dragging wheelset does.
+        let late =
+            wheel.rim.errors().1.is_some_and(|lag_s| lag_s - self.usual_lag_s() > limits::LATE_DOUBTFUL_S);
+        let whole = wheel.tachometer.missing < 0.3 && wheel.tachometer.largest < limits::RINGS_DOUBTFUL;
+        !open && !late && whole
+    }
+
+    /// Lag of most wheels behind the speed of the train, s.
+    fn usual_lag_s(&self) -> f64 {
+        let wheels = self.wagons.iter().flat_map(|wagon| &wagon.wheel);
+        let mut lags: Vec<f64> = wheels.filter_map(|wheel| wheel.rim.errors().1).collect();
+        if lags.len() < MANY_WHEELSETS { 0.0 } else { median(&mut lags) }
+    }
+}

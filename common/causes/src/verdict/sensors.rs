@@ -1,0 +1,153 @@
+//! Sensors, judged first.
+
+use super::limits::{
+    LATE_SPEED_S, LATE_WHEEL_S, LOAD, MISSING, ONCE_A_TURN, RADIUS, RINGS, SILENT_WAGON_S, SILENT_WHEEL_S,
+    SPEED_SCALE,
+};
+use crate::cause::{Cause, Grade};
+use crate::robust::median;
+use crate::watch::{MANY_WHEELSETS, TrainWatch, Wheel};
+
+impl TrainWatch {
+    pub(crate) fn judge_sensors(&mut self) {
+        let rolling = self.v_m_s > 4.0;
+        let middle = |of: fn(&Wheel) -> f64| {
+            let wheels = self.wagons.iter().flat_map(|wagon| &wagon.wheel);
+            let told = wheels.filter(|wheel| wheel.tachometer.seconds > 20.0);
+            let mut values: Vec<f64> = told.map(of).collect();
+            if values.len() < 3 { 0.0 } else { median(&mut values) }
+        };
+        let once = middle(|wheel| wheel.tachometer.once_a_turn);
+        let largest = middle(|wheel| wheel.tachometer.largest).max(2.0);
+        for index in 0..self.wagons.len() {
+            if self.wagons[index].silent_s >= SILENT_WAGON_S {
+                let reason = "nothing comes from this wagon".to_owned();
+                self.suspect(Cause::Silent, (index, vec![]), (Grade::Act, 0.99, 1), &[], reason);
+                continue;
+            }
+            if self.wagons[index].silent_s > 0.0 {
+                continue;
+            }
+            self.judge_tachometers(index, once, largest, rolling);
+            self.judge_load(index);
+        }
+        if rolling {
+            self.judge_speeds();
+        }
+    }
+
+    fn judge_tachometers(&mut self, index: usize, once: f64, largest: f64, rolling: bool) {
+        for k in 0..self.wagons[index].wheel.len() {
+            let seen = self.wagons[index].wheel[k].tachometer;
+            if seen.silent_s() > SILENT_WHEEL_S {
+                let reason = format!("no wheel speed for {:.0} s", seen.silent_s());
+                let how = (Grade::Watch, 0.98, 1);
+                self.suspect(Cause::TachometerDropout, (index, vec![k]), how, &[], reason);
+                continue;
+            }
+            if seen.missing > MISSING {
+                let reason = format!("{:.1} % of the wheel speeds are missing", 100.0 * seen.missing);
+                let how = (Grade::Watch, 0.97, 3);
+                self.suspect(Cause::TachometerDropout, (index, vec![k]), how, &[], reason);
+            }
+            if !rolling || seen.seconds < 25.0 {
+                continue;
+            }
+            let wobbles = seen.once_a_turn - once > ONCE_A_TURN;
+            let rings = seen.largest - largest > RINGS;
+            if wobbles && seen.once > 0.8 * seen.scatter {
+                let reason = format!("wheel speed wobbles by {:.2} % once a turn", 100.0 * seen.once_a_turn);
+                let how = (Grade::Watch, 0.93, 3);
+                let instead = [(Cause::WheelFlat, 0.05)];
+                self.suspect(Cause::TachometerEccentric, (index, vec![k]), how, &instead, reason);
+            } else if rings {
+                let reason =
+                    format!("wheel speed rings: {:.1} times its noise, others {largest:.1}", seen.largest);
+                let how = (Grade::Watch, 0.9, 3);
+                let instead = [(Cause::TachometerEccentric, 0.08)];
+                self.suspect(Cause::WheelFlat, (index, vec![k]), how, &instead, reason);
+            }
+        }
+    }
+
+    /// Scale and lag of speeds and of wheels against them.
+    fn judge_speeds(&mut self) {
+        let many = self.wagons.len() >= 3;
+        for index in 0..self.wagons.len() {
+            let speed = self.wagons[index].speed;
+            if many && speed.seconds > 60.0 {
+                let (scale, lag_s) = speed.errors();
+                let late = lag_s.filter(|lag_s| *lag_s > LATE_SPEED_S);
+                if scale.abs() > SPEED_SCALE || late.is_some() {
+                    let reason = match late {
+                        Some(lag_s) => format!("speed comes {lag_s:.2} s later than the train's"),
+                        None => format!("speed is {:+.1} % off that of the train", 100.0 * scale),
+                    };
+                    self.suspect(Cause::SpeedSensor, (index, vec![]), (Grade::Watch, 0.96, 3), &[], reason);
+                }
+            }
+        }
+        let errors: Vec<Vec<(f64, Option<f64>)>> =
+            self.wagons.iter().map(|wagon| wagon.wheel.iter().map(told).collect()).collect();
+        let mut scales: Vec<f64> = errors.iter().flatten().map(|(scale, _)| *scale).collect();
+        let mut lags: Vec<f64> = errors.iter().flatten().filter_map(|(_, lag_s)| *lag_s).collect();
+        let few = scales.iter().filter(|scale| scale.is_finite()).count() < MANY_WHEELSETS;
+        let (scale, lag_s) = (median(&mut scales), median(&mut lags));
+        if few && !many {
+            // Wheels that all differ alike from the only speed there is: it is the speed.
+            let alike = errors.iter().flatten().all(|(one, _)| (one - scale).abs() < 0.5 * scale.abs());
+            let alike_late = lags.len() >= 2 && lags.iter().all(|one| (one - lag_s).abs() < 0.04);
+            let late = alike_late && -lag_s > LATE_SPEED_S;
+            if (alike && scale.abs() > SPEED_SCALE) || late {
+                let reason = match late {
+                    true => format!("speed comes {:.2} s later than all wheels", -lag_s),
+                    false => format!("speed is {:+.1} % off all wheels", -100.0 * scale),
+                };
+                let instead = [(Cause::WheelDiameter, 0.1)];
+                self.suspect(Cause::SpeedSensor, (0, vec![]), (Grade::Watch, 0.85, 3), &instead, reason);
+                return;
+            }
+        }
+        let (scale, lag_s) = if few { (0.0, 0.0) } else { (scale, lag_s) };
+        for (index, wheels) in errors.iter().enumerate() {
+            for (k, (own, own_lag_s)) in wheels.iter().enumerate() {
+                let late_s = own_lag_s.map_or(0.0, |own_s| own_s - lag_s);
+                if late_s > LATE_WHEEL_S {
+                    let reason = format!("wheel speed comes {late_s:.2} s late");
+                    let how = (Grade::Watch, 0.94, 3);
+                    self.suspect(Cause::TachometerLate, (index, vec![k]), how, &[], reason);
+                } else if (own - scale).abs() > RADIUS {
+                    let off = -100.0 * (own - scale);
+                    let reason = format!("the wheel is {off:+.2} % larger than its file says");
+                    let how = (Grade::Watch, 0.95, 3);
+                    self.suspect(Cause::WheelDiameter, (index, vec![k]), how, &[], reason);
+                }
+            }
+        }
+    }
+
+    fn judge_load(&mut self, index: usize) {
+        let wagon = &self.wagons[index];
+        let (mean_kg, count) = wagon.load_kg;
+        let share = mean_kg / wagon.file.mass_kg - 1.0;
+        if count > 60.0 && share.abs() > LOAD.max(3.0 * wagon.file.mass_sigma.hypot(0.02)) {
+            let reason = format!("load sensors say {:+.0} % of what was entered", 100.0 * share);
+            self.suspect(Cause::Payload, (index, vec![]), (Grade::Watch, 0.96, 2), &[], reason);
+        }
+        let Some(mass) = self.wagons[index].balance.as_ref().map(|balance| balance.mass()) else { return };
+        let (off, sigma) = (mass.value, mass.variance.sqrt());
+        let allowed = 3.0 * self.wagons[index].file.mass_sigma.hypot(0.02);
+        if self.brakings >= 2 && off.abs() > allowed.max(0.09) && off.abs() > 5.0 * sigma {
+            let reason = format!("it accelerates as if {:+.0} % heavier than entered", 100.0 * off);
+            self.suspect(Cause::Payload, (index, vec![]), (Grade::Watch, 0.85, 3), &[], reason);
+        }
+    }
+}
+
+/// Scale and lag of a wheel against the train; NaN while too little has been seen.
+fn told(wheel: &Wheel) -> (f64, Option<f64>) {
+    if wheel.rim.seconds < 60.0 || wheel.tachometer.silent_s() > 0.0 {
+        return (f64::NAN, None);
+    }
+    wheel.rim.errors()
+}

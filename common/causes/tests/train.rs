@@ -1,0 +1,131 @@
+//! A train of rigid wagons that follow a timetable, with one fault or none: does the watch name it, and nothing else?
+
+use railgrip_causes::{Alert, Cause, Reading, TrainWatch, WagonFile};
+
+const WAGONS: usize = 5;
+const DT_S: f64 = 0.02;
+const RADIUS_M: f64 = 0.45;
+const COMPLIANCE_PER_N: f64 = 1.7e-7;
+const FULL_N: f64 = 30e3;
+
+/// What is wrong with wheelset 2 (index 1) of wagon 3 (index 2), or with that wagon, from the third stop on.
+#[derive(Clone, Copy, PartialEq)]
+enum Wrong {
+    Nothing,
+    Pads(f64),
+    Drags(f64),
+    NoForce,
+    Wagon,
+    Late(f64),
+    Wobbles(f64),
+    Missing,
+}
+
+/// Even noise that repeats with the seed.
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 11) as f64 / (1u64 << 53) as f64 - 0.5) * 3.46
+    }
+}
+
+fn file() -> WagonFile {
+    WagonFile {
+        wheelsets: 4,
+        mass_kg: 40e3,
+        mass_sigma: 0.015,
+        radius_m: RADIUS_M,
+        inertia_kg_m2: 100.0,
+        pad_radius_m: 0.25,
+        pad_friction: 0.35,
+        compliance_per_n: COMPLIANCE_PER_N,
+        resistance: [500.0, 5.0, 2.0],
+        speed_sigma_m_s: 0.03,
+        wheel_speed_sigma_rad_s: 0.03,
+    }
+}
+
+/// Acceleration and order of a timetable of 150 s a stop.
+fn timetable(t: f64) -> (f64, f64) {
+    match t % 150.0 {
+        t if t < 40.0 => (0.5, 0.0),
+        t if t < 105.0 => (0.0, 0.0),
+        t if t < 135.0 => (-0.64, 0.6),
+        _ => (0.0, 0.0),
+    }
+}
+
+fn day(wrong: Wrong) -> Vec<Alert> {
+    let mut watch = TrainWatch::new(vec![file(); WAGONS]);
+    let mut noise = Noise(7);
+    let (mut v_m_s, mut angle_rad) = (4.0_f64, 0.0_f64);
+    let mut force_n = [[0.0_f64; 4]; WAGONS];
+    for step in 0..(1900.0 / DT_S) as usize {
+        let t = step as f64 * DT_S;
+        let (a_m_s2, order) = timetable(t);
+        v_m_s = (v_m_s + a_m_s2 * DT_S).max(4.0);
+        angle_rad += v_m_s / RADIUS_M * DT_S;
+        let faulty = t > 450.0;
+        let mut readings = vec![Reading::default(); WAGONS];
+        for (index, reading) in readings.iter_mut().enumerate() {
+            reading.v_m_s = v_m_s + 0.03 * noise.next();
+            reading.brake_demand = order;
+            reading.grade_rad = 0.0;
+            for k in 0..4 {
+                let here = index == 2 && faulty;
+                let one = here && k == 1;
+                let cut = (one && wrong == Wrong::NoForce) || (here && wrong == Wrong::Wagon);
+                let wanted_n = if cut { 0.0 } else { order * FULL_N };
+                let pressed_n = &mut force_n[index][k];
+                *pressed_n += DT_S / 0.8 * (wanted_n - *pressed_n);
+                let (pads, drags_n) = match wrong {
+                    Wrong::Pads(lost) if one => (1.0 - lost, 0.0),
+                    Wrong::Drags(force_n) if one => (1.0, force_n),
+                    _ => (1.0, 0.0),
+                };
+                let pads_n = 0.35 * pads * *pressed_n * 0.25 / RADIUS_M;
+                let inertia_n = 100.0 * a_m_s2 / (RADIUS_M * RADIUS_M);
+                let creepage = -(pads_n + drags_n + inertia_n) * COMPLIANCE_PER_N;
+                let seen_m_s = match wrong {
+                    Wrong::Late(lag_s) if one => v_m_s - lag_s * a_m_s2,
+                    _ => v_m_s,
+                };
+                let wobble = match wrong {
+                    Wrong::Wobbles(share) if one => share * angle_rad.sin(),
+                    _ => 0.0,
+                };
+                // Every wheel has a radius of its own.
+                let radius = 1e-3 * ((index * 4 + k) as f64 * 1.7).sin();
+                let omega = seen_m_s / RADIUS_M * (1.0 + radius + creepage + wobble);
+                let lost = one && wrong == Wrong::Missing && step % 500 < 60;
+                reading.wheel_speed_rad_s[k] = if lost { f64::NAN } else { omega + 0.03 * noise.next() };
+                reading.pressing_force_n[k] = (*pressed_n + 150.0 * noise.next()).max(0.0);
+            }
+        }
+        watch.take(t, &readings);
+    }
+    watch.alerts().to_vec()
+}
+
+fn named(wrong: Wrong) -> Vec<(Cause, Vec<usize>, Vec<usize>)> {
+    day(wrong).into_iter().map(|alert| (alert.cause, alert.wagons, alert.wheelsets)).collect()
+}
+
+#[test]
+fn a_healthy_train_raises_nothing() {
+    assert_eq!(day(Wrong::Nothing), vec![]);
+}
+
+#[test]
+fn each_fault_raises_one_alert_with_its_cause_and_place() {
+    let wheelset = |cause| vec![(cause, vec![2], vec![1])];
+    assert_eq!(named(Wrong::Pads(0.35)), wheelset(Cause::PadUneven));
+    assert_eq!(named(Wrong::Drags(1500.0)), wheelset(Cause::Dragging));
+    assert_eq!(named(Wrong::NoForce), wheelset(Cause::Isolated));
+    assert_eq!(named(Wrong::Wagon), vec![(Cause::Isolated, vec![2], vec![])]);
+    assert_eq!(named(Wrong::Late(0.3)), wheelset(Cause::TachometerLate));
+    assert_eq!(named(Wrong::Wobbles(0.012)), wheelset(Cause::TachometerEccentric));
+    assert_eq!(named(Wrong::Missing), wheelset(Cause::TachometerDropout));
+}
