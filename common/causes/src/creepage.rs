@@ -4,7 +4,9 @@
 //! brake of pad friction μ_B gives `F = −μ_B F_⊥ r_B / r`, a drive torque M and inertia give `F = (M − J ω̇) / r`. Hence for
 //! the mean over a second
 //!
-//!     r ω / v − 1 = δ − κ · (μ_nominal F_⊥ r_B / r) c + γ · ((M − J ω̇) / r) c − τ v̇ / v
+//! ```text
+//! r ω / v − 1 = δ − κ · (μ_nominal F_⊥ r_B / r) c + γ · ((M − J ω̇) / r) c − τ v̇ / v
+//! ```
 //!
 //! with δ the error of the radius, κ pad friction over nominal (times the error of c), γ the error of c and τ by how much
 //! this tachometer lags behind the speed of the train. All four are learnt by linear Bayesian regression, with priors from

@@ -75,9 +75,26 @@ pub(crate) struct Pressure {
     trace: Vec<(f64, f64)>,
     start: Past,
     area: Past,
+    /// Largest force of an application over the largest ever and over the order.
+    share: Past,
 }
 
 impl Pressure {
+    /// Whether the pads were left out although they never are beside the electric brake of this wagon; `order` is the largest
+    /// of the application. What is usual is learnt from the others.
+    pub(crate) fn left_out(&mut self, order: f64, not_pressed: f64) -> bool {
+        if self.full_n < 1000.0 || order < 0.1 {
+            return false;
+        }
+        let share = self.peak_n / self.full_n;
+        let usual = self.share.count() >= 2.0 && self.share.mean() - 3.0 * self.share.sigma() > 0.15;
+        let out = share < not_pressed && (!self.electric || usual);
+        if !out {
+            self.share.take(share / order);
+        }
+        out
+    }
+
     /// Takes a value of the traces: the order, and the force of the middle wheelset.
     pub(crate) fn trace(&mut self, order: f64, force_n: f64, braking: bool) {
         if !braking && self.trace.len() >= BEFORE {

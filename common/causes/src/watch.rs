@@ -3,6 +3,7 @@
 use crate::balance::balance;
 use crate::book::{Alert, Book};
 use crate::braking::{Braking, Turn};
+use crate::cause::Cause;
 use crate::creepage::{Belief, Braked, Change, Creep, Creepage};
 use crate::input::{MAX_WHEELSETS, Reading, WagonFile};
 use crate::pressure::{Pressure, TRACE_S};
@@ -16,6 +17,8 @@ const LEAST_SPEED_M_S: f64 = 3.5;
 const COASTING: f64 = 4e-4;
 /// Variance of a change of pad friction, over nominal, from which on it says nothing.
 const LEAST_TELLING: f64 = 0.05;
+/// Creepage of a drive torque up to which scale and lag of a tachometer show beside it.
+const DRIVEN: f64 = 1.2e-3;
 /// Common change of creepage in braking from which on it is another rail.
 const OTHER_RAIL: f64 = 0.08;
 /// Changes of so many applications, or rolls, are kept.
@@ -188,7 +191,7 @@ impl TrainWatch {
 
     /// Speed and acceleration of the train: means of what agrees among the wagons.
     fn train_speed(&mut self, seconds: &[WagonSecond]) -> (f64, f64) {
-        let sound = |wagon: &usize| self.book.open(*wagon) != Some(crate::Cause::SpeedSensor);
+        let sound = |wagon: &usize| self.book.open(*wagon) != Some(Cause::SpeedSensor);
         let all = seconds.len();
         let usable: Vec<usize> = (0..all).filter(|wagon| all < 3 || sound(wagon)).collect();
         let mut speeds = usable.iter().map(|wagon| seconds[*wagon].v.mean).collect();
@@ -249,7 +252,7 @@ impl TrainWatch {
                     rate: a_m_s2 / v_m_s,
                     variance,
                 };
-                if creep.drive.abs() < COASTING {
+                if creep.drive.abs() < DRIVEN {
                     wheel.rim.take(creepage + creep.brake - creep.drive, creep.rate);
                 }
                 // Beyond the straight part of the curve the equation does not hold; a driven wheel is there first.
@@ -339,6 +342,13 @@ impl TrainWatch {
             self.wagons[*index].wheel[*k].creepage.settle(true);
         }
         ended.retain(|(.., braked)| tells(braked));
+        // Where few of many wheelsets tell, what is common to all is not known, and no single one can be judged.
+        let all: usize = self.wagons.iter().map(|wagon| wagon.wheel.len()).sum();
+        if all >= MANY_WHEELSETS && ended.len() < MANY_WHEELSETS {
+            for (index, k, _) in std::mem::take(&mut ended) {
+                self.wagons[index].wheel[k].creepage.settle(true);
+            }
+        }
         let level = common(ended.iter().map(|(.., braked)| braked.level.value));
         let trend = common(ended.iter().map(|(.., braked)| braked.trend.value));
         // On a wet rail all creep more, the first wheelsets most: what differs then says little of pads.

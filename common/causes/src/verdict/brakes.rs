@@ -4,7 +4,7 @@ use super::limits::{BESIDE, LATE_RISE, LEAKS_PER_S, LEFT, NO_FORCE, NOT_PRESSED,
 use crate::cause::{Cause, Grade};
 use crate::pressure::Beside;
 use crate::robust::median;
-use crate::watch::TrainWatch;
+use crate::watch::{TrainWatch, Wagon};
 
 impl TrainWatch {
     /// What is left in cylinders that should be empty.
@@ -55,25 +55,21 @@ impl TrainWatch {
     }
 
     /// Wagons that did not brake although it was ordered.
-    fn without_brake(&self, lasted_s: f64) -> Vec<usize> {
+    fn without_brake(&mut self, lasted_s: f64) -> Vec<usize> {
         let ordered = if self.most_order > 0.0 { self.most_order >= TELLING.1 } else { self.others_press() };
         if lasted_s < TELLING.0 || !ordered {
             return Vec::new();
         }
-        let free = |index: &usize| {
-            let wagon = &self.wagons[*index];
-            let pressure = &wagon.pressure;
-            let silent = wagon.silent_s > 0.0;
-            pressure.full_n > 1000.0
-                && pressure.peak_n < NOT_PRESSED * pressure.full_n
-                && !pressure.electric
-                && !silent
+        let order = if self.most_order > 0.0 { self.most_order } else { 1.0 };
+        let free = |(index, wagon): (usize, &mut Wagon)| {
+            let out = wagon.pressure.left_out(order, NOT_PRESSED);
+            (out && wagon.silent_s == 0.0).then_some(index)
         };
-        (0..self.wagons.len()).filter(free).collect()
+        self.wagons.iter_mut().enumerate().filter_map(free).collect()
     }
 
     fn others_press(&self) -> bool {
-        let pressed = |wagon: &crate::watch::Wagon| {
+        let pressed = |wagon: &Wagon| {
             wagon.pressure.full_n > 1000.0 && wagon.pressure.peak_n > 0.25 * wagon.pressure.full_n
         };
         self.wagons.iter().filter(|wagon| pressed(wagon)).count() * 4 >= self.wagons.len()
