@@ -201,20 +201,19 @@ impl Pressure {
         self.trace.iter().map(|(_, force_n)| force_n / peak_n).collect()
     }
 
-    /// A rise against its own past; it becomes part of that unless it stands out.
-    pub(crate) fn against_past(&mut self, start_s: f64, area_s: f64) -> Option<Rise> {
-        let rise = (self.start.count() >= 2.0).then(|| Rise {
+    /// A rise against its own past; `None` while there is none.
+    pub(crate) fn against_past(&self, start_s: f64, area_s: f64) -> Option<Rise> {
+        (self.start.count() >= 2.0).then(|| Rise {
             start_s: (start_s - self.start.mean(), self.start.sigma().max(0.12)),
             area_s: (area_s - self.area.mean(), self.area.sigma().max(0.10)),
             usual_s: self.area.mean(),
-        });
-        let stands_out =
-            |rise: &Rise| rise.start_s.0 > 4.0 * rise.start_s.1 || rise.area_s.0 > 4.0 * rise.area_s.1;
-        if !rise.as_ref().is_some_and(stands_out) {
-            self.start.take(start_s);
-            self.area.take(area_s);
-        }
-        rise
+        })
+    }
+
+    /// A rise becomes part of the past.
+    pub(crate) fn remember(&mut self, start_s: f64, area_s: f64) {
+        self.start.take(start_s);
+        self.area.take(area_s);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::limits::{BESIDE, LATE_RISE, LEAKS_PER_S, LEFT, NO_FORCE, NOT_PRESSED, SLOW_RISE, TELLING};
 use crate::cause::{Cause, Grade};
-use crate::pressure::Beside;
+use crate::pressure::{Beside, Rise};
 use crate::robust::median;
 use crate::watch::{TrainWatch, Wagon};
 
@@ -147,26 +147,26 @@ impl TrainWatch {
             if told < 4 { 0.0 } else { median(&mut rises.iter().flatten().map(of).collect()) }
         };
         let (start_s, area_s) = (middle(|rise| rise.0), middle(|rise| rise.1));
+        let mut accused = Vec::new();
         for (index, rise) in rises.iter().enumerate() {
-            let Some((own_s, own_area_s)) = *rise else { continue };
-            let against = self.wagons[index].pressure.against_past(own_s - start_s, own_area_s - area_s);
-            let Some(rise) = against else { continue };
-            let (later, scatter) = rise.start_s;
-            let (more, more_scatter) = rise.area_s;
-            let late = later > LATE_RISE.0.max(LATE_RISE.1 * scatter);
-            let usual_s = (rise.usual_s + area_s).max(0.3);
-            let slow = more > SLOW_RISE.0.max(SLOW_RISE.1 * more_scatter).max(SLOW_RISE.2 * usual_s);
-            if late && later > 0.6 * more {
-                let reason = format!("pressing force begins to rise {later:.1} s later than it used to");
-                let instead = [(Cause::SlowCylinder, 0.2)];
-                let how = (Grade::Watch, 0.78, 2);
-                self.suspect(Cause::LateDistributor, (index, vec![]), how, &instead, reason);
-            } else if slow {
-                let reason = format!("pressing force takes {more:.1} s longer to rise than it used to");
-                let instead = [(Cause::LateDistributor, 0.2)];
-                let how = (Grade::Watch, 0.78, 2);
-                self.suspect(Cause::SlowCylinder, (index, vec![]), how, &instead, reason);
+            let Some(own) = rise.map(|(own_s, own_area_s)| (own_s - start_s, own_area_s - area_s)) else {
+                continue;
+            };
+            let judged = self.wagons[index].pressure.against_past(own.0, own.1);
+            match judged.and_then(|rise| slower(&rise, area_s)) {
+                Some(found) => accused.push((index, own, found)),
+                None => self.wagons[index].pressure.remember(own.0, own.1),
             }
+        }
+        // Several at once: the order came otherwise, or the electric brake did. That is nobody's distributor.
+        if accused.len() > 1 {
+            for (index, own, _) in accused {
+                self.wagons[index].pressure.remember(own.0, own.1);
+            }
+            return;
+        }
+        for (index, _, (cause, other, reason)) in accused {
+            self.suspect(cause, (index, vec![]), (Grade::Watch, 0.78, 3), &[(other, 0.2)], reason);
         }
     }
 
@@ -176,4 +176,21 @@ impl TrainWatch {
         let length = shapes.iter().map(Vec::len).min().unwrap_or(0);
         (0..length).map(|index| median(&mut shapes.iter().map(|shape| shape[index]).collect())).collect()
     }
+}
+
+/// Whether a rise is later or slower than it used to be: cause, runner-up and why. `common_s` is the area of the whole train.
+fn slower(rise: &Rise, common_s: f64) -> Option<(Cause, Cause, String)> {
+    let (later, scatter) = rise.start_s;
+    let (more, more_scatter) = rise.area_s;
+    let late = later > LATE_RISE.0.max(LATE_RISE.1 * scatter);
+    let usual_s = (rise.usual_s + common_s).max(0.3);
+    let slow = more > SLOW_RISE.0.max(SLOW_RISE.1 * more_scatter).max(SLOW_RISE.2 * usual_s);
+    if late && later > 0.6 * more {
+        let reason = format!("pressing force begins to rise {later:.1} s later than it used to");
+        return Some((Cause::LateDistributor, Cause::SlowCylinder, reason));
+    }
+    slow.then(|| {
+        let reason = format!("pressing force takes {more:.1} s longer to rise than it used to");
+        (Cause::SlowCylinder, Cause::LateDistributor, reason)
+    })
 }
