@@ -14,6 +14,8 @@ use tempfile::TempDir;
 
 /// A browser that has not answered for this long is stuck.
 const PATIENCE: Duration = Duration::from_secs(120);
+/// A service that is restarted is back within this.
+const RESTART: Duration = Duration::from_secs(60);
 /// Gives the browser its pipe where it looks for it: file descriptors 3 and 4.
 const TO_THE_PIPE: &str = r#"exec "$@" 3<&0 4>&1 </dev/null >/dev/null 2>&1"#;
 const FLAGS: [&str; 15] = [
@@ -194,10 +196,21 @@ impl Tab<'_> {
         self.call("Emulation.setEmulatedMedia", features);
     }
 
-    /// Goes to an address.
+    /// Goes to an address. A service that its supervisor is just starting again refuses connections for a moment.
+    ///
+    /// # Panics
+    /// If nobody answers there.
     pub fn open(&self, url: &str) {
-        let answer = self.call("Page.navigate", json!({ "url": url }));
-        assert!(answer["errorText"].is_null(), "{url}: {}", answer["errorText"]);
+        let started = Instant::now();
+        loop {
+            let answer = self.call("Page.navigate", json!({ "url": url }));
+            if answer["errorText"] == "net::ERR_CONNECTION_REFUSED" && started.elapsed() < RESTART {
+                std::thread::sleep(Duration::from_millis(200));
+                continue;
+            }
+            assert!(answer["errorText"].is_null(), "{url}: {}", answer["errorText"]);
+            return;
+        }
     }
 
     /// The value of a JavaScript expression; promises are waited for.

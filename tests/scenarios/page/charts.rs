@@ -9,6 +9,10 @@ const DESK: Look = Look { width: 1440, height: 900, dark: false };
 const DRAWN: &str = "document.querySelectorAll('.chart canvas').length === 2 && \
                      /Data for [1-9]/.test(document.getElementById('trend-state').textContent)";
 
+/// The younger end of 900 s holds figures for at least 40 s.
+const STORED_40_S: &str = "(() => { const found = /Data for (\\d+)/.exec(document.getElementById('trend-state').textContent); \
+                           return found && Number(found[1]) >= 5; })()";
+
 pub fn charts_are_zoomed_compared_shared_and_saved() {
     let (mut train, base) = started_without_all(faulty("charts"));
     let browser = Browser::start();
@@ -18,6 +22,8 @@ pub fn charts_are_zoomed_compared_shared_and_saved() {
     tab.open(&format!("{base}/wagons/2?range=900&charts=pad,adhesion"));
     live(&tab);
     tab.wait(2 * PATIENCE, DRAWN);
+    // The history must reach back into what is zoomed into.
+    tab.wait(2 * PATIENCE, STORED_40_S);
     colours_and_scales(&tab);
     times_are_those_of_the_reader(&tab);
     words_do_not_collide(&tab);
