@@ -177,6 +177,15 @@ fn a_case_is_answered_by_the_contract_and_alike_on_any_number_of_threads() {
         "the page needs the network"
     );
 
+    let compared = folder.path().join("compared.html");
+    let reports = [&one, &three].map(|out| text(&out.join("report.json")));
+    let output = run(&["gap", "compare", &reports[0], &reports[1], "--html", &text(&compared)]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    println!("{said}");
+    assert!(output.status.success() && said.contains("is as before, within the intervals"), "{said}");
+    let page = std::fs::read_to_string(&compared).expect("the comparison as a page");
+    assert!(page.contains("one") && page.contains("three") && page.contains("</html>"), "{page}");
+
     let vehicle = std::fs::read_to_string(&first.vehicle).expect("vehicle");
     println!("{vehicle}");
     assert!(

@@ -30,8 +30,8 @@ pub use nominal::Nominal;
 pub use observed::{IndicatorState, Instant, Memory, Observed};
 pub use settings::{
     AdhesionSettings, AsymmetrySettings, BrakeFrictionSettings, DraggingSettings, FilterSettings,
-    IndicatorSettings, IsolatedSettings, ResponseSettings, SandingSettings, SensorSettings, SettingError,
-    SlideSettings, StandardSettings, WspSettings,
+    IndicatorSettings, IsolatedSettings, ResponseSettings, SandingSettings, SensorSettings, SettingEntry,
+    SettingError, SlideSettings, StandardSettings, WspSettings,
 };
 pub use spec::{
     Advice, AlertRule, Form, IndicatorSpec, Judge, JudgeAmong, JudgeTrain, JudgeWagon, JudgeWheelset, Limit,

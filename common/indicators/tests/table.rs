@@ -29,7 +29,7 @@ fn judged_at(spec: &IndicatorSpec) -> usize {
 fn every_entry_is_judged_and_has_room_in_the_message() {
     for spec in INDICATORS.iter() {
         assert!(judged_at(spec) > 0, "{} is judged nowhere", spec.id);
-        assert!(!spec.label.is_empty() && !spec.meaning.name.is_empty(), "{}", spec.id);
+        assert!(!spec.name().is_empty(), "{}", spec.id);
         assert!(!spec.meaning.definition.is_empty() && !spec.meaning.cannot_see.is_empty(), "{}", spec.id);
         let limits = (spec.meaning.limits)(&IndicatorSettings::default(), &FullBraking::default());
         assert!(limits.ends_with('.'), "{}: {limits}", spec.id);

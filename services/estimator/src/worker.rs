@@ -222,7 +222,7 @@ impl Worker {
             // The watch over the model tells its mismatches itself.
             if known && spec.id != MODEL.id {
                 let values = [f64::from(old.code()), f64::from(new.code()), indicator.value, 0.0];
-                let text = format!("{} {new}: {}", spec.words(), indicator.reason);
+                let text = format!("{} {new}: {}", spec.name(), indicator.reason);
                 self.event(EventKind::GradeChanged, health.acquired, health.time_s, new, values, &text);
             }
         }

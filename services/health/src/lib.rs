@@ -12,10 +12,12 @@ pub mod history;
 pub mod limits;
 pub mod notes;
 pub mod page;
+pub mod settings;
 pub mod shared;
 pub mod store;
 pub mod time;
 mod web;
+pub mod words;
 
 use crate::access::{Access, LocalSocket};
 use crate::shared::Shared;

@@ -3,6 +3,7 @@
 use railgrip_indicators::train::capability::FullBraking;
 use railgrip_indicators::{INDICATORS, IndicatorSettings, IndicatorSpec, Limit, Nominal, Table};
 use railgrip_settings::{CapabilitySettings, TrainSettings};
+use std::path::PathBuf;
 
 /// The limits of one train.
 #[derive(Debug, Clone)]
@@ -15,6 +16,8 @@ pub struct Limits {
     pub settings: IndicatorSettings,
     /// What full braking is, and the adhesion map.
     pub capability: Option<CapabilitySettings>,
+    /// The config file, where there is one.
+    pub file: Option<PathBuf>,
 }
 
 impl Default for Limits {
@@ -25,6 +28,7 @@ impl Default for Limits {
             nominal: Vec::new(),
             settings: IndicatorSettings::default(),
             capability: None,
+            file: None,
         }
     }
 }
@@ -39,6 +43,7 @@ impl Limits {
             nominal: nominal.collect(),
             settings: settings.indicators,
             capability: Some(settings.capability.clone()),
+            file: settings.file.is_file().then(|| settings.file.clone()),
         }
     }
 

@@ -175,7 +175,7 @@ async fn a_bad_brake_becomes_one_alert_with_advice() {
     assert_eq!(alert["raised_at"], "2026-03-01T12:00:02.000Z");
     let train = get_json(&router, "/api/v1/train").await;
     assert_eq!((&train["grade"], &train["worst"][0]["id"]), (&"act".into(), &5.into()));
-    assert_eq!(train["reason"], "wagon 5: brake friction of wheelset 2: far too low: 0.200");
+    assert_eq!(train["reason"], "wagon 5: Pad friction of wheelset 2: far too low: 0.200");
     assert_eq!(train["alerts"]["act"], 1);
     let (_, _, page) = get(&router, "/").await;
     assert!(page.contains("Wheelset 2: far too low: 0.200"), "{page}");

@@ -28,7 +28,6 @@ const ACT_S: f64 = 600.0;
 /// Time for which the wagon has stood with its brakes applied.
 pub static STANDING_BRAKED: IndicatorSpec = IndicatorSpec {
     id: "standing_braked",
-    label: "Stands braked for",
     unit: Unit::Seconds,
     form: Form::SECONDS,
     judge: Judge {

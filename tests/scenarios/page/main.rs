@@ -6,6 +6,7 @@
 mod charts;
 mod common;
 mod faults;
+mod languages;
 mod living;
 mod long;
 mod paper;
@@ -13,6 +14,7 @@ mod readers;
 
 use charts::*;
 use faults::*;
+use languages::*;
 use living::*;
 use long::*;
 use paper::*;
@@ -28,5 +30,6 @@ railgrip_requirements::tests! {
     every_page_is_clean_by_axe_in_both_themes_and_on_the_phone: [CHROMIUM, AXE_CORE],
     an_alert_is_acknowledged_and_taken_back_by_ear_and_keyboard: [CHROMIUM],
     a_wagon_and_the_train_are_one_page_of_a4_each: [CHROMIUM],
+    every_page_speaks_german_without_a_word_of_english: [CHROMIUM],
     a_train_of_64_wagons_is_shown_whole_and_costs_no_memory_over_time: [CHROMIUM],
 }

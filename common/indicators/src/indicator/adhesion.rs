@@ -13,7 +13,6 @@ const SCALE: Limit = Limit::free(0.0, 0.4);
 /// The largest adhesion utilised recently.
 pub static ADHESION_UTILISED: IndicatorSpec = IndicatorSpec {
     id: "adhesion_utilised",
-    label: "Adhesion used",
     form: Form::COEFFICIENT,
     judge: Judge {
         wagon: Some(|seen, _| utilised(seen.state.wagon.window.largest(), &seen.settings.adhesion)),
@@ -42,7 +41,6 @@ pub static ADHESION_UTILISED: IndicatorSpec = IndicatorSpec {
 /// The most that the rail gives, or a lower bound of it.
 pub static ADHESION_AVAILABLE: IndicatorSpec = IndicatorSpec {
     id: "adhesion_available",
-    label: "Adhesion available",
     form: Form::COEFFICIENT,
     judge: Judge {
         wagon: Some(|seen, _| judge_available(seen, &seen.state.wagon)),

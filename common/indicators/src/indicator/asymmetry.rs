@@ -9,7 +9,6 @@ use railgrip_messages::{Grade, Indicator};
 /// Pad friction of the front wheelsets minus that of the rear ones, over their mean.
 pub static ASYMMETRY: IndicatorSpec = IndicatorSpec {
     id: "asymmetry",
-    label: "Front − rear",
     form: Form::PERCENT,
     judge: Judge {
         wagon: Some(|seen, _| {

@@ -11,7 +11,6 @@ use railgrip_messages::{Grade, Indicator};
 /// How much later than its place in the train explains a wagon begins to brake.
 pub static BRAKE_DELAY: IndicatorSpec = IndicatorSpec {
     id: "brake_delay",
-    label: "Begins late by",
     unit: Unit::Seconds,
     form: Form::SECONDS,
     judge: Judge { among: Some(among), ..Judge::NONE },
@@ -26,7 +25,7 @@ pub static BRAKE_DELAY: IndicatorSpec = IndicatorSpec {
         "How much later than its place in the train explains a wagon begins to brake",
     )),
     meaning: Meaning {
-        name: "Begins later than its place",
+        name: "Begins late by",
         definition: "How much later the first pressing force comes on this wagon than a line through all wagons predicts. The signal travels along the brake pipe; what remains is the delay of this wagon. Median of its latest applications.",
         unit: "s",
         interval: "spread of the latest applications",

@@ -11,7 +11,6 @@ use railgrip_messages::{Grade, Indicator};
 /// Friction between pad and disc, mean over the latest braking.
 pub static BRAKE_FRICTION: IndicatorSpec = IndicatorSpec {
     id: "brake_friction",
-    label: "Pad friction",
     unit: Unit::Ratio,
     form: Form::COEFFICIENT,
     judge: Judge {
@@ -68,7 +67,6 @@ pub static BRAKE_FRICTION: IndicatorSpec = IndicatorSpec {
 /// What pad friction would be at a standard speed, pressing force and disc temperature.
 pub static BRAKE_FRICTION_STANDARD: IndicatorSpec = IndicatorSpec {
     id: "brake_friction_standard",
-    label: "… standardised",
     unit: Unit::Ratio,
     form: Form::COEFFICIENT,
     judge: Judge {
@@ -89,7 +87,7 @@ pub static BRAKE_FRICTION_STANDARD: IndicatorSpec = IndicatorSpec {
         ..Metric::gauge("brake_friction_standard_ratio", "Pad friction referred to standard conditions")
     }),
     meaning: Meaning {
-        name: "Pad friction at standard conditions",
+        name: "Pad friction, standardised",
         block: "health assessment",
         definition: "Pad friction converted to a standard speed, pressing force and disc temperature by a fit over the braking, so that different days can be compared.",
         unit: "none",

@@ -8,7 +8,6 @@ use railgrip_messages::{Grade, Indicator};
 /// Force that holds the wagon back while its brakes are released.
 pub static DRAGGING: IndicatorSpec = IndicatorSpec {
     id: "dragging",
-    label: "Drag when released",
     unit: Unit::Newtons,
     form: Form::KILONEWTONS,
     judge: Judge {

@@ -8,7 +8,6 @@ use railgrip_messages::{Grade, Indicator};
 /// Mean normalised innovation squared over its degrees of freedom, of the latest seconds.
 pub static FILTER: IndicatorSpec = IndicatorSpec {
     id: "filter",
-    label: "Filter (1 is ideal)",
     form: Form::FACTOR,
     judge: Judge {
         wagon: Some(|seen, _| judge(seen.state.nis.mean(0.5), &seen.settings.filter)),

@@ -12,7 +12,6 @@ use std::cmp::Ordering::Equal;
 /// Share of the latest braking without a brake: of a wheelset against its wagon, of a wagon against its train.
 pub static ISOLATED: IndicatorSpec = IndicatorSpec {
     id: "isolated",
-    label: "Without a brake",
     form: Form::PERCENT,
     judge: Judge {
         wagon: Some(|seen, _| wagon(seen)),

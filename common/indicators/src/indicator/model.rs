@@ -7,7 +7,6 @@ use crate::spec::{Advice, AlertRule, Form, IndicatorSpec, Judge, Meaning, Metric
 /// As [`super::FILTER`], over minutes; the estimator, which knows the terms of the equations, fills it in.
 pub static MODEL: IndicatorSpec = IndicatorSpec {
     id: "model",
-    label: "Model over time",
     form: Form::FACTOR,
     judge: Judge { wagon: Some(|_, _| unknown("watched over longer times by the estimator")), ..Judge::NONE },
     limit: Some(|settings, _| filter::limit(settings)),

@@ -9,7 +9,6 @@ use railgrip_messages::{Condition, Grade, Indicator};
 /// Probability of the most probable condition; the probability of each is a signal of its own.
 pub static RAIL: IndicatorSpec = IndicatorSpec {
     id: "rail",
-    label: "Rail",
     form: Form::PERCENT,
     judge: Judge {
         wagon: Some(|seen, _| judge(seen.rail_classes(), &seen.settings.adhesion)),

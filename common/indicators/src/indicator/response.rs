@@ -8,7 +8,6 @@ use railgrip_messages::{Grade, Indicator};
 /// Time from the first pressing force to 90 % of its level.
 pub static RESPONSE: IndicatorSpec = IndicatorSpec {
     id: "response",
-    label: "Brake builds up in",
     unit: Unit::Seconds,
     form: Form::SECONDS,
     judge: Judge {

@@ -8,7 +8,6 @@ use railgrip_messages::{Grade, Indicator};
 /// Adhesion in slides with sand over adhesion in slides without.
 pub static SANDING: IndicatorSpec = IndicatorSpec {
     id: "sanding",
-    label: "Sand: gain of grip",
     form: Form::FACTOR,
     judge: Judge {
         wagon: Some(|seen, _| judge(seen.state.sanding.ratio(), &seen.settings.sanding)),

@@ -9,7 +9,6 @@ use railgrip_messages::{Grade, Indicator};
 /// Share of sensor values that are missing, refused, frozen or dead.
 pub static SENSORS: IndicatorSpec = IndicatorSpec {
     id: "sensors",
-    label: "Faulty sensor values",
     form: Form::PERCENT,
     judge: Judge {
         wagon: Some(|seen, _| {

@@ -10,7 +10,6 @@ use railgrip_messages::{Grade, Indicator};
 /// Slides counted, judged by their energy and by the time locked.
 pub static SLIDES: IndicatorSpec = IndicatorSpec {
     id: "slides",
-    label: "Slides",
     unit: Unit::Count,
     form: Form::COUNT,
     judge: Judge {

@@ -11,7 +11,6 @@ pub const STOPPING_RATIO: Limit = Limit { scale: (0.5, 2.3), ..Limit::above(2.3,
 /// Stopping distance now over nominal, at the speed at which it is largest.
 pub static STOPPING_DISTANCE: IndicatorSpec = IndicatorSpec {
     id: "stopping_distance",
-    label: "Stopping distance",
     form: Form::PERCENT,
     judge: Judge { train: Some(judge), ..Judge::NONE },
     limit: Some(|_, _| STOPPING_RATIO),

@@ -8,7 +8,6 @@ use railgrip_messages::{Grade, Indicator};
 /// Share of the latest braking during which slide protection acts.
 pub static WSP_SHARE: IndicatorSpec = IndicatorSpec {
     id: "wsp_share",
-    label: "Braking with WSP",
     form: Form::PERCENT,
     judge: Judge {
         wagon: Some(|seen, _| {
@@ -38,7 +37,7 @@ pub static WSP_SHARE: IndicatorSpec = IndicatorSpec {
         ..Metric::gauge("wsp_active_ratio", "Share of the latest braking with slide protection")
     }),
     meaning: Meaning {
-        name: "Braking with WSP",
+        name: "Braking with slide protection",
         definition: "Share of the latest braking during which slide protection acts. On low rail it is expected to act, so only good rail is judged.",
         unit: "% of the braking time",
         interval: "none: it is counted",

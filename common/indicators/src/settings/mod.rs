@@ -3,7 +3,7 @@
 
 mod range;
 
-pub use range::SettingError;
+pub use range::{SettingEntry, SettingError};
 
 use range::table;
 use serde::{Deserialize, Serialize};
@@ -222,6 +222,26 @@ pub struct IndicatorSettings {
 }
 
 impl IndicatorSettings {
+    /// Every setting with what it says, its default and its range, in the order of the tables.
+    #[must_use]
+    pub fn entries(&self) -> Vec<SettingEntry> {
+        [
+            self.brake_friction.entries("brake_friction"),
+            self.standard.entries("standard"),
+            self.response.entries("response"),
+            self.dragging.entries("dragging"),
+            self.isolated.entries("isolated"),
+            self.sanding.entries("sanding"),
+            self.asymmetry.entries("asymmetry"),
+            self.adhesion.entries("adhesion"),
+            self.slides.entries("slides"),
+            self.wsp.entries("wsp"),
+            self.sensors.entries("sensors"),
+            self.filter.entries("filter"),
+        ]
+        .concat()
+    }
+
     /// Checks every value, and that act lies beyond watch.
     ///
     /// # Errors

@@ -19,13 +19,28 @@ impl std::fmt::Display for SettingError {
 
 impl std::error::Error for SettingError {}
 
+/// A setting, for people.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SettingEntry {
+    /// Dotted key below `[indicators]`.
+    pub key: String,
+    /// What it says, with its unit.
+    pub words: &'static str,
+    /// What holds.
+    pub value: f64,
+    /// What holds where a config is silent.
+    pub default: f64,
+    /// Least and greatest value.
+    pub range: [f64; 2],
+}
+
 /// Declares a table of numbers: fields with default, least and greatest value, and its check.
 macro_rules! table {
-    ($(#[$meta:meta])* $name:ident { $($(#[$field_meta:meta])* $field:ident = $default:literal in $low:literal..$high:literal;)+ }) => {
+    ($(#[$meta:meta])* $name:ident { $($(#[doc = $words:literal])+ $field:ident = $default:literal in $low:literal..$high:literal;)+ }) => {
         $(#[$meta])*
         #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
         #[serde(deny_unknown_fields, default)]
-        pub struct $name { $($(#[$field_meta])* pub $field: f64,)+ }
+        pub struct $name { $($(#[doc = $words])+ pub $field: f64,)+ }
 
         impl Default for $name {
             fn default() -> Self {
@@ -34,6 +49,16 @@ macro_rules! table {
         }
 
         impl $name {
+            fn entries(&self, table: &'static str) -> Vec<SettingEntry> {
+                vec![$(SettingEntry {
+                    key: format!("{table}.{}", stringify!($field)),
+                    words: concat!($($words),+).trim_ascii(),
+                    value: self.$field,
+                    default: $default,
+                    range: [$low, $high],
+                },)+]
+            }
+
             fn check(&self, table: &'static str) -> Result<(), SettingError> {
                 $(if !($low..=$high).contains(&self.$field) {
                     return Err(SettingError {

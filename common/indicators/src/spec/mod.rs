@@ -22,8 +22,6 @@ use crate::train::capability::FullBraking;
 pub struct IndicatorSpec {
     /// Stable id, for example `dragging`: symptom of alerts, and root of all names, see [`Self::field`].
     pub id: &'static str,
-    /// Name in a table for people.
-    pub label: &'static str,
     /// Unit of the figure.
     pub unit: Unit,
     /// How the figure is written for people.
@@ -50,7 +48,6 @@ impl IndicatorSpec {
     /// An indicator that is kept with its interval and that nothing judges, for use with struct update syntax.
     pub const PLAIN: Self = Self {
         id: "",
-        label: "",
         unit: Unit::Ratio,
         form: Form::COEFFICIENT,
         judge: Judge::NONE,
@@ -75,10 +72,10 @@ impl IndicatorSpec {
         self.id.replace('_', "-")
     }
 
-    /// The id in words: `brake friction`.
+    /// What people call it, wherever it is shown.
     #[must_use]
-    pub fn words(&self) -> String {
-        self.id.replace('_', " ")
+    pub const fn name(&self) -> &'static str {
+        self.meaning.name
     }
 }
 
@@ -117,7 +114,7 @@ impl Metric {
 /// Definition of a figure, in words.
 #[derive(Debug, Clone, Copy)]
 pub struct Meaning {
-    /// Name as a heading.
+    /// What people call it.
     pub name: &'static str,
     /// Block of ISO 13374 that it belongs to.
     pub block: &'static str,

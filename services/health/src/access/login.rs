@@ -7,6 +7,7 @@ use crate::access::peer::Peer;
 use crate::access::records::records;
 use crate::access::role::{Identity, Proof};
 use crate::time::unix_s;
+use crate::words::{Language, speak, spoken, t};
 use axum::Router;
 use axum::extract::{Extension, Form, FromRequest, Query, Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
@@ -43,18 +44,19 @@ async fn style() -> impl IntoResponse {
     ([(header::CONTENT_TYPE, "text/css; charset=utf-8")], STYLE)
 }
 
-async fn form(State(access): State<Access>, Query(target): Query<Target>) -> Response {
+async fn form(State(access): State<Access>, headers: HeaderMap, Query(target): Query<Target>) -> Response {
     let next = own_path(target.next.as_deref());
     if access.inner.tokens.is_none() {
         return Redirect::to(&next).into_response();
     }
-    page(StatusCode::OK, &next, None)
+    page(Language::of_page(None, &headers), StatusCode::OK, &next, None)
 }
 
 async fn enter(State(access): State<Access>, headers: HeaderMap, request: Request) -> Response {
     let peer = request.extensions().get::<Peer>().cloned().unwrap_or_default();
+    let language = Language::of_page(None, &headers);
     let Ok(Form(entry)) = Form::<Entry>::from_request(request, &()).await else {
-        return page(StatusCode::BAD_REQUEST, "/", Some("Please type a token."));
+        return page(language, StatusCode::BAD_REQUEST, "/", Some("Please type a token."));
     };
     let next = own_path(entry.next.as_deref());
     let Some(tokens) = &access.inner.tokens else { return Redirect::to(&next).into_response() };
@@ -78,7 +80,8 @@ async fn enter(State(access): State<Access>, headers: HeaderMap, request: Reques
         access.inner.audit.refusal(&record(None, None, StatusCode::UNAUTHORIZED, "wrong token"));
         return match access.charge(&peer, WRONG_TOKEN_COST) {
             Ok(()) => {
-                page(StatusCode::UNAUTHORIZED, &next, Some("This token is unknown, revoked or expired."))
+                let wrong = "This token is unknown, revoked or expired.";
+                page(language, StatusCode::UNAUTHORIZED, &next, Some(wrong))
             }
             Err(refusal) => refusal.response(),
         };
@@ -142,34 +145,36 @@ fn own_path(next: Option<&str>) -> String {
     own.unwrap_or("/").to_owned()
 }
 
-fn page(status: StatusCode, next: &str, wrong: Option<&str>) -> Response {
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { "railgrip – log in" }
-                link rel="stylesheet" href="/login.css";
-                link rel="icon" href="data:,";
-            }
-            body {
-                main {
-                    h1 { "railgrip" }
-                    form method="post" action="/login" {
-                        @if let Some(wrong) = wrong { p role="alert" #wrong { (wrong) } }
-                        label for="token" { "Token" }
-                        input #token name="token" type="password" required autocomplete="current-password" autofocus
-                            spellcheck="false" aria-describedby=[wrong.map(|_| "wrong")];
-                        input type="hidden" name="next" value=(next);
-                        button type="submit" { "Log in" }
+fn page(language: Language, status: StatusCode, next: &str, wrong: Option<&'static str>) -> Response {
+    let page = speak(language, || {
+        html! {
+            (DOCTYPE)
+            html lang=(spoken().tag()) {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    meta name="color-scheme" content="light dark";
+                    title { "railgrip – " (t("log in")) }
+                    link rel="stylesheet" href="/login.css";
+                    link rel="icon" href="data:,";
+                }
+                body {
+                    main {
+                        h1 { "railgrip" }
+                        form method="post" action="/login" {
+                            @if let Some(wrong) = wrong { p role="alert" #wrong { (t(wrong)) } }
+                            label for="token" { (t("Token")) }
+                            input #token name="token" type="password" required autocomplete="current-password" autofocus
+                                spellcheck="false" aria-describedby=[wrong.map(|_| "wrong")];
+                            input type="hidden" name="next" value=(next);
+                            button type="submit" { (t("Log in")) }
+                        }
+                        p.small { (t("A token comes from whoever operates this train:")) " " code { "railgrip token add" } }
                     }
-                    p.small { "A token comes from whoever operates this train: " code { "railgrip token add" } }
                 }
             }
         }
-    };
+    });
     let kind = [(header::CONTENT_TYPE, HeaderValue::from_static("text/html; charset=utf-8"))];
     (status, kind, page.into_string()).into_response()
 }

@@ -83,10 +83,10 @@ pub(crate) fn figure(indicator: &Indicator, fresh: Freshness) -> Figure {
         low: known(indicator.low),
         high: known(indicator.high),
         grade: if fresh.is_live() { indicator.grade().into() } else { Grade::Unknown },
-        reason: if fresh.is_live() {
-            indicator.reason.as_str().to_owned()
-        } else {
-            format!("{}; before: {}", fresh.reason(), indicator.reason)
+        reason: match indicator.reason.as_str() {
+            reason if fresh.is_live() => reason.to_owned(),
+            "" => fresh.reason(),
+            before => format!("{}; before: {before}", fresh.reason()),
         },
     }
 }

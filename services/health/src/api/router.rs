@@ -5,7 +5,7 @@ use crate::api::figure::Figure;
 use crate::api::problem::Problem;
 use crate::api::{adhesion_map, capability, checks, docs, docs_page, metrics, stream, train, trends, wagons};
 use crate::shared::Shared;
-use crate::{alerts, history, notes, page, web};
+use crate::{alerts, history, notes, page, settings, web};
 use axum::extract::State;
 use axum::http::{Method, StatusCode, Uri};
 use axum::response::Response;
@@ -36,6 +36,7 @@ pub fn router(shared: Shared) -> axum::Router {
         .routes(routes!(wagons::routes::wagons))
         .routes(routes!(wagons::routes::wagon))
         .routes(routes!(notes::routes::notes, notes::routes::add_note))
+        .routes(routes!(settings::routes::settings, settings::routes::change_setting))
         .routes(routes!(history::routes::history))
         .routes(routes!(trends::routes::trends))
         .routes(routes!(history::routes::overview))

@@ -1,12 +1,13 @@
 //! Alerts: what happens where since when, what to do about it, and the buttons to acknowledge or silence it.
 
 use super::kind::Part;
-use super::words::{capital, chip, instant, named};
+use super::words::{chip, instant, named, sentence, wheelset};
 use crate::alerts::model::Alert;
 use crate::alerts::model::{AlertEvent, AlertState, Scope};
 use crate::alerts::notify::ReceiverView;
 use crate::shared::Shared;
 use crate::store::Snapshot;
+use crate::words::{reword, say, t};
 use maud::{Markup, html};
 
 /// Alerts that are over and still shown; the interface has more.
@@ -21,10 +22,10 @@ pub(super) fn parts(shared: &Shared, snapshot: &Snapshot) -> Vec<Part> {
 
 pub(super) fn body(shared: &Shared, snapshot: &Snapshot) -> Markup {
     html! {
-        h1 .page { "Alerts" }
+        h1 .page { (t("Alerts")) }
         (lists(snapshot))
         section .card aria-labelledby="h-receivers" {
-            h2 #h-receivers { "Receivers" }
+            h2 #h-receivers { (t("Receivers")) }
             (receivers(&shared.receiver_states().view().receivers))
         }
     }
@@ -34,13 +35,13 @@ pub(super) fn body(shared: &Shared, snapshot: &Snapshot) -> Markup {
 fn receivers(receivers: &[ReceiverView]) -> Markup {
     html! {
         dl #receivers .pairs {
-            @if receivers.is_empty() { dt { "Nobody is notified: the config names no [[receiver]]." } dd {} }
+            @if receivers.is_empty() { dt { (t("Nobody is notified: the config names no [[receiver]].")) } dd {} }
             @for receiver in receivers {
                 dt { (receiver.name) }
                 dd .loud[receiver.trouble.is_some()] {
-                    (receiver.delivered) " sent"
-                    @if receiver.waiting > 0 { ", " (receiver.waiting) " wait" }
-                    @if receiver.refused + receiver.dropped > 0 { ", " (receiver.refused + receiver.dropped) " lost" }
+                    (say("{count} sent", &[("count", &receiver.delivered)]))
+                    @if receiver.waiting > 0 { ", " (say("{count} wait", &[("count", &receiver.waiting)])) }
+                    @if receiver.refused + receiver.dropped > 0 { ", " (say("{count} lost", &[("count", &(receiver.refused + receiver.dropped))])) }
                     @if let Some(trouble) = &receiver.trouble { ": " (trouble) }
                 }
             }
@@ -60,15 +61,15 @@ pub(super) fn todo(snapshot: &Snapshot) -> Markup {
     html! {
         div #todo {
             @if open.is_empty() {
-                p .calm { @if seen.is_empty() { "No alert is active." } @else { "No new alert." } }
+                p .calm { @if seen.is_empty() { (t("No alert is active.")) } @else { (t("No new alert.")) } }
             }
             (list(&open))
             @if !seen.is_empty() {
-                h3 .sub { "Acknowledged, still there " span .count { (seen.len()) } }
+                h3 .sub { (t("Acknowledged, still there")) " " span .count { (seen.len()) } }
                 (list(&seen))
             }
             @if silenced > 0 {
-                p .calm { a href="/alerts#g-silenced" { (silenced) " silenced" } " for a time." }
+                p .calm { a href="/alerts#g-silenced" { (say("{count} silenced for a time", &[("count", &silenced)])) } "." }
             }
         }
     }
@@ -80,11 +81,11 @@ pub(super) fn of_wagon(snapshot: &Snapshot, wagon: u32) -> Markup {
     let (open, over): (Vec<&Alert>, Vec<&Alert>) = own.partition(|alert| alert.active);
     html! {
         div #wagon-alerts {
-            @if open.is_empty() { p .calm { "This wagon has no alerts." } }
+            @if open.is_empty() { p .calm { (t("This wagon has no alerts.")) } }
             (list(&open))
             @if !over.is_empty() {
                 details .fold #wagon-over {
-                    summary { b { (over.len()) @if over.len() == 1 { " ended alert" } @else { " ended alerts" } } }
+                    summary { b { @if over.len() == 1 { (t("1 ended alert")) } @else { (say("{count} ended alerts", &[("count", &over.len())])) } } }
                     (list(&over[..over.len().min(OVER_SHOWN)]))
                 }
             }
@@ -96,10 +97,10 @@ fn lists(snapshot: &Snapshot) -> Markup {
     let over = of(snapshot, AlertState::Cleared);
     html! {
         div #alert-lists .stack {
-            (group("open", "Needs attention", "No alert is active.", &of(snapshot, AlertState::Active)))
-            (group("seen", "Acknowledged, still there", "None.", &of(snapshot, AlertState::Acknowledged)))
-            (group("silenced", "Silenced for a time", "None.", &of(snapshot, AlertState::Silenced)))
-            (group("over", "Ended", "No alert has ended yet.", &over[..over.len().min(OVER_SHOWN)]))
+            (group("open", t("Needs attention"), t("No alert is active."), &of(snapshot, AlertState::Active)))
+            (group("seen", t("Acknowledged, still there"), t("None."), &of(snapshot, AlertState::Acknowledged)))
+            (group("silenced", t("Silenced for a time"), t("None."), &of(snapshot, AlertState::Silenced)))
+            (group("over", t("Ended"), t("No alert has ended yet."), &over[..over.len().min(OVER_SHOWN)]))
         }
     }
 }
@@ -130,8 +131,8 @@ fn entry(alert: &Alert) -> Markup {
                 span .cause { (named(&alert.cause)) }
                 span .since { (since(alert)) }
             }
-            p .reason { (capital(&alert.reason)) }
-            p .advice { b { "Do: " } (alert.advice) }
+            p .reason { (sentence(&alert.reason)) }
+            p .advice { b { (t("Do:")) " " } (reword(&alert.advice)) }
             (taken(alert))
             div .acts { (buttons(alert)) }
             (more(alert))
@@ -147,11 +148,11 @@ fn home(alert: &Alert) -> String {
 /// Where it is: `Wagon 3, wheelset 2`, `Wagons 1–8`, or `Whole train` where no wagon is named.
 fn place(alert: &Alert) -> String {
     match alert.scope {
-        Scope::Train if alert.wagons.iter().all(|wagon| *wagon == 0) => "Whole train".to_owned(),
-        Scope::Train if alert.wagons.len() > 1 => format!("Wagons {}", ranges(&alert.wagons)),
+        Scope::Train if alert.wagons.iter().all(|wagon| *wagon == 0) => t("Whole train").to_owned(),
+        Scope::Train if alert.wagons.len() > 1 => say("Wagons {list}", &[("list", &ranges(&alert.wagons))]),
         _ => {
-            let wheelset = alert.wheelset.map_or_else(String::new, |number| format!(", wheelset {number}"));
-            format!("Wagon {}{wheelset}", alert.wagon)
+            let wagon = say("Wagon {number}", &[("number", &alert.wagon)]);
+            alert.wheelset.map_or_else(|| wagon.clone(), |set| format!("{wagon}, {}", wheelset(set)))
         }
     }
 }
@@ -174,11 +175,11 @@ fn ranges(numbers: &[u32]) -> String {
 fn since(alert: &Alert) -> Markup {
     html! {
         @if let Some(cleared) = &alert.cleared_at {
-            (instant(&alert.raised_at)) " to " (instant(cleared))
+            (instant(&alert.raised_at)) " " (t("to")) " " (instant(cleared))
         } @else {
-            "since " (instant(&alert.raised_at))
+            (t("since")) " " (instant(&alert.raised_at))
         }
-        @if alert.times > 1 { ", " (alert.times) " times" }
+        @if alert.times > 1 { ", " (say("{count} times", &[("count", &alert.times)])) }
     }
 }
 
@@ -187,24 +188,27 @@ fn taken(alert: &Alert) -> Markup {
     html! {
         @if let Some(acknowledged) = &alert.acknowledged {
             p .taken {
-                "✓ Acknowledged by " b { (acknowledged.by) } ", " (instant(&acknowledged.at))
+                "✓ " (t("Acknowledged by")) " " b { (acknowledged.by) } ", " (instant(&acknowledged.at))
                 @if let Some(note) = &acknowledged.note { ": “" (note) "”" }
             }
         }
         @if let Some(silence) = &alert.silenced {
-            p .taken { "Silenced by " b { (silence.by) } " until " (instant(&silence.until)) ": “" (silence.why) "”" }
+            p .taken { (t("Silenced by")) " " b { (silence.by) } " " (t("until")) " " (instant(&silence.until)) ": “" (silence.why) "”" }
         }
     }
 }
 
 fn buttons(alert: &Alert) -> Markup {
     let acts: &[(&str, &str)] = match alert.state {
-        AlertState::Active => &[("acknowledge", "Acknowledge"), ("silence", "Silence")],
-        AlertState::Acknowledged => &[("unacknowledge", "Take back"), ("silence", "Silence")],
-        AlertState::Silenced => &[("unsilence", "End silence")],
+        AlertState::Active => &[("acknowledge", t("Acknowledge")), ("silence", t("Silence"))],
+        AlertState::Acknowledged => &[("unacknowledge", t("Take back")), ("silence", t("Silence"))],
+        AlertState::Silenced => &[("unsilence", t("End silence"))],
         AlertState::Cleared => &[],
     };
-    let about = format!("alert {}: {}, {}", alert.id, place(alert), named(&alert.cause));
+    let about = say(
+        "alert {free}: {place}, {cause}",
+        &[("free", &alert.id), ("place", &place(alert)), ("cause", &named(&alert.cause))],
+    );
     html! {
         @for (act, word) in acts {
             button type="button" data-act=(act) data-alert=(alert.id) aria-label={ (word) " " (about) } { (word) }
@@ -216,22 +220,22 @@ fn buttons(alert: &Alert) -> Markup {
 fn more(alert: &Alert) -> Markup {
     html! {
         details id={ "more-" (alert.id) } {
-            summary { "Evidence and history" }
+            summary { (t("Evidence and history")) }
             ul .course {
                 @for place in &alert.places {
                     li {
                         (chip(place.grade)) " "
                         @if place.wagon > 0 {
-                            a href={ "/wagons/" (place.wagon) } { "Wagon " (place.wagon) @if let Some(set) = place.wheelset { ", wheelset " (set) } } ": "
+                            a href={ "/wagons/" (place.wagon) } { (say("Wagon {number}", &[("number", &place.wagon)])) @if let Some(set) = place.wheelset { ", " (wheelset(set)) } } ": "
                         }
-                        (named(&place.indicator)) ": " (place.reason)
+                        (named(&place.indicator)) ": " (reword(&place.reason))
                     }
                 }
             }
             ul .course { @for event in &alert.history { (line(event)) } }
             p {
-                @if let Some(chart) = chart_of_that_time(alert) { a href=(chart) { "Charts of that time" } }
-                @if let Some(recording) = &alert.evidence.recording { ", recording " code { (recording) } }
+                @if let Some(chart) = chart_of_that_time(alert) { a href=(chart) { (t("Charts of that time")) } }
+                @if let Some(recording) = &alert.evidence.recording { ", " (t("recording")) " " code { (recording) } }
             }
         }
     }
@@ -247,9 +251,9 @@ fn chart_of_that_time(alert: &Alert) -> Option<String> {
 fn line(event: &AlertEvent) -> Markup {
     html! {
         li {
-            (instant(&event.at)) " " (event.change.word()) " (" (event.grade.word()) ")"
-            @if let Some(by) = &event.by { " by " (by) }
-            @if let Some(note) = &event.note { ": " (note) }
+            (instant(&event.at)) " " (t(event.change.word())) " (" (t(event.grade.word())) ")"
+            @if let Some(by) = &event.by { " " (t("by")) " " (by) }
+            @if let Some(note) = &event.note { ": " @if event.by.is_some() { (note) } @else { (reword(note)) } }
         }
     }
 }

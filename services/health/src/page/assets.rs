@@ -2,6 +2,7 @@
 
 use crate::api::problem::Problem;
 use crate::web::encode::takes_gzip;
+use crate::words::{Language, in_language};
 use axum::extract::Path;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -15,54 +16,87 @@ use std::sync::LazyLock;
 struct Asset {
     name: &'static str,
     kind: &'static str,
-    text: &'static str,
+    text: String,
+    /// The text as small as gzip makes it: it never changes, so that the effort is made once.
+    packed: Vec<u8>,
+}
+
+impl Asset {
+    fn new(name: &'static str, kind: &'static str, text: &str) -> Self {
+        let text = if name.starts_with("uPlot") { text.to_owned() } else { bare(text) };
+        let packed = packed(&text);
+        Self { name, kind, text, packed }
+    }
 }
 
 macro_rules! asset {
     ($name:literal, $kind:literal, $($file:literal),+) => {
-        Asset { name: $name, kind: $kind, text: concat!($(include_str!(concat!("assets/", $file)), "\n"),+) }
+        Asset::new($name, $kind, concat!($(include_str!(concat!("assets/", $file)), "\n"),+))
     };
 }
 
+/// Without what only who writes them reads: indents and lines that are a comment.
+fn bare(text: &str) -> String {
+    let mut bare = String::with_capacity(text.len());
+    for line in text.lines().map(str::trim_start) {
+        let comment = line.starts_with("// ")
+            || ((line.starts_with("/*") && line.ends_with("*/")) && line.matches("*/").count() == 1);
+        if !comment && !line.is_empty() {
+            bare.push_str(line);
+            bare.push('\n');
+        }
+    }
+    bare
+}
+
 /// Files that a page needs together come as one, so that a page on a slow line asks for few.
-static ASSETS: [Asset; 9] = [
-    asset!(
-        "style.css",
-        "text/css; charset=utf-8",
-        "base.css",
-        "parts.css",
-        "tables.css",
-        "charts.css",
-        "print.css",
-        "vendor/uPlot.min.css"
-    ),
-    asset!("theme.js", "text/javascript; charset=utf-8", "theme.js"),
-    asset!(
-        "page.js",
-        "text/javascript; charset=utf-8",
-        "words.js",
-        "clock.js",
-        "live.js",
-        "acts.js",
-        "table.js",
-        "map.js"
-    ),
-    asset!(
-        "charts.js",
-        "text/javascript; charset=utf-8",
-        "plot.js",
-        "charts.js",
-        "view.js",
-        "trends.js",
-        "wagon.js",
-        "notes.js"
-    ),
-    asset!("uPlot.iife.min.js", "text/javascript; charset=utf-8", "vendor/uPlot.iife.min.js"),
-    asset!("grades.svg", "image/svg+xml", "grades.svg"),
-    asset!("icon.svg", "image/svg+xml", "icon.svg"),
-    asset!("icon-watch.svg", "image/svg+xml", "icon-watch.svg"),
-    asset!("icon-act.svg", "image/svg+xml", "icon-act.svg"),
-];
+static ASSETS: LazyLock<Vec<Asset>> = LazyLock::new(|| {
+    let mut all = vec![
+        asset!(
+            "style.css",
+            "text/css; charset=utf-8",
+            "base.css",
+            "parts.css",
+            "tables.css",
+            "charts.css",
+            "print.css",
+            "vendor/uPlot.min.css"
+        ),
+        asset!("theme.js", "text/javascript; charset=utf-8", "theme.js"),
+        asset!(
+            "page.js",
+            "text/javascript; charset=utf-8",
+            "words.js",
+            "clock.js",
+            "live.js",
+            "acts.js",
+            "table.js",
+            "map.js"
+        ),
+        asset!(
+            "charts.js",
+            "text/javascript; charset=utf-8",
+            "plot.js",
+            "charts.js",
+            "view.js",
+            "trends.js",
+            "wagon.js",
+            "notes.js"
+        ),
+        asset!("settings.js", "text/javascript; charset=utf-8", "settings.js"),
+        asset!("uPlot.iife.min.js", "text/javascript; charset=utf-8", "vendor/uPlot.iife.min.js"),
+        asset!("grades.svg", "image/svg+xml", "grades.svg"),
+        asset!("icon.svg", "image/svg+xml", "icon.svg"),
+        asset!("icon-watch.svg", "image/svg+xml", "icon-watch.svg"),
+        asset!("icon-act.svg", "image/svg+xml", "icon-act.svg"),
+    ];
+    // The same scripts with the words of another language.
+    let german = all.iter().find(|asset| asset.name == "page.js");
+    let german =
+        german.map(|page| Asset::new("page.de.js", page.kind, &in_language(&page.text, Language::German)));
+    all.extend(german);
+    all
+});
 
 /// Changes whenever a file does, so that browsers may keep them for as long as they like.
 static VERSION: LazyLock<String> = LazyLock::new(|| {
@@ -80,10 +114,6 @@ pub(super) fn version() -> &'static str {
 pub(super) fn path(name: &str) -> String {
     format!("/assets/{name}?v={}", *VERSION)
 }
-
-/// The files as small as gzip makes them, in the order of the table: they never change, so that the effort is made once.
-static PACKED: LazyLock<Vec<Vec<u8>>> =
-    LazyLock::new(|| ASSETS.iter().map(|asset| packed(asset.text)).collect());
 
 fn packed(text: &str) -> Vec<u8> {
     let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
@@ -103,19 +133,17 @@ pub(super) async fn favicon() -> Response {
 }
 
 fn serve(name: &str, gzip: bool) -> Response {
-    let Some(index) = ASSETS.iter().position(|asset| asset.name == name) else {
+    let Some(asset) = ASSETS.iter().find(|asset| asset.name == name) else {
         return Problem::new(StatusCode::NOT_FOUND, format!("there is no asset \"{name}\"")).into_response();
     };
-    let asset = &ASSETS[index];
     let headers = [
         (header::CONTENT_TYPE, asset.kind),
         (header::CACHE_CONTROL, "public, max-age=31536000, immutable"),
         (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
     ];
-    let small: &'static [u8] = PACKED.get(index).map_or(&[], Vec::as_slice);
-    if gzip && !small.is_empty() {
+    if gzip && !asset.packed.is_empty() {
         let coding = [(header::CONTENT_ENCODING, "gzip"), (header::VARY, "Accept-Encoding")];
-        return (headers, coding, small).into_response();
+        return (headers, coding, asset.packed.as_slice()).into_response();
     }
-    (headers, asset.text).into_response()
+    (headers, asset.text.as_str()).into_response()
 }

@@ -1,9 +1,11 @@
 //! Each page, put together from its pieces.
 
 use super::kind::{Page, Part};
-use super::{alerts, frame, meaning, train, wagon};
+use super::{alerts, frame, meaning, settings, train, wagon};
+use crate::settings::routes::list;
 use crate::shared::Shared;
 use crate::store::Snapshot;
+use crate::words::{say, t};
 use maud::Markup;
 
 /// Everything that renews itself on this page.
@@ -12,7 +14,7 @@ pub(super) fn parts(page: Page, shared: &Shared, snapshot: &Snapshot) -> Vec<Par
     parts.extend(match page {
         Page::Train => train::parts(shared, snapshot),
         Page::Alerts => alerts::parts(shared, snapshot),
-        Page::Meaning => Vec::new(),
+        Page::Meaning | Page::Settings => Vec::new(),
         Page::Wagon(id) => wagon::parts(id, shared.limits(), snapshot),
     });
     parts
@@ -21,10 +23,13 @@ pub(super) fn parts(page: Page, shared: &Shared, snapshot: &Snapshot) -> Vec<Par
 /// A whole page.
 pub(super) fn document(page: Page, shared: &Shared, snapshot: &Snapshot) -> Markup {
     let (title, body) = match page {
-        Page::Train => ("Train".to_owned(), train::body(shared, snapshot)),
-        Page::Alerts => ("Alerts".to_owned(), alerts::body(shared, snapshot)),
-        Page::Meaning => ("What the figures mean".to_owned(), meaning::body(shared.limits())),
-        Page::Wagon(id) => (format!("Wagon {id}"), wagon::body(id, shared.limits(), snapshot)),
+        Page::Train => (t("Train").to_owned(), train::body(shared, snapshot)),
+        Page::Alerts => (t("Alerts").to_owned(), alerts::body(shared, snapshot)),
+        Page::Settings => (t("Thresholds").to_owned(), settings::body(&list(shared))),
+        Page::Meaning => (t("What the figures mean").to_owned(), meaning::body(shared.limits())),
+        Page::Wagon(id) => {
+            (say("Wagon {number}", &[("number", &id)]), wagon::body(id, shared.limits(), snapshot))
+        }
     };
     frame::document(page, &title, shared, snapshot, &body)
 }

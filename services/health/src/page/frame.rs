@@ -7,6 +7,7 @@ use crate::api::grade::{DataState, Grade};
 use crate::api::wagons::model::WagonRow;
 use crate::shared::Shared;
 use crate::store::Snapshot;
+use crate::words::{Language, say, spoken, t};
 use maud::{DOCTYPE, Markup, html};
 
 /// A picture older than this means that the service itself is stuck, s.
@@ -26,13 +27,13 @@ pub(super) fn document(
 ) -> Markup {
     html! {
         (DOCTYPE)
-        html lang="en" data-page=(page.key()) data-train=(snapshot.train.name) {
+        html lang=(spoken().tag()) data-page=(page.key()) data-train=(snapshot.train.name) {
             (head(page, title, snapshot))
             body {
-                a .skip href="#main" { "Skip to the content" }
+                a .skip href="#main" { (t("Skip to the content")) }
                 (header(page, shared, snapshot))
                 p #lost .lost role="alert" hidden {}
-                noscript { p .lost { "Without JavaScript this page does not update by itself. Reload it to see current data." } }
+                noscript { p .lost { (t("Without JavaScript this page does not update by itself. Reload it to see current data.")) } }
                 main #main tabindex="-1" { (body) }
                 (footer(shared, snapshot))
                 p #announcer .unseen role="status" aria-live="polite" {}
@@ -46,11 +47,11 @@ pub(super) fn document(
 pub(super) fn nowhere(shared: &Shared, snapshot: &Snapshot, id: &str) -> Markup {
     let body = html! {
         section .empty {
-            h1 { "There is no wagon “" (id) "”" }
-            p { "This train has the wagons 1 to " (snapshot.wagons.len()) ". " a href="/" { "Back to the train" } }
+            h1 { (say("There is no wagon “{free}”", &[("free", &id)])) }
+            p { (say("This train has the wagons 1 to {count}.", &[("count", &snapshot.wagons.len())])) " " a href="/" { (t("Back to the train")) } }
         }
     };
-    document(Page::Train, "No such wagon", shared, snapshot, &body)
+    document(Page::Train, t("No such wagon"), shared, snapshot, &body)
 }
 
 /// The tab shows the alarms, too: their number in its title, the worst of them as its icon.
@@ -72,11 +73,20 @@ fn head(page: Page, title: &str, snapshot: &Snapshot) -> Markup {
                 data-watch=(path("icon-watch.svg")) data-act=(path("icon-act.svg"));
             link rel="stylesheet" href=(path("style.css"));
             script src=(path("theme.js")) {}
-            script src=(path("page.js")) defer {}
+            script src=(path(words_of_scripts())) defer {}
             @if matches!(page, Page::Wagon(_)) {
                 @for script in ["uPlot.iife.min.js", "charts.js"] { script src=(path(script)) defer {} }
             }
+            @if page == Page::Settings { script src=(path("settings.js")) defer {} }
         }
+    }
+}
+
+/// The script of all pages, in the language that is spoken.
+fn words_of_scripts() -> &'static str {
+    match spoken() {
+        Language::English => "page.js",
+        Language::German => "page.de.js",
     }
 }
 
@@ -93,19 +103,19 @@ fn header(page: Page, shared: &Shared, snapshot: &Snapshot) -> Markup {
     let current = |this: Page| (page == this).then_some("page");
     html! {
         header .top {
-            a .brand href="/" aria-label={ "railgrip, train " (snapshot.train.name) } {
+            a .brand href="/" aria-label=(say("railgrip, train {free}", &[("free", &snapshot.train.name)])) {
                 img src=(path("icon.svg")) alt="" width="28" height="28";
-                span { "railgrip" small { "Train " (snapshot.train.name) } }
+                span { "railgrip" small { (t("Train")) " " (snapshot.train.name) } }
             }
-            nav aria-label="Pages" {
-                a href="/" aria-current=[current(Page::Train)] { "Train" }
-                a href="/alerts" aria-current=[current(Page::Alerts)] { "Alerts " (alert_count(snapshot)) }
-                a href="/indicators" aria-current=[current(Page::Meaning)] { "Meaning" }
+            nav aria-label=(t("Pages")) {
+                a href="/" aria-current=[current(Page::Train)] { (t("Train")) }
+                a href="/alerts" aria-current=[current(Page::Alerts)] { (t("Alerts")) " " (alert_count(snapshot)) }
+                a href="/indicators" aria-current=[current(Page::Meaning)] { (t("Meaning")) }
             }
             div .state {
                 (pulse(shared, snapshot))
-                span #link .link data-state="connecting" role="status" { "connecting" }
-                button #theme type="button" .quiet { "Theme" }
+                span #link .link data-state="connecting" role="status" { (t("connecting")) }
+                button #theme type="button" .quiet { (t("Theme")) }
             }
         }
     }
@@ -117,7 +127,7 @@ fn alert_count(snapshot: &Snapshot) -> Markup {
     html! {
         span #alert-count class={ "badge g-" (alert_grade(snapshot).word()) } data-act=(counts.act) data-watch=(counts.watch) {
             (counts.act + counts.watch)
-            span .unseen { " active: " (counts.act) " act, " (counts.watch) " watch" }
+            span .unseen { " " (say("active: {act} act, {watch} watch", &[("act", &counts.act), ("watch", &counts.watch)])) }
         }
     }
 }
@@ -135,12 +145,12 @@ fn pulse(shared: &Shared, snapshot: &Snapshot) -> Markup {
     html! {
         span #pulse .pulse .loud[!quiet.is_empty() || stuck_s > STUCK_S] {
             @if stuck_s > STUCK_S {
-                b { "Service stuck" } " for " span data-age=(stuck_s.floor()) { (age(stuck_s)) }
+                b { (t("Service stuck")) } " " (t("for")) " " span data-age=(stuck_s.floor()) { (age(stuck_s)) }
             } @else if let Some(oldest) = oldest {
-                b { (train.live) "\u{202f}/\u{202f}" (train.wagons) } " live, data "
-                span data-age=(oldest.floor()) { (age(oldest)) } " old"
+                b { (train.live) "\u{202f}/\u{202f}" (train.wagons) } " " (t("live, data")) " "
+                span data-age=(oldest.floor()) { (age(oldest)) } " " (t("old"))
             } @else {
-                b { "No data yet" }
+                b { (t("No data yet")) }
             }
         }
     }
@@ -149,17 +159,19 @@ fn pulse(shared: &Shared, snapshot: &Snapshot) -> Markup {
 fn footer(shared: &Shared, snapshot: &Snapshot) -> Markup {
     html! {
         footer {
-            p { "railgrip advises people. It drives no brake, no traction and no slide protection." }
+            p { (t("railgrip advises people. It drives no brake, no traction and no slide protection.")) }
             p {
-                "Grades: " @for grade in [Grade::Ok, Grade::Watch, Grade::Act, Grade::Unknown] { (chip(grade)) " " }
-                "Intervals are 95 %. Times are " span #zone { "UTC" } ". "
-                "Page made " (super::words::instant(&snapshot.train.generated_at)) "."
+                (t("Grades:")) " " @for grade in [Grade::Ok, Grade::Watch, Grade::Act, Grade::Unknown] { (chip(grade)) " " }
+                (t("Intervals are 95 %.")) " " (t("Times are")) " " span #zone { "UTC" } ". "
+                (t("Page made")) " " (super::words::instant(&snapshot.train.generated_at)) "."
             }
-            nav aria-label="Data" {
-                a href="/api/v1/train" { "train" } a href="/api/v1/wagons" { "wagons" } a href="/api/v1/alerts" { "alerts" }
-                a href="/metrics" { "metrics" } a href="/docs" { "interface" }
+            nav aria-label=(t("Data")) {
+                a href="/api/v1/train" { (t("train")) } a href="/api/v1/wagons" { (t("wagons")) } a href="/api/v1/alerts" { (t("alerts")) }
+                a href="/metrics" { (t("metrics")) } a href="/docs" { (t("interface")) }
+                a href="/settings" { (t("thresholds")) }
+                @for (language, name) in Language::ALL { @if language != spoken() { a href={ "?lang=" (language.tag()) } hreflang=(language.tag()) lang=(language.tag()) data-lang=(language.tag()) { (name) } } }
             }
-            @if snapshot.taken.age_s(shared.now().monotonic_ns) > STUCK_S { p { "The service has stopped updating its data." } }
+            @if snapshot.taken.age_s(shared.now().monotonic_ns) > STUCK_S { p { (t("The service has stopped updating its data.")) } }
         }
     }
 }
@@ -169,23 +181,23 @@ fn dialog() -> Markup {
     html! {
         dialog #act-dialog aria-labelledby="act-title" {
             form method="dialog" {
-                h2 #act-title { "Acknowledge" }
+                h2 #act-title { (t("Acknowledge")) }
                 p #act-what {}
-                label { "Your name or initials" input #act-by name="by" autocomplete="name" maxlength="100" required; }
-                label #act-silence hidden { "Silence it for"
+                label { (t("Your name or initials")) " " input #act-by name="by" autocomplete="name" maxlength="100" required; }
+                label #act-silence hidden { (t("Silence it for"))
                     select #act-for name="for" {
-                        option value="3600" { "1 hour" }
-                        option value="28800" selected { "8 hours" }
-                        option value="86400" { "1 day" }
-                        option value="604800" { "7 days" }
-                        option value="2592000" { "30 days" }
+                        option value="3600" { (t("1 hour")) }
+                        option value="28800" selected { (t("8 hours")) }
+                        option value="86400" { (t("1 day")) }
+                        option value="604800" { (t("7 days")) }
+                        option value="2592000" { (t("30 days")) }
                     }
                 }
-                label { span #act-note-name { "Note (optional)" } input #act-note name="note" maxlength="500"; }
+                label { span #act-note-name { (t("Note (optional)")) } input #act-note name="note" maxlength="500"; }
                 p #act-error .error role="alert" {}
                 div .buttons {
-                    button #act-cancel type="button" .quiet { "Cancel" }
-                    button #act-send type="submit" .primary { "Acknowledge" }
+                    button #act-cancel type="button" .quiet { (t("Cancel")) }
+                    button #act-send type="submit" .primary { (t("Acknowledge")) }
                 }
             }
         }

@@ -2,15 +2,16 @@
 //! well, both folded with the names that they hold.
 
 use super::bar::bar;
-use super::words::{NOTHING, Written, capital, chip, condition, energy, number};
+use super::words::{NOTHING, Written, chip, condition, energy, number, sentence};
 use crate::api::acoustic::AcousticView;
 use crate::api::figure::Figure;
 use crate::api::grade::Grade;
 use crate::api::wagons::model::{WagonView, WheelsetView};
 use crate::limits::Limits;
+use crate::words::{say, t};
 use maud::{Markup, html};
 use railgrip_indicators::indicator::{ADHESION_AVAILABLE, RAIL};
-use railgrip_indicators::{Form, INDICATORS, IndicatorSpec, Limit};
+use railgrip_indicators::{Form, IndicatorSpec, Limit};
 
 /// Explains the bars.
 pub(super) fn key() -> Markup {
@@ -23,7 +24,7 @@ pub(super) fn key() -> Markup {
         watch_high: Some(7.5),
         act_high: Some(9.0),
     };
-    html! { p .legend { (bar(&sample, &limit)) " stroke: figure, band: 95 % interval, marks: limits of watch and act" } }
+    html! { p .legend { (bar(&sample, &limit)) " " (t("stroke: figure, band: 95 % interval, marks: limits of watch and act")) } }
 }
 
 /// One line of the table.
@@ -47,29 +48,22 @@ impl Row {
         let html = html! {
             // What raises no alert repeats in other words what one has already said; a phone leaves it to the charts.
             tr .also[spec.alert.is_none()] {
-                th scope="row" data-place=(place) { a .term href={ "/indicators#" (spec.anchor()) } { (label(spec)) } }
+                th scope="row" data-place=(place) { a .term href={ "/indicators#" (spec.anchor()) } { (t(spec.name())) } }
                 td .place { (place) }
                 td .num .value { @if at_least { "≥ " } (spec.form.value(figure.value)) }
                 td .interval { (spec.form.interval(figure).unwrap_or_else(|| NOTHING.to_owned())) }
                 td .scale { @if let Some(limit) = &limit { (bar(figure, limit)) } }
                 td .grade { (chip(figure.grade)) }
-                td .why { (capital(&figure.reason)) }
+                td .why { (sentence(&figure.reason)) }
             }
         };
-        let name = label(spec);
+        let name = t(spec.name()).to_owned();
         Self { grade: figure.grade, name, html }
     }
 }
 
-/// In a table by grade an indicator no longer stands below the one that its label goes on from.
-fn label(spec: &IndicatorSpec) -> String {
-    let Some(rest) = spec.label.strip_prefix("… ") else { return spec.label.to_owned() };
-    let begun = INDICATORS.iter().find(|other| other.id != spec.id && spec.id.starts_with(other.id));
-    begun.map_or_else(|| capital(rest), |begun| format!("{}, {rest}", begun.label))
-}
-
 fn place(wheelset: Option<u32>) -> String {
-    wheelset.map_or_else(|| "wagon".to_owned(), |number| format!("wheelset {number}"))
+    wheelset.map_or_else(|| t("wagon").to_owned(), super::words::wheelset)
 }
 
 /// The whole table as a part.
@@ -81,9 +75,9 @@ pub(super) fn indicators(wagon: &WagonView, limits: &Limits) -> Markup {
     wrong.sort_by_key(|row| std::cmp::Reverse(row.grade));
     html! {
         div #indicators .graded {
-            @if wrong.is_empty() { p .calm { "Nothing that is known is wrong." } } @else { (table(&wrong)) }
-            (fold("unknown", "not known yet", &of(|grade| grade == Grade::Unknown)))
-            (fold("well", "well", &of(|grade| grade == Grade::Ok)))
+            @if wrong.is_empty() { p .calm { (t("Nothing that is known is wrong.")) } } @else { (table(&wrong)) }
+            (fold("unknown", t("not known yet"), &of(|grade| grade == Grade::Unknown)))
+            (fold("well", t("well"), &of(|grade| grade == Grade::Ok)))
         }
     }
 }
@@ -107,9 +101,9 @@ fn table(rows: &[&Row]) -> Markup {
     html! {
         table .indicators {
             thead { tr {
-                th scope="col" { "Indicator" } th scope="col" { "Where" } th scope="col" .num { "Figure" }
-                th scope="col" { "95 % interval" } th scope="col" .scale { "On its scale" } th scope="col" { "Grade" }
-                th scope="col" .why { "Why" }
+                th scope="col" { (t("Indicator")) } th scope="col" { (t("Where")) } th scope="col" .num { (t("Figure")) }
+                th scope="col" { (t("95 % interval")) } th scope="col" .scale { (t("On its scale")) } th scope="col" { (t("Grade")) }
+                th scope="col" .why { (t("Why")) }
             } }
             tbody { @for row in rows { (row.html) } }
         }
@@ -138,7 +132,7 @@ fn fold(id: &str, words: &str, rows: &[&Row]) -> Markup {
 pub(super) fn wheelsets(wagon: &WagonView) -> Markup {
     html! {
         ul #wheelsets .sets {
-            @if wagon.wheelsets.is_empty() { li .calm { "This wagon has not sent data yet." } }
+            @if wagon.wheelsets.is_empty() { li .calm { (t("This wagon has not sent data yet.")) } }
             @for wheelset in &wagon.wheelsets { (wheelset_line(wheelset)) }
         }
     }
@@ -146,39 +140,43 @@ pub(super) fn wheelsets(wagon: &WagonView) -> Markup {
 
 fn wheelset_line(wheelset: &WheelsetView) -> Markup {
     let state = wheelset.now.as_ref().map(|now| match (now.wsp_active, now.sliding) {
-        (true, _) => "slide protection acts now",
-        (_, true) => "slides now",
-        _ => "rolls",
+        (true, _) => t("slide protection acts now"),
+        (_, true) => t("slides now"),
+        _ => t("rolls"),
     });
     let nominal = wheelset.brake_friction_to_nominal.map(|ratio| Form::PERCENT.value(Some(ratio)));
     html! {
         li {
-            b { "Wheelset " (wheelset.id) } " " (state.unwrap_or("no current data"))
-            @if let Some(nominal) = nominal { ", pads " (nominal) " of nominal" }
-            ", slide energy " (energy(wheelset.slide_energy_j)) " in " (number(wheelset.slide_s, 1)) " s of sliding"
+            b { (super::words::capital(&super::words::wheelset(wheelset.id))) } " " (state.unwrap_or_else(|| t("no current data")))
+            @if let Some(nominal) = nominal { ", " (say("pads {share} of nominal", &[("share", &nominal)])) }
+            ", " (say("slide energy {energy} in {time} s of sliding", &[("energy", &energy(wheelset.slide_energy_j)), ("time", &number(wheelset.slide_s, 1))]))
         }
     }
 }
 
 /// What the microphone hears.
 fn sound(acoustic: &AcousticView) -> Row {
-    let probability = acoustic.wet_probability.map(|wet| format!("wet {:.0} %", 100.0 * wet));
+    let probability =
+        acoustic.wet_probability.map(|wet| say("wet {share} %", &[("share", &number(100.0 * wet, 0))]));
     let state = match acoustic.state.as_str() {
-        "heard" => "The last second of audio was heard".to_owned(),
-        "silent" => "No data from the listener".to_owned(),
-        state => format!("Microphone: {}", state.replace('_', " ")),
+        "heard" => t("The last second of audio was heard").to_owned(),
+        "silent" => t("No data from the listener").to_owned(),
+        state => say("Microphone: {free}", &[("free", &state.replace('_', " "))]),
     };
     let advice = acoustic.decision.as_ref().map(|decision| {
-        format!(
-            "; advice: adhesion peaks at slip {:.3}, {:.2} there",
-            decision.optimum_slip, decision.optimum_adhesion
+        say(
+            "; advice: adhesion peaks at slip {slip}, {adhesion} there",
+            &[
+                ("slip", &number(decision.optimum_slip, 3)),
+                ("adhesion", &number(decision.optimum_adhesion, 2)),
+            ],
         )
     });
-    let name = "Rail, by microphone".to_owned();
+    let name = t("Rail, by microphone").to_owned();
     let html = html! {
         tr {
-            th scope="row" data-place="wagon" { (name) }
-            td .place { "wagon" }
+            th scope="row" data-place=(t("wagon")) { (name) }
+            td .place { (t("wagon")) }
             td .num .value { (condition(acoustic.condition)) }
             td .interval { (probability.unwrap_or_else(|| NOTHING.to_owned())) }
             td .scale {}
@@ -202,7 +200,7 @@ fn rail(wagon: &WagonView) -> Option<Row> {
     let judged = wagon.indicators.get(&RAIL)?;
     let mut left = 0.0;
     let shares = shares.into_iter().filter_map(|(name, share)| share.map(|share| (name, share)));
-    let shares: Vec<(&str, f64)> = shares.collect();
+    let shares: Vec<(&'static str, f64)> = shares.collect();
     let pieces: Vec<(String, f64, f64)> = shares
         .iter()
         .map(|(name, share)| {
@@ -212,11 +210,15 @@ fn rail(wagon: &WagonView) -> Option<Row> {
         })
         .collect();
     let words = shares.iter().filter(|(_, share)| *share >= 0.005);
-    let words: Vec<String> = words.map(|(name, share)| format!("{name} {:.0} %", 100.0 * share)).collect();
+    let words: Vec<String> = words
+        .map(|(name, share)| {
+            say("{class} {share} %", &[("class", &t(name)), ("share", &number(100.0 * share, 0))])
+        })
+        .collect();
     let html = html! {
         tr {
-            th scope="row" data-place="wagon" { a .term href={ "/indicators#" (RAIL.anchor()) } { (RAIL.label) } }
-            td .place { "wagon" }
+            th scope="row" data-place=(t("wagon")) { a .term href={ "/indicators#" (RAIL.anchor()) } { (t(RAIL.name())) } }
+            td .place { (t("wagon")) }
             td .num .value { (condition(wagon.condition)) }
             td .interval { (if words.is_empty() { NOTHING.to_owned() } else { words.join(", ") }) }
             td .scale {
@@ -227,8 +229,8 @@ fn rail(wagon: &WagonView) -> Option<Row> {
                 }
             }
             td .grade { (chip(judged.grade)) }
-            td .why { (capital(&judged.reason)) }
+            td .why { (sentence(&judged.reason)) }
         }
     };
-    Some(Row { grade: judged.grade, name: RAIL.label.to_owned(), html })
+    Some(Row { grade: judged.grade, name: t(RAIL.name()).to_owned(), html })
 }

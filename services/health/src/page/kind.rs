@@ -9,6 +9,7 @@ pub(super) enum Page {
     Wagon(u32),
     Alerts,
     Meaning,
+    Settings,
 }
 
 /// A piece of a page that renews itself.
@@ -33,6 +34,7 @@ impl Page {
             "train" => Some(Self::Train),
             "alerts" => Some(Self::Alerts),
             "indicators" => Some(Self::Meaning),
+            "settings" => Some(Self::Settings),
             _ => text.strip_prefix("wagon-")?.parse().ok().map(Self::Wagon),
         }
     }
@@ -43,6 +45,7 @@ impl Page {
             Self::Train => "train".to_owned(),
             Self::Alerts => "alerts".to_owned(),
             Self::Meaning => "indicators".to_owned(),
+            Self::Settings => "settings".to_owned(),
             Self::Wagon(id) => format!("wagon-{id}"),
         }
     }

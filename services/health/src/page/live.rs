@@ -8,6 +8,8 @@ use super::kind::Page;
 use super::{assets, compose};
 use crate::api::problem::Problem;
 use crate::shared::Shared;
+use crate::words::{Language, speak};
+use axum::Extension;
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::sse::{Event, Sse};
@@ -25,23 +27,28 @@ const PERIOD: Duration = Duration::from_secs(1);
 #[derive(serde::Deserialize)]
 pub(super) struct Wanted {
     page: String,
+    /// Language of the page that asks.
+    lang: Option<String>,
 }
 
 struct Client {
     shared: Shared,
     closing: watch::Receiver<bool>,
     page: Page,
+    language: Language,
     told: HashMap<String, u64>,
     sent: u64,
 }
 
 pub(super) async fn live(
     State(shared): State<Shared>,
+    Extension(language): Extension<Language>,
     Query(wanted): Query<Wanted>,
 ) -> Result<Response, Problem> {
     let page = Page::parse(&wanted.page).ok_or_else(|| not_a_page(&wanted.page))?;
     let closing = shared.closing();
-    let client = Client { shared, closing, page, told: HashMap::new(), sent: 0 };
+    let language = wanted.lang.as_deref().and_then(Language::parse).unwrap_or(language);
+    let client = Client { shared, closing, page, language, told: HashMap::new(), sent: 0 };
     let events = stream::unfold(client, |mut client| async move {
         let event = client.next().await?;
         Some((Ok::<_, Infallible>(event), client))
@@ -77,7 +84,8 @@ impl Client {
     fn changed(&mut self) -> BTreeMap<String, String> {
         let snapshot = self.shared.latest();
         let mut changed = BTreeMap::new();
-        for part in compose::parts(self.page, &self.shared, &snapshot) {
+        let parts = speak(self.language, || compose::parts(self.page, &self.shared, &snapshot));
+        for part in parts {
             let html = part.html.into_string();
             let mut hasher = DefaultHasher::new();
             html.hash(&mut hasher);
@@ -92,6 +100,7 @@ impl Client {
 }
 
 fn not_a_page(text: &str) -> Problem {
-    let detail = format!("page is \"{text}\"; allowed is train, alerts, indicators or wagon-NUMBER");
+    let detail =
+        format!("page is \"{text}\"; allowed is train, alerts, indicators, settings or wagon-NUMBER");
     Problem::new(StatusCode::BAD_REQUEST, detail)
 }

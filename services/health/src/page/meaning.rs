@@ -2,6 +2,7 @@
 //! train, so that this page and the grades cannot contradict each other.
 
 use crate::limits::Limits;
+use crate::words::{reword, t};
 use maud::{Markup, html};
 use railgrip_indicators::IndicatorSpec;
 
@@ -24,7 +25,7 @@ impl Entry {
         let meaning = &spec.meaning;
         Self {
             id: spec.anchor(),
-            name: meaning.name,
+            name: spec.name(),
             block: meaning.block,
             is: meaning.definition,
             unit: meaning.unit,
@@ -39,14 +40,16 @@ pub(super) fn body(limits: &Limits) -> Markup {
     let of_table = limits.table.iter().map(|spec| Entry::of(spec, limits));
     let all: Vec<Entry> = of_table.chain(others(limits)).collect();
     html! {
-        h1 .page { "What the figures mean" }
+        h1 .page { (t("What the figures mean")) }
         section .card aria-labelledby="h-grades" {
-            h2 #h-grades { "Grades, intervals and ages" }
-            p { "Ok: as it should be. Watch: worth a look at the next occasion. Act: needs action. Unknown: not enough fresh data to judge. "
-                "A limit counts as passed only when the whole 95 % interval lies beyond it, so an uncertain figure raises no alarm; "
-                "the reason then says that the figure is too uncertain. Old data are marked as stale with their age, and are not judged." }
-            p { "The words at the right are the processing blocks of ISO 13374: acquisition, manipulation, state detection, health assessment, prognosis, advisory." }
-            nav .contents aria-label="Figures" { @for one in &all { a href={ "#" (one.id) } { (one.name) } " " } }
+            h2 #h-grades { (t("Grades, intervals and ages")) }
+            p {
+                (t("Ok: as it should be. Watch: worth a look at the next occasion. Act: needs action. Unknown: not enough fresh data to judge.")) " "
+                (t("A limit counts as passed only when the whole 95 % interval lies beyond it, so an uncertain figure raises no alarm; the reason then says that the figure is too uncertain.")) " "
+                (t("Old data are marked as stale with their age, and are not judged."))
+            }
+            p { (t("The words at the right are the processing blocks of ISO 13374: acquisition, manipulation, state detection, health assessment, prognosis, advisory.")) }
+            nav .contents aria-label=(t("Figures")) { @for one in &all { a href={ "#" (one.id) } { (t(one.name)) } " " } }
         }
         @for one in &all { (entry(one)) }
     }
@@ -55,13 +58,13 @@ pub(super) fn body(limits: &Limits) -> Markup {
 fn entry(one: &Entry) -> Markup {
     html! {
         section .card.meaning id=(one.id) aria-labelledby={ "m-" (one.id) } {
-            div .heading { h2 id={ "m-" (one.id) } { (one.name) } span .legend { (one.block) } }
-            p { (one.is) }
+            div .heading { h2 id={ "m-" (one.id) } { (t(one.name)) } span .legend { (t(one.block)) } }
+            p { (t(one.is)) }
             dl .meanings {
-                div { dt { "Unit" } dd { (one.unit) } }
-                div { dt { "Interval" } dd { (one.interval) } }
-                div { dt { "Limits" } dd { (one.limits) } }
-                div { dt { "Cannot see" } dd { (one.blind) } }
+                div { dt { (t("Unit")) } dd { (t(one.unit)) } }
+                div { dt { (t("Interval")) } dd { (t(one.interval)) } }
+                div { dt { (t("Limits")) } dd { (reword(&one.limits)) } }
+                div { dt { (t("Cannot see")) } dd { (t(one.blind)) } }
             }
         }
     }

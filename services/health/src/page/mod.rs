@@ -1,5 +1,5 @@
 //! The pages for people: the train at `/`, a wagon at `/wagons/{id}`, the alerts at `/alerts`, and what
-//! every figure means at `/indicators`.
+//! every figure means at `/indicators`, and the thresholds at `/settings`.
 //!
 //! # Terms
 //! * **part** – a piece of a page that renews itself: an element with an `id`, rendered here and nowhere else.
@@ -21,6 +21,7 @@ mod meaning;
 mod notes;
 mod outlook;
 mod paper;
+mod settings;
 mod stopping;
 mod train;
 mod trends;
@@ -28,6 +29,8 @@ mod wagon;
 mod words;
 
 use crate::shared::Shared;
+use crate::words::{Language, speak};
+use axum::Extension;
 use axum::Router;
 use axum::extract::{Path, State};
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
@@ -50,6 +53,7 @@ pub(crate) fn routes() -> Router<Shared> {
         .route("/", get(train_page))
         .route("/alerts", get(alerts_page))
         .route("/indicators", get(meaning_page))
+        .route("/settings", get(settings_page))
         .route("/wagons/{id}", get(wagon_page))
         .route("/wagons/{id}/outlook", get(outlook::outlook))
         .route("/live", get(live::live))
@@ -57,39 +61,50 @@ pub(crate) fn routes() -> Router<Shared> {
         .route("/favicon.ico", get(assets::favicon))
 }
 
-async fn train_page(State(shared): State<Shared>) -> Response {
-    answer(Page::Train, &shared)
+async fn train_page(State(shared): State<Shared>, Extension(language): Extension<Language>) -> Response {
+    answer(Page::Train, language, &shared)
 }
 
-async fn alerts_page(State(shared): State<Shared>) -> Response {
-    answer(Page::Alerts, &shared)
+async fn alerts_page(State(shared): State<Shared>, Extension(language): Extension<Language>) -> Response {
+    answer(Page::Alerts, language, &shared)
 }
 
-async fn meaning_page(State(shared): State<Shared>) -> Response {
-    answer(Page::Meaning, &shared)
+async fn meaning_page(State(shared): State<Shared>, Extension(language): Extension<Language>) -> Response {
+    answer(Page::Meaning, language, &shared)
 }
 
-async fn wagon_page(State(shared): State<Shared>, Path(id): Path<String>) -> Response {
+async fn settings_page(State(shared): State<Shared>, Extension(language): Extension<Language>) -> Response {
+    answer(Page::Settings, language, &shared)
+}
+
+async fn wagon_page(
+    State(shared): State<Shared>,
+    Extension(language): Extension<Language>,
+    Path(id): Path<String>,
+) -> Response {
     let snapshot = shared.latest();
     match id.parse().ok().filter(|id| snapshot.wagons.iter().any(|wagon| wagon.id == *id)) {
-        Some(id) => answer(Page::Wagon(id), &shared),
+        Some(id) => answer(Page::Wagon(id), language, &shared),
         None => {
-            let body = frame::nowhere(&shared, &snapshot, &id);
-            (StatusCode::NOT_FOUND, headers(), body.into_string()).into_response()
+            let body = speak(language, || frame::nowhere(&shared, &snapshot, &id).into_string());
+            (StatusCode::NOT_FOUND, headers(language), body).into_response()
         }
     }
 }
 
-fn answer(page: Page, shared: &Shared) -> Response {
+fn answer(page: Page, language: Language, shared: &Shared) -> Response {
     let snapshot = shared.latest();
-    (headers(), compose::document(page, shared, &snapshot).into_string()).into_response()
+    let text = speak(language, || compose::document(page, shared, &snapshot).into_string());
+    (headers(language), text).into_response()
 }
 
-fn headers() -> [(HeaderName, HeaderValue); 4] {
+fn headers(language: Language) -> [(HeaderName, HeaderValue); 6] {
     [
         (header::CONTENT_TYPE, HeaderValue::from_static("text/html; charset=utf-8")),
         (header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(POLICY)),
         (header::CACHE_CONTROL, HeaderValue::from_static("no-store")),
         (header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff")),
+        (header::CONTENT_LANGUAGE, HeaderValue::from_static(language.tag())),
+        (header::VARY, HeaderValue::from_static("Accept-Language, Cookie")),
     ]
 }

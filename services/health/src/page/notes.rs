@@ -1,19 +1,20 @@
 //! Notes on a vehicle: what people wrote down, and a form to write more.
 
+use crate::words::t;
 use maud::{Markup, html};
 
 /// The section of a wagon's page; its script fills it and sends.
 pub(super) fn section(id: u32) -> Markup {
     html! {
         details .card #fold-notes {
-            summary { h2 { "Notes on this vehicle" } }
-            div #notes data-wagon=(id) aria-live="polite" { p .calm { "Loading notes…" } }
+            summary { h2 { (t("Notes on this vehicle")) } }
+            div #notes data-wagon=(id) aria-live="polite" { p .calm { (t("Loading notes…")) } }
             form #note-form .note-form {
-                label { "Your name or initials" input #note-by name="by" autocomplete="name" maxlength="100"; }
-                label { "Note" input #note-text name="text" maxlength="500"; }
-                label .tick { input #note-pads type="checkbox" name="pads"; " Brake pads were changed: pad friction trends begin anew" }
+                label { (t("Your name or initials")) " " input #note-by name="by" autocomplete="name" maxlength="100"; }
+                label { (t("Note")) " " input #note-text name="text" maxlength="500"; }
+                label .tick { input #note-pads type="checkbox" name="pads"; " " (t("Brake pads were changed: pad friction trends begin anew")) }
                 p #note-error .error role="alert" {}
-                button type="submit" .primary { "Write down" }
+                button type="submit" .primary { (t("Write down")) }
             }
         }
     }

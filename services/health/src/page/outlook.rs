@@ -6,6 +6,8 @@ use crate::api::problem::Problem;
 use crate::api::trends::model::{TrendView, Verdict};
 use crate::api::trends::routes as trends;
 use crate::shared::Shared;
+use crate::words::{Language, say, speak, t};
+use axum::Extension;
 use axum::extract::{Path, State};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -18,6 +20,7 @@ const FAR_DAYS: f64 = 730.0;
 /// The table of a wagon as a part of its page.
 pub(super) async fn outlook(
     State(shared): State<Shared>,
+    Extension(language): Extension<Language>,
     Path(id): Path<String>,
 ) -> Result<Response, Problem> {
     let count = shared.latest().wagons.len();
@@ -29,12 +32,12 @@ pub(super) async fn outlook(
         (header::CONTENT_TYPE, HeaderValue::from_static("text/html; charset=utf-8")),
         (header::CACHE_CONTROL, HeaderValue::from_static("no-store")),
     ];
-    Ok((headers, table(&trends).into_string()).into_response())
+    Ok((headers, speak(language, || table(&trends).into_string())).into_response())
 }
 
 /// What stands there until the script has fetched it.
 pub(super) fn placeholder() -> Markup {
-    html! { div #outlook { p .calm { "Loading trends…" } } }
+    html! { div #outlook { p .calm { (t("Loading trends…")) } } }
 }
 
 fn table(trends: &[TrendView]) -> Markup {
@@ -48,7 +51,7 @@ fn table(trends: &[TrendView]) -> Markup {
     html! {
         div #outlook {
             @if known.is_empty() {
-                p .calm { "There is too little history for a trend yet: at least eight points over one hour are needed." }
+                p .calm { (t("There is too little history for a trend yet: at least eight points over one hour are needed.")) }
             }
             @if !moving.is_empty() {
                 table .outlook {
@@ -59,7 +62,7 @@ fn table(trends: &[TrendView]) -> Markup {
             @if !still.is_empty() {
                 details #fold-still .fold {
                     summary {
-                        b { (still.len()) " with no trend" }
+                        b { (say("{count} with no trend", &[("count", &still.len())])) }
                         span .names { (still.iter().map(|trend| name(&trend.indicator)).collect::<Vec<_>>().join("; ")) }
                     }
                     table .outlook { (head()) tbody { @for trend in still { (line(trend)) } } }
@@ -72,9 +75,9 @@ fn table(trends: &[TrendView]) -> Markup {
 fn head() -> Markup {
     html! {
         thead { tr {
-            th scope="col" { "Indicator" } th scope="col" { "Trend" } th scope="col" .num { "Level" }
-            th scope="col" .num { "Change a day" } th scope="col" { "95 % interval" }
-            th scope="col" .num { "Limit" } th scope="col" { "Time left" } th scope="col" { "Based on" }
+            th scope="col" { (t("Indicator")) } th scope="col" { (t("Trend")) } th scope="col" .num { (t("Level")) }
+            th scope="col" .num { (t("Change a day")) } th scope="col" { (t("95 % interval")) }
+            th scope="col" .num { (t("Limit")) } th scope="col" { (t("Time left")) } th scope="col" { (t("Based on")) }
         } }
     }
 }
@@ -84,21 +87,21 @@ fn line(trend: &TrendView) -> Markup {
     let per_day = Form { digits: form.digits + 1, ..form };
     let [slope, low, high] = trend.per_day.unwrap_or_default();
     let (verdict, arrow) = match trend.verdict {
-        Verdict::Rising => ("rising", "↗"),
-        Verdict::Falling => ("falling", "↘"),
-        Verdict::NoTrend => ("no trend", "→"),
-        Verdict::TooLittleData => ("too little data", "·"),
+        Verdict::Rising => (t("rising"), "↗"),
+        Verdict::Falling => (t("falling"), "↘"),
+        Verdict::NoTrend => (t("no trend"), "→"),
+        Verdict::TooLittleData => (t("too little data"), "·"),
     };
     html! {
         tr {
             th scope="row" { (name(&trend.indicator)) }
-            td data-label="Trend" { span aria-hidden="true" { (arrow) } " " (verdict) }
-            td .num data-label="Level" { (form.value(trend.level)) }
-            td .num data-label="Change a day" { (signed(per_day, slope)) }
-            td .interval data-label="95 % interval" { (signed(per_day, low)) " to " (signed(per_day, high)) }
-            td .num data-label="Limit" { (form.value(trend.limit)) }
-            td data-label="Time left" .loud[trend.remaining_days.is_some_and(|days| days < 14.0)] { (time_left(trend)) }
-            td .aside data-label="Based on" { (trend.points) " points, " (span(trend.span_days)) }
+            td data-label=(t("Trend")) { span aria-hidden="true" { (arrow) } " " (verdict) }
+            td .num data-label=(t("Level")) { (form.value(trend.level)) }
+            td .num data-label=(t("Change a day")) { (signed(per_day, slope)) }
+            td .interval data-label=(t("95 % interval")) { (say("{low} to {high}", &[("low", &signed(per_day, low)), ("high", &signed(per_day, high))])) }
+            td .num data-label=(t("Limit")) { (form.value(trend.limit)) }
+            td .c-left data-label=(t("Time left")) .loud[trend.remaining_days.is_some_and(|days| days < 14.0)] { (time_left(trend)) }
+            td .aside data-label=(t("Based on")) { (say("{count} points, {time}", &[("count", &trend.points), ("time", &span(trend.span_days))])) }
         }
     }
 }
@@ -124,8 +127,11 @@ fn signed(form: Form, value: f64) -> String {
 /// `wheelset_1.brake_friction` as `Pad friction, wheelset 1`.
 fn name(field: &str) -> String {
     let (spec, wheelset) = indicator(field);
-    let name = spec.map_or_else(|| capital(&plain(field)), |spec| spec.meaning.name.to_owned());
-    wheelset.map_or_else(|| name.clone(), |number| format!("{name}, wheelset {number}"))
+    let name = spec.map_or_else(|| capital(&plain(field)), |spec| t(spec.name()).to_owned());
+    wheelset.map_or_else(
+        || name.clone(),
+        |number| format!("{name}, {}", say("wheelset {number}", &[("number", &number)])),
+    )
 }
 
 /// The time until it needs action, with its interval: `about 40 days (30 to 55)`.
@@ -137,18 +143,21 @@ fn time_left(trend: &TrendView) -> String {
     };
     match (trend.verdict, trend.remaining_days) {
         (Verdict::TooLittleData, _) | (_, None) if trend.limit.is_none() => NOTHING.to_owned(),
-        (Verdict::NoTrend | Verdict::TooLittleData, _) => "no trend towards a limit".to_owned(),
+        (Verdict::NoTrend | Verdict::TooLittleData, _) => t("no trend towards a limit").to_owned(),
         (_, None) => {
             let over = trend.limit.zip(trend.level).is_some_and(|(limit, level)| past(limit, level));
-            if over { "limit already passed" } else { "moving away from the limit" }.to_owned()
+            if over { t("limit already passed") } else { t("moving away from the limit") }.to_owned()
         }
-        (_, Some(days)) if days > FAR_DAYS => "more than 2 years".to_owned(),
+        (_, Some(days)) if days > FAR_DAYS => t("more than 2 years").to_owned(),
         (_, Some(days)) => {
             let low = trend.remaining_days_low.map_or_else(|| "?".to_owned(), span);
             let high = trend.remaining_days_high.filter(|high| *high <= FAR_DAYS);
             match high {
-                Some(high) => format!("about {} ({low} to {})", span(days), span(high)),
-                None => format!("about {} (at least {low})", span(days)),
+                Some(high) => say(
+                    "about {time} ({low} to {high})",
+                    &[("time", &span(days)), ("low", &low), ("high", &span(high))],
+                ),
+                None => say("about {time} (at least {low})", &[("time", &span(days)), ("low", &low)]),
             }
         }
     }
@@ -159,7 +168,7 @@ fn span(days: f64) -> String {
     match days {
         days if days * 24.0 < 2.0 => format!("{:.0} min", days * 1440.0),
         days if days < 2.0 => format!("{:.0} h", days * 24.0),
-        days => format!("{days:.0} days"),
+        days => say("{count} days", &[("count", &format!("{days:.0}"))]),
     }
 }
 

@@ -1,5 +1,6 @@
 //! What only paper shows: lines for the fitter to write on, and where the page came from.
 
+use crate::words::t;
 use maud::{Markup, html};
 
 /// Blank lines, and the address of the view that was printed; the script writes it, with the range of the charts.
@@ -8,11 +9,11 @@ pub(super) fn lines() -> Markup {
         section .paper aria-hidden="true" {
             dl {
                 @for name in ["Found", "Done", "Parts, measured values", "Name, date, signature"] {
-                    div { dt { (name) } dd {} }
+                    div { dt { (t(name)) } dd {} }
                 }
             }
             p #printed-from {}
-            p { "Printed are at most four alerts and eight lines of a table; all of them stand at that address." }
+            p { (t("Printed are at most four alerts and eight lines of a table; all of them stand at that address.")) }
         }
     }
 }

@@ -3,13 +3,14 @@
 use super::assets::path;
 use super::bar::bar;
 use super::kind::Part;
-use super::words::{age, capital, chip, number};
+use super::words::{age, chip, number, sentence};
 use crate::api::adhesion_map::model::{MapCell, MapView};
 use crate::api::capability::model::{CapabilityView, StopView};
 use crate::api::figure::Figure;
 use crate::api::grade::Grade;
 use crate::shared::Shared;
 use crate::store::Snapshot;
+use crate::words::{say, t};
 use maud::{Markup, html};
 use railgrip_indicators::indicator::STOPPING_RATIO;
 
@@ -30,8 +31,8 @@ pub(super) fn stop_card(snapshot: &Snapshot) -> Markup {
     html! {
         section .card aria-labelledby="h-stop" {
             div .heading {
-                h2 #h-stop { "Stopping distance now" }
-                a href="/indicators#stopping-distance" { "how it is worked out" }
+                h2 #h-stop { (t("Stopping distance now")) }
+                a href="/indicators#stopping-distance" { (t("how it is worked out")) }
             }
             (stops(&snapshot.whole.capability))
         }
@@ -43,8 +44,8 @@ pub(super) fn map_card(shared: &Shared, snapshot: &Snapshot) -> Markup {
     html! {
         section .card aria-labelledby="h-map" {
             div .heading {
-                h2 #h-map { "Adhesion along the track" }
-                a href="/indicators#map" { "where this comes from" }
+                h2 #h-map { (t("Adhesion along the track")) }
+                a href="/indicators#map" { (t("where this comes from")) }
             }
             (stretches(&snapshot.whole.map, since_s(shared, snapshot)))
             // What draws it is most of what the page weighs; the script fetches it once there is something to draw.
@@ -61,23 +62,23 @@ fn since_s(shared: &Shared, snapshot: &Snapshot) -> f64 {
 fn stops(capability: &CapabilityView) -> Markup {
     html! {
         div #stops {
-            p .stops-word { (chip(capability.grade)) " " (capital(&capability.reason)) }
+            p .stops-word { (chip(capability.grade)) " " (sentence(&capability.reason)) }
             table .stops {
                 thead { tr {
-                    th scope="col" { "From" } th scope="col" .num { "Now" } th scope="col" { "95 % interval" }
-                    th scope="col" .scale { "Against nominal" } th scope="col" .num { "Nominal" }
+                    th scope="col" { (t("From speed")) } th scope="col" .num { (t("Now")) } th scope="col" { (t("95 % interval")) }
+                    th scope="col" .scale { (t("Against nominal")) } th scope="col" .num { (t("Nominal")) }
                 } }
                 tbody { @for stop in &capability.stops { (stop_line(stop, capability.grade)) } }
             }
             @if capability.worst_wagons.is_empty() {
-                p .aside { "No wagon lacks more than 5 % of its brake force." }
+                p .aside { (t("No wagon lacks more than 5 % of its brake force.")) }
             } @else {
                 p .aside {
-                    "Weakest: "
+                    (t("Weakest:")) " "
                     @for (index, weak) in capability.worst_wagons.iter().enumerate() {
                         @if index > 0 { "; " }
-                        a href={ "/wagons/" (weak.wagon) } { "wagon " (weak.wagon) }
-                        " " (number(100.0 * weak.brake_share, 0)) " % of its force, " (weak.lack.words())
+                        a href={ "/wagons/" (weak.wagon) } { (say("wagon {number}", &[("number", &weak.wagon)])) }
+                        " " (say("{share} % of its force", &[("share", &number(100.0 * weak.brake_share, 0))])) ", " (t(weak.lack.words()))
                     }
                     "."
                 }
@@ -99,7 +100,7 @@ fn stop_line(stop: &StopView, grade: Grade) -> Markup {
         tr {
             th scope="row" { (number(stop.speed_km_h, 0)) " km/h" }
             td .num .value { (number(stop.distance_m, 0)) " m" }
-            td .interval { (number(stop.low_m, 0)) " to " (number(stop.high_m, 0)) " m" }
+            td .interval { (say("{low} to {high}", &[("low", &number(stop.low_m, 0)), ("high", &number(stop.high_m, 0))])) " m" }
             td .scale { (bar(&ratio, &STOPPING_RATIO)) }
             td .num { (number(stop.nominal_m, 0)) " m" }
         }
@@ -169,26 +170,29 @@ fn stretches(map: &MapView, since_s: f64) -> Markup {
     html! {
         div #stretches {
             @if map.cells.is_empty() {
-                p .calm { "No wagon has reported a position and an adhesion yet." }
+                p .calm { (t("No wagon has reported a position and an adhesion yet.")) }
             } @else if found.is_empty() {
-                p .calm { "No low stretch on the " (kilometres(map)) " km travelled so far." }
+                p .calm { (say("No low stretch on the {length} km travelled so far.", &[("length", &kilometres(map))])) }
             }
             ul .stretches {
                 @for stretch in &found {
                     li {
-                        b { "km " (number(stretch.from_m / 1e3, 2)) " to " (number(stretch.to_m / 1e3, 2)) }
-                        ": adhesion " b { (number(stretch.adhesion, 3)) }
-                        " (" (number(stretch.low, 3)) " to " (number(stretch.high, 3)) ") at its worst, "
-                        (number(100.0 * stretch.sure, 0)) " % probability that it is low; "
-                        (stretch.wagons) @if stretch.wagons == 1 { " wagon" } @else { " wagons" } " passed"
-                        @if stretch.slides > 0 { ", wheelsets slid" }
-                        ", last " (age((stretch.age_s + since_s).floor())) " ago"
+                        b { "km " (range(stretch.from_m / 1e3, stretch.to_m / 1e3, 2)) } ": "
+                        (t("adhesion")) " " b { (number(stretch.adhesion, 3)) } " (" (range(stretch.low, stretch.high, 3)) ") "
+                        (say("at its worst, {share} % probability that it is low", &[("share", &number(100.0 * stretch.sure, 0))])) "; "
+                        @if stretch.wagons == 1 { (t("1 wagon passed")) } @else { (say("{count} wagons passed", &[("count", &stretch.wagons)])) }
+                        @if stretch.slides > 0 { (t(", wheelsets slid")) } ", "
+                        (say("last {age} ago", &[("age", &age((stretch.age_s + since_s).floor()))]))
                     }
                 }
             }
-            @if all > found.len() { p .aside { (all - found.len()) " more stretches, less low." } }
+            @if all > found.len() { p .aside { (say("{count} more stretches, less low.", &[("count", &(all - found.len()))])) } }
         }
     }
+}
+
+fn range(low: f64, high: f64, digits: usize) -> String {
+    say("{low} to {high}", &[("low", &number(low, digits)), ("high", &number(high, digits))])
 }
 
 fn kilometres(map: &MapView) -> String {

@@ -1,13 +1,14 @@
 //! The train: verdict, drawing, what to do, a table of all wagons with what is wrong first, stopping distances and the rail.
 
 use super::kind::Part;
-use super::words::{Written, age, capital, chip, condition, data_age, icon, maybe};
+use super::words::{Written, age, chip, condition, data_age, icon, maybe, sentence, wheelset};
 use super::{alerts, paper, stopping};
 use crate::api::grade::{DataState, Grade};
 use crate::api::train::model::TrainView;
 use crate::api::wagons::model::{WagonRow, WagonView, WheelsetView};
 use crate::shared::Shared;
 use crate::store::Snapshot;
+use crate::words::{say, t};
 use maud::{Markup, html};
 use railgrip_indicators::IndicatorSpec;
 use railgrip_indicators::indicator::{ASYMMETRY, BRAKE_FRICTION, SLIDES};
@@ -32,17 +33,17 @@ pub(super) fn body(shared: &Shared, snapshot: &Snapshot) -> Markup {
     html! {
         div .lead { (verdict(&snapshot.train)) (facts(snapshot)) }
         section .card aria-labelledby="h-train" {
-            div .heading { h2 #h-train { "Wagons" } (legend()) }
+            div .heading { h2 #h-train { (t("Wagons")) } (legend()) }
             (drawing(snapshot, None))
         }
         div .columns.first {
             section .card aria-labelledby="h-todo" {
-                div .heading { h2 #h-todo { "What to do" } a href="/alerts" { "all alerts" } }
+                div .heading { h2 #h-todo { (t("What to do")) } a href="/alerts" { (t("all alerts")) } }
                 (alerts::todo(snapshot))
             }
             div .stack {
                 section .card.all aria-labelledby="h-all" {
-                    div .heading { h2 #h-all { "All wagons" } (filter()) }
+                    div .heading { h2 #h-all { (t("All wagons")) } (filter()) }
                     (table(snapshot))
                 }
                 div .columns {
@@ -62,7 +63,7 @@ fn verdict(train: &TrainView) -> Markup {
             (icon(train.grade))
             div {
                 h1 { (headline(train)) }
-                p { (capital(&train.reason)) }
+                p { (sentence(&train.reason)) }
             }
         }
     }
@@ -70,14 +71,14 @@ fn verdict(train: &TrainView) -> Markup {
 
 fn headline(train: &TrainView) -> String {
     let of = |grade: Grade| train.worst.iter().filter(|row| row.grade == grade).count();
-    let wagons =
-        |count: usize| if count == 1 { "1 wagon needs".to_owned() } else { format!("{count} wagons need") };
     match train.grade {
-        Grade::Act => format!("{} action", wagons(of(Grade::Act))),
-        Grade::Watch => format!("{} a look", wagons(of(Grade::Watch))),
-        Grade::Ok if train.ready => "All wagons are well".to_owned(),
-        Grade::Ok => "No fault known, but some wagons send no data".to_owned(),
-        Grade::Unknown => "The train cannot be judged now".to_owned(),
+        Grade::Act if of(Grade::Act) == 1 => t("1 wagon needs action").to_owned(),
+        Grade::Act => say("{count} wagons need action", &[("count", &of(Grade::Act))]),
+        Grade::Watch if of(Grade::Watch) == 1 => t("1 wagon needs a look").to_owned(),
+        Grade::Watch => say("{count} wagons need a look", &[("count", &of(Grade::Watch))]),
+        Grade::Ok if train.ready => t("All wagons are well").to_owned(),
+        Grade::Ok => t("No fault known, but some wagons send no data").to_owned(),
+        Grade::Unknown => t("The train cannot be judged now").to_owned(),
     }
 }
 
@@ -93,11 +94,11 @@ fn facts(snapshot: &Snapshot) -> Markup {
     let quiet = train.stale + train.silent;
     html! {
         dl #facts .facts {
-            div { dt { "Speed" } dd { (maybe(speed, 0)) small { " km/h" } } }
-            div { dt { "Track position" } dd { (maybe(position, 2)) small { " km" } } }
-            div { dt { "Needs action" } dd { (train.alerts.act) small { " alerts" } } }
-            div { dt { "Worth a look" } dd { (train.alerts.watch) small { " alerts" } } }
-            div .loud[quiet > 0] { dt { "Without data" } dd { (quiet) small { " of " (train.wagons) } } }
+            div { dt { (t("Speed")) } dd { (maybe(speed, 0)) small { " km/h" } } }
+            div { dt { (t("Track position")) } dd { (maybe(position, 2)) small { " km" } } }
+            div { dt { (t("Needs action")) } dd { (train.alerts.act) small { " " (t("alerts")) } } }
+            div { dt { (t("Worth a look")) } dd { (train.alerts.watch) small { " " (t("alerts")) } } }
+            div .loud[quiet > 0] { dt { (t("Without data")) } dd { (quiet) small { " " (say("of {count}", &[("count", &train.wagons)])) } } }
         }
     }
 }
@@ -105,13 +106,13 @@ fn facts(snapshot: &Snapshot) -> Markup {
 fn legend() -> Markup {
     html! {
         p .legend {
-            "Wagon 1 is at the front. "
+            (t("Wagon 1 is at the front.")) " "
             @for grade in [Grade::Act, Grade::Watch, Grade::Unknown, Grade::Ok] { (chip(grade)) " " }
-            span .sample { "Wheelsets: " }
-            @for (grade, words) in [(Grade::Ok, "well"), (Grade::Watch, "watch"), (Grade::Act, "act"), (Grade::Unknown, "unknown")] {
+            span .sample { (t("Wheelsets:")) " " }
+            @for (grade, words) in [(Grade::Ok, t("well")), (Grade::Watch, t("watch")), (Grade::Act, t("act")), (Grade::Unknown, t("unknown"))] {
                 span .sample { i class={ "axle g-" (grade.word()) } {} " " (words) }
             }
-            span .sample { i .axle.g-ok.slides {} " slides now" }
+            span .sample { i .axle.g-ok.slides {} " " (t("slides now")) }
         }
     }
 }
@@ -135,16 +136,16 @@ pub(super) fn tiles(snapshot: &Snapshot, current: Option<u32>) -> Vec<Part> {
 
 fn tile(row: &WagonRow, wagon: &WagonView, current: Option<u32>, small: bool) -> Markup {
     let is_current = (current == Some(row.id)).then_some("page");
-    let word = match row.state {
+    let word = t(match row.state {
         DataState::Live => row.grade.word(),
         state => state.word(),
-    };
+    });
     let about_axles: Vec<String> = wagon.wheelsets.iter().filter_map(about_axle).collect();
     let spoken = [format!("{} {word}", row.id), about_axles.join(", ")];
     let spoken = spoken.iter().filter(|part| !part.is_empty()).cloned().collect::<Vec<_>>().join(", ");
     html! {
         li id={ "w-" (row.id) } class={ "g-" (row.grade.word()) " s-" (row.state.word()) } {
-            a .coach href={ "/wagons/" (row.id) } aria-current=[is_current] aria-label={ "Wagon " (spoken) } {
+            a .coach href={ "/wagons/" (row.id) } aria-current=[is_current] aria-label={ (t("Wagon")) " " (spoken) } {
                 (row.id) " " span .word { (word) }
                 @if current.is_none() && !small { span .more { (about(row)) } }
             }
@@ -157,9 +158,9 @@ fn tile(row: &WagonRow, wagon: &WagonView, current: Option<u32>, small: bool) ->
 
 /// What is worth saying of a wheelset: that it slides, or that it is not well.
 fn about_axle(axle: &WheelsetView) -> Option<String> {
-    let grade = Some(worst(axle)).filter(|grade| *grade >= Grade::Watch).map(Grade::word);
-    let said: Vec<&str> = grade.into_iter().chain(slides(axle).then_some("slides now")).collect();
-    (!said.is_empty()).then(|| format!("wheelset {} {}", axle.id, said.join(" and ")))
+    let grade = Some(worst(axle)).filter(|grade| *grade >= Grade::Watch).map(|grade| t(grade.word()));
+    let said: Vec<&str> = grade.into_iter().chain(slides(axle).then(|| t("slides now"))).collect();
+    (!said.is_empty()).then(|| format!("{} {}", wheelset(axle.id), said.join(", ")))
 }
 
 fn slides(axle: &WheelsetView) -> bool {
@@ -176,8 +177,8 @@ fn worst(axle: &WheelsetView) -> Grade {
 fn about(row: &WagonRow) -> Markup {
     html! {
         @if row.state == DataState::Live {
-            span { "pad " (maybe(row.brake_friction, 3)) }
-            span { "rail " (condition(row.condition)) }
+            span { (t("pad")) " " (maybe(row.brake_friction, 3)) }
+            span { (t("rail")) " " (condition(row.condition)) }
         } @else {
             (data_age(row.state, row.age_s))
         }
@@ -189,7 +190,7 @@ const COLUMNS: [(&str, bool); 9] = [
     ("Wagon", false),
     ("Grade", false),
     ("Pad friction", true),
-    ("Front − rear", true),
+    ("Front minus rear", true),
     ("Rail", false),
     ("Adhesion used", true),
     ("Adhesion available", true),
@@ -213,13 +214,13 @@ fn table(snapshot: &Snapshot) -> Markup {
         table .wagons {
             thead { tr {
                 @for (index, (name, figures)) in COLUMNS.into_iter().enumerate() {
-                    th scope="col" .num[figures] .why[index == COLUMNS.len() - 1] { button type="button" .sort { (name) } }
+                    th scope="col" .num[figures] .why[index == COLUMNS.len() - 1] { button type="button" .sort { (t(name)) } }
                 }
             } }
             tbody { @for (row, wagon) in &others { (line(row, wagon)) } }
             tbody .well { @for (row, wagon) in &well { (line(row, wagon)) } }
         }
-        p .folding { button #fold type="button" .quiet aria-expanded="false" { (well.len()) " well" } }
+        p .folding { button #fold type="button" .quiet aria-expanded="false" { (well.len()) " " (t("well")) } }
     }
 }
 
@@ -227,7 +228,7 @@ fn table(snapshot: &Snapshot) -> Markup {
 fn filter() -> Markup {
     html! {
         span .filter {
-            label { "Filter " input #filter type="search" placeholder="number, name, word" autocomplete="off"; }
+            label { (t("Filter")) " " input #filter type="search" placeholder=(t("number, name, word")) autocomplete="off"; }
             span #filtered role="status" {}
         }
     }
@@ -243,8 +244,8 @@ fn half(wagon: &WagonView, spec: &IndicatorSpec) -> Markup {
 
 fn line(row: &WagonRow, wagon: &WagonView) -> Markup {
     let wheels = match (row.wsp_active, row.sliding) {
-        (Some(true), _) => ", WSP acts",
-        (_, Some(true)) => ", slides",
+        (Some(true), _) => t(", slide protection acts"),
+        (_, Some(true)) => t(", slides"),
         _ => "",
     };
     let bound = match (row.adhesion_available, row.adhesion_available_is_lower_bound) {
@@ -256,22 +257,22 @@ fn line(row: &WagonRow, wagon: &WagonView) -> Markup {
     html! {
         tr id={ "r-" (row.id) } class={ "s-" (row.state.word()) } data-grade=(row.grade.word()) {
             th scope="row" { a href={ "/wagons/" (row.id) } { (row.id) " " (row.name) } }
-            td data-label="Grade" { (chip(row.grade)) }
-            td .num data-label="Pad friction" {
+            td .c-grade data-label=(t("Grade")) { (chip(row.grade)) }
+            td .num data-label=(t("Pad friction")) {
                 (maybe(row.brake_friction, 3)) (half(wagon, &BRAKE_FRICTION))
             }
-            td .num data-label="Front − rear" {
+            td .num data-label=(t("Front minus rear")) {
                 (ASYMMETRY.form.value(row.asymmetry)) (half(wagon, &ASYMMETRY))
             }
-            td data-label="Rail" { (condition(row.condition)) (wheels) }
-            td .num data-label="Adhesion used" { (maybe(row.adhesion.map(f64::abs), 3)) }
-            td .num data-label="Adhesion available" { (bound) (maybe(row.adhesion_available, 3)) }
+            td .c-rail data-label=(t("Rail")) { (condition(row.condition)) (wheels) }
+            td .num data-label=(t("Adhesion used")) { (maybe(row.adhesion.map(f64::abs), 3)) }
+            td .num data-label=(t("Adhesion available")) { (bound) (maybe(row.adhesion_available, 3)) }
             @if let Some(age_s) = age_s {
-                td .num data-label="Data age" data-age=(age_s.floor()) { (age(age_s)) }
+                td .num data-label=(t("Data age")) data-age=(age_s.floor()) { (age(age_s)) }
             } @else {
-                td .num data-label="Data age" { (data_age(row.state, row.age_s)) }
+                td .num data-label=(t("Data age")) { (data_age(row.state, row.age_s)) }
             }
-            td .why data-label="Why" { (capital(&row.reason)) }
+            td .why data-label=(t("Why")) { (sentence(&row.reason)) }
         }
     }
 }

@@ -3,6 +3,7 @@
 use crate::api::grade::Grade;
 use crate::api::wagons::model::WagonView;
 use crate::limits::Limits;
+use crate::words::t;
 use maud::{Markup, html};
 use railgrip_indicators::{IndicatorSpec, Limit};
 
@@ -22,23 +23,23 @@ pub(super) fn section(wagon: &WagonView, count: usize, limits: &Limits) -> Marku
         section #trends .card aria-labelledby="h-trends" data-wagon=(wagon.id) data-wagons=(count)
             data-wheelsets=(wagon.wheelsets.len()) data-first=(wrong(wagon).join(" ")) data-limits=(ends(wagon, limits)) {
             details #trends-fold open {
-                summary { h2 #h-trends { "Trends" } }
-                div .ranges.slider role="group" aria-label="Charts" #picks {}
-                div .ranges.slider role="group" aria-label="Range of time" {
+                summary { h2 #h-trends { (t("Trends")) } }
+                div .ranges.slider role="group" aria-label=(t("Charts")) #picks {}
+                div .ranges.slider role="group" aria-label=(t("Range of time")) {
                     @for (seconds, name) in RANGES {
-                        button type="button" data-range=(seconds) aria-pressed=(if seconds == 3600 { "true" } else { "false" }) { (name) }
+                        button type="button" data-range=(seconds) aria-pressed=(if seconds == 3600 { "true" } else { "false" }) { (t(name)) }
                     }
-                    button type="button" .quiet data-move="-0.5" { "‹ earlier" }
-                    button type="button" .quiet data-move="0.5" { "later ›" }
-                    button type="button" .quiet data-times="0.5" { "zoom in" }
-                    button type="button" .quiet data-times="2" { "zoom out" }
+                    button type="button" .quiet data-move="-0.5" { (t("‹ earlier")) }
+                    button type="button" .quiet data-move="0.5" { (t("later ›")) }
+                    button type="button" .quiet data-times="0.5" { (t("zoom in")) }
+                    button type="button" .quiet data-times="2" { (t("zoom out")) }
                     @if count > 1 {
-                        label .beside { "beside wagons " input #beside inputmode="numeric" placeholder="2, 5" autocomplete="off" aria-describedby="beside-wrong"; }
+                        label .beside { (t("beside wagons")) " " input #beside inputmode="numeric" placeholder="2, 5" autocomplete="off" aria-describedby="beside-wrong"; }
                     }
-                    button type="button" .quiet data-copy="1" { "copy link" }
+                    button type="button" .quiet data-copy="1" { (t("copy link")) }
                 }
                 p #beside-wrong .error role="alert" {}
-                p .calm { span #trend-state role="status" { "Loading the history…" } " " span #copied role="status" {} }
+                p .calm { span #trend-state role="status" { (t("Loading the history…")) } " " span #copied role="status" {} }
                 div #charts .charts {}
             }
         }

@@ -2,6 +2,7 @@
 
 use crate::api::figure::Figure;
 use crate::api::grade::{Condition, DataState, Grade};
+use crate::words::{localised, reword, say, t};
 use maud::{Markup, html};
 use railgrip_indicators::{Form, INDICATORS};
 
@@ -10,9 +11,9 @@ pub(super) const NOTHING: &str = "–";
 
 /// A number with a fixed count of decimals, with a true minus sign.
 pub(super) fn number(value: f64, digits: usize) -> String {
-    let text = format!("{value:.digits$}");
+    let text = localised(&format!("{value:.digits$}"));
     match text.strip_prefix('-') {
-        Some(rest) if rest.chars().all(|c| c == '0' || c == '.') => rest.to_owned(),
+        Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.' | ',')) => rest.to_owned(),
         Some(rest) => format!("−{rest}"),
         None => text,
     }
@@ -43,7 +44,7 @@ impl Written for Form {
             return None;
         }
         let end = |value: f64| number(value * self.factor, self.digits);
-        Some(format!("{} to {}{}", end(low), end(high), self.unit))
+        Some(say("{low} to {high}", &[("low", &end(low)), ("high", &format!("{}{}", end(high), self.unit))]))
     }
 }
 
@@ -59,12 +60,17 @@ pub(super) fn energy(joules: f64) -> String {
 /// An age: `< 1 s`, `12 s`, `3 min`, `5 h`, `2 days`.
 pub(super) fn age(seconds: f64) -> String {
     match seconds {
-        s if s < 1.0 => "< 1 s".to_owned(),
+        s if s < 1.0 => t("< 1 s").to_owned(),
         s if s < 120.0 => format!("{s:.0} s"),
         s if s < 7200.0 => format!("{:.0} min", (s / 60.0).floor()),
         s if s < 172_800.0 => format!("{:.0} h", (s / 3600.0).floor()),
-        s => format!("{:.0} days", (s / 86_400.0).floor()),
+        s => say("{count} days", &[("count", &(s / 86_400.0).floor())]),
     }
+}
+
+/// `wheelset 2`.
+pub(super) fn wheelset(number: u32) -> String {
+    say("wheelset {number}", &[("number", &number)])
 }
 
 /// A name of the interface for people: `brake_friction` becomes `brake friction`.
@@ -75,7 +81,12 @@ pub(super) fn plain(name: &str) -> String {
 /// What an indicator or the cause of an alert is called on the pages: the heading of its meaning, or its id in words.
 pub(super) fn named(id: &str) -> String {
     let spec = INDICATORS.iter().find(|spec| spec.id == id);
-    spec.map_or_else(|| capital(&plain(id)), |spec| spec.meaning.name.to_owned())
+    spec.map_or_else(|| sentence(&plain(id)), |spec| t(spec.name()).to_owned())
+}
+
+/// A sentence of the service, such as a reason, in the language of the page and with a large letter at its start.
+pub(super) fn sentence(text: &str) -> String {
+    capital(&reword(text))
 }
 
 /// The same at the start of a sentence.
@@ -99,7 +110,7 @@ pub(super) fn icon(grade: Grade) -> Markup {
 
 /// A grade as a chip: shape, word and colour. The style sheet puts the shape there, which spares a long train many nodes.
 pub(super) fn chip(grade: Grade) -> Markup {
-    html! { span class={ "chip g-" (grade.word()) } { (grade.word()) } }
+    html! { span class={ "chip g-" (grade.word()) } { (t(grade.word())) } }
 }
 
 /// An instant; the script writes it in the reader's own time zone.
@@ -115,15 +126,15 @@ pub(super) fn data_age(state: DataState, age_s: Option<f64>) -> Markup {
             span .age data-age=(age_s.floor()) { (age(age_s)) }
         },
         (DataState::Stale, Some(age_s)) => html! {
-            span .age.loud { "stale, " span data-age=(age_s.floor()) { (age(age_s)) } }
+            span .age.loud { (t("stale,")) " " span data-age=(age_s.floor()) { (age(age_s)) } }
         },
-        _ => html! { span .age.loud { "no data yet" } },
+        _ => html! { span .age.loud { (t("no data yet")) } },
     }
 }
 
 /// The condition of the rail in a word.
 pub(super) fn condition(condition: Option<Condition>) -> &'static str {
-    condition.map_or(NOTHING, Condition::word)
+    condition.map_or(NOTHING, |condition| t(condition.word()))
 }
 
 #[cfg(test)]

@@ -168,7 +168,7 @@ impl Among {
             }
             if shown.grade > row.grade && shown.grade >= Grade::Watch {
                 row.grade = shown.grade;
-                row.reason = format!("{}: {}", spec.words(), shown.reason);
+                row.reason = format!("{}: {}", spec.name(), shown.reason);
             }
         }
         (view.grade, view.reason) = (row.grade, row.reason.clone());

@@ -20,7 +20,7 @@ fn verdict(table: Table, health: Option<&Health>, fresh: Freshness) -> (Grade, S
         Some(_) if grade == railgrip_messages::Grade::Ok => "everything known is as it should be".to_owned(),
         Some(judged) => {
             let place = judged.wheelset.map_or_else(String::new, |number| format!(" of wheelset {number}"));
-            format!("{}{place}: {}", judged.spec.words(), judged.indicator.reason)
+            format!("{}{place}: {}", judged.spec.name(), judged.indicator.reason)
         }
         None => "no indicator is known yet".to_owned(),
     };

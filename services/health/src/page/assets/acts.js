@@ -52,7 +52,7 @@
   /** Why the service refused, in words and with a way out. */
   async function refusal(answer) {
     const problem = await answer.json().catch(() => ({}));
-    const detail = problem.detail || problem.title || `status ${answer.status}`;
+    const detail = problem.detail || problem.title || W.act.status(answer.status);
     if (answer.status === 401) return W.act.loggedOut(detail);
     if (answer.status === 403) return W.act.mayOnlyRead(detail);
     return W.act.refused(detail);

@@ -25,7 +25,7 @@ const clock = (() => {
   function span(from_s, to_s) {
     const [from, to] = [date(from_s), date(to_s)];
     const short = to_s - from_s < 600 ? hms : hm;
-    return `${day.format(from)} ${short.format(from)} to ${same(from, to) ? "" : `${day.format(to)} `}${short.format(to)}`;
+    return W.to(`${day.format(from)} ${short.format(from)}`, `${same(from, to) ? "" : `${day.format(to)} `}${short.format(to)}`);
   }
 
   /** Marks of an axis: the day stands under the first of each day. */

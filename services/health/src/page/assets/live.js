@@ -103,7 +103,8 @@ function announceNew(before) {
   const fresh = [...document.querySelectorAll("li.alert.a-active")].filter((item) => !before.has(item.dataset.alert));
   if (fresh.length === 0) return;
   const texts = fresh.slice(0, 3).map((item) => `${item.querySelector(".line").textContent}. ${item.querySelector(".reason").textContent}`);
-  announce(W.newAlert(texts, fresh.length - texts.length));
+  const more = fresh.length - texts.length;
+  announce(W.newAlert(texts.join(" ") + (more > 0 ? ` ${W.more(more)}` : "")));
 }
 
 function say(state, text) {
@@ -126,7 +127,7 @@ function heard() {
 function connect() {
   clearTimeout(link.timer);
   if (link.source) link.source.close();
-  const source = new EventSource(`/live?page=${document.documentElement.dataset.page}`);
+  const source = new EventSource(`/live?page=${document.documentElement.dataset.page}&lang=${document.documentElement.lang}`);
   link.source = source;
   link.opened = performance.now();
   source.addEventListener("hello", (event) => {
@@ -195,7 +196,7 @@ function tick() {
   const banner = byId("lost");
   // Said once by a screen reader; the seconds count in a place of their own.
   if (banner.hidden) {
-    banner.textContent = W.lost;
+    banner.textContent = `${W.lost} `;
     banner.append(Object.assign(document.createElement("b"), { className: "since-when", ariaHidden: "true" }));
     banner.hidden = false;
   }
@@ -210,7 +211,19 @@ addEventListener("beforeprint", () => {
   if (line) line.textContent = W.printed(document.documentElement.dataset.train, `${clock.full(Date.now() / 1000)} (${clock.zone()})`, address);
 });
 
+/** The address of this view in another language. */
+function languages() {
+  for (const switcher of document.querySelectorAll("a[data-lang]")) {
+    switcher.addEventListener("click", () => {
+      const address = new URL(location.href);
+      address.searchParams.set("lang", switcher.dataset.lang);
+      switcher.href = address.href;
+    });
+  }
+}
+
 localise(document);
+languages();
 flag();
 byId("zone").textContent = clock.zone();
 setInterval(tick, 1000);

@@ -10,10 +10,10 @@
     const item = document.createElement("li");
     const when = document.createElement("time");
     when.dateTime = note.at;
-    when.textContent = new Date(note.at).toLocaleString(undefined, { dateStyle: "medium", timeStyle: "short", hour12: false });
+    when.textContent = clock.full(Date.parse(note.at) / 1000);
     const who = document.createElement("b");
     who.textContent = note.by;
-    const words = [note.kind === "pads_changed" ? "Brake pads changed." : "", note.text || ""].filter(Boolean).join(" ");
+    const words = [note.kind === "pads_changed" ? W.notes.pads : "", note.text || ""].filter(Boolean).join(" ");
     item.append(when, " ", who, ": ", words);
     return item;
   }
@@ -22,7 +22,7 @@
     if (answer.notes.length === 0) {
       const calm = document.createElement("p");
       calm.className = "calm";
-      calm.textContent = "Nobody has written anything down.";
+      calm.textContent = W.notes.none;
       list.replaceChildren(calm);
       return;
     }
@@ -34,10 +34,10 @@
 
   async function problem(answer) {
     const said = await answer.json().catch(() => ({}));
-    const detail = said.detail || said.title || `status ${answer.status}`;
-    if (answer.status === 401) return `Not logged in any more; open /login in another tab, then send again. (${detail})`;
-    if (answer.status === 403) return `Your login may only read. (${detail})`;
-    return `Refused: ${detail}`;
+    const detail = said.detail || said.title || W.act.status(answer.status);
+    if (answer.status === 401) return W.act.loggedOut(detail);
+    if (answer.status === 403) return W.act.mayOnlyRead(detail);
+    return W.act.refused(detail);
   }
 
   async function load() {
@@ -46,7 +46,7 @@
       if (answer.ok) show(await answer.json());
       else list.textContent = await problem(answer);
     } catch {
-      list.textContent = "The service cannot be reached.";
+      list.textContent = W.notes.unreachable;
     }
   }
 
@@ -55,7 +55,7 @@
     const by = get("note-by").value.trim();
     const text = get("note-text").value.trim();
     const pads = get("note-pads").checked;
-    const request = { kind: pads ? "pads_changed" : "note", text: text || (pads ? "New pads." : "") };
+    const request = { kind: pads ? "pads_changed" : "note", text: text || (pads ? W.notes.newPads : "") };
     if (by) request.by = by;
     get("note-error").textContent = "";
     try {
@@ -70,7 +70,7 @@
       get("note-pads").checked = false;
       get("note-text").focus();
     } catch {
-      get("note-error").textContent = "The service cannot be reached; nothing was written. Try again.";
+      get("note-error").textContent = W.act.unreachable;
     }
   }
 

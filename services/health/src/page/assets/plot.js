@@ -16,7 +16,8 @@ const plot = (() => {
   }
 
   const known = (value) => value !== null && value !== undefined;
-  const minus = (text) => text.replace("-", "−");
+  const point = document.documentElement.lang === "de" ? "," : ".";
+  const minus = (text) => text.replace("-", "−").replace(".", point);
   const format = (value, spec) => (known(value) ? minus(value.toFixed(spec.digits ?? 3)) + (spec.unit ? ` ${spec.unit}` : "") : W.chart.nothing);
 
   function extremes(columns) {
@@ -107,7 +108,7 @@ const plot = (() => {
     for (const { y, grade, below } of seen) {
       const at = Math.min(Math.max(y + (below ? 10 : -10) * px, bbox.top + 8 * px), bbox.top + bbox.height - 8 * px);
       const beside = taken.filter((other) => Math.abs(other - at) < 15 * px).length;
-      const text = below ? W.chart.below(grade) : W.chart.above(grade);
+      const text = below ? W.chart.below(W.chart.grades[grade]) : W.chart.above(W.chart.grades[grade]);
       write(ctx, text, bbox.left + bbox.width - (4 + 90 * beside) * px, at, "right", colour(`${grade}-text`));
       taken.push(at);
     }

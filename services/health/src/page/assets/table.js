@@ -12,7 +12,7 @@
   function key(row, column) {
     if (column === 0) return number(row);
     if (column === 1) return RANK[row.dataset.grade];
-    const text = row.cells[column].textContent.trim().replace("−", "-").replace(/^≥\s*/, "");
+    const text = row.cells[column].textContent.trim().replace("−", "-").replace(/^≥\s*/, "").replace(/(\d),(\d)/, "$1.$2");
     return text === W.chart.nothing ? null : Number.isNaN(parseFloat(text)) ? text : parseFloat(text);
   }
 
@@ -43,7 +43,7 @@
     const fold = document.getElementById("fold");
     fold.closest("p").hidden = count === 0;
     well.hidden = !state.open;
-    fold.textContent = `${W.table.well(count)}: ${state.open ? W.table.hide : W.table.show}`;
+    fold.textContent = `${count === 1 ? W.table.one : W.table.well(count)}: ${state.open ? W.table.hide : W.table.show}`;
     fold.setAttribute("aria-expanded", String(state.open));
     document.getElementById("filtered").textContent = !state.text ? "" : shown ? W.table.shown(shown) : W.table.none;
     table.tHead.hidden = homes.get(first).length === 0 && !state.open;

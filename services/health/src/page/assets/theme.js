@@ -19,7 +19,7 @@ const theme = {
     const button = document.getElementById("theme");
     if (button) {
       button.textContent = W.theme[name];
-      button.setAttribute("aria-label", W.theme.label(name));
+      button.setAttribute("aria-label", W.theme.label(W.theme.names[name]));
     }
     document.dispatchEvent(new Event("themechange"));
   },

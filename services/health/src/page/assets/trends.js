@@ -124,7 +124,7 @@
     }
     const share = Math.round((100 * filled) / Math.max(1, first.samples.length));
     const hint = matchMedia("(pointer: fine)").matches ? W.trends.hint : "";
-    tell(W.trends.steps(stepWords(first.step_s), share, span) + (share < 100 ? W.trends.shaded : "") + hint);
+    tell([W.trends.steps(stepWords(first.step_s), share, span), share < 100 ? W.trends.shaded : "", hint].filter(Boolean).join(" "));
   }
 
   async function historyOf(wagon, { from_s, to_s, step_s }, fields) {

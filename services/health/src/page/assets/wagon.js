@@ -28,7 +28,7 @@
   }
 
   async function events() {
-    const answer = await fetch(`/api/v1/events?wagon=${host.dataset.wagon}&limit=12`, { headers: { accept: "application/json" } });
+    const answer = await fetch(`/api/v1/events?wagon=${host.dataset.wagon}&limit=12`, { headers: { accept: "application/json", "accept-language": document.documentElement.lang } });
     const body = await answer.json().catch(() => ({}));
     if (!answer.ok) return host.replaceChildren(line("p", "calm", W.trends.events(body.detail || answer.status)));
     const list = line("ul", "course", "");

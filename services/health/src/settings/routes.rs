@@ -1,0 +1,117 @@
+//! Requests about settings: look, change one.
+
+use super::change::{CHANGED, ChangeError, change};
+use super::model::{Setting, SettingList, SettingRequest};
+use crate::access::Identity;
+use crate::api::problem::Problem;
+use crate::shared::Shared;
+use crate::time::rfc3339;
+use axum::body::Bytes;
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::{Extension, Json};
+use railgrip_indicators::IndicatorSettings;
+use railgrip_settings::{Overrides, TrainSettings};
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+
+/// Changes come one after the other: each reads the file that the one before it wrote.
+static CHANGING: Mutex<()> = Mutex::new(());
+
+impl From<ChangeError> for Problem {
+    fn from(error: ChangeError) -> Self {
+        let status = match error {
+            ChangeError::Unknown(_) => StatusCode::NOT_FOUND,
+            ChangeError::Refused(_) | ChangeError::Form(_) => StatusCode::UNPROCESSABLE_ENTITY,
+            ChangeError::Disk(_) => StatusCode::SERVICE_UNAVAILABLE,
+        };
+        Self::new(status, error.to_string())
+    }
+}
+
+/// The numbers by which indicators are computed and judged.
+#[utoipa::path(get, path = "/api/v1/settings", tag = "service",
+    responses((status = 200, description = "What holds, and what the file says for the next start", body = SettingList)))]
+pub(crate) async fn settings(State(shared): State<Shared>) -> Json<SettingList> {
+    Json(list(&shared))
+}
+
+/// What holds, and what the file says.
+pub(crate) fn list(shared: &Shared) -> SettingList {
+    let limits = shared.limits();
+    let next = limits.file.as_deref().and_then(of_file);
+    let next = next.map(|settings| settings.entries());
+    let setting = |entry: railgrip_indicators::SettingEntry| Setting {
+        next: next
+            .as_ref()
+            .and_then(|next| next.iter().find(|other| other.key == entry.key))
+            .map(|n| n.value),
+        key: entry.key,
+        words: entry.words.to_owned(),
+        value: entry.value,
+        default: entry.default,
+        range: entry.range,
+    };
+    let settings: Vec<Setting> = limits.settings.entries().into_iter().map(setting).collect();
+    let waits_for_start = settings.iter().any(|s| s.next.is_some_and(|next| next != s.value));
+    let file = limits.file.as_ref().map(|file| file.display().to_string());
+    SettingList { file, waits_for_start, settings }
+}
+
+/// The settings that a file holds; nothing where it is refused.
+fn of_file(file: &Path) -> Option<IndicatorSettings> {
+    TrainSettings::load(Some(file), &Overrides::default()).ok().map(|settings| settings.indicators)
+}
+
+/// Changes a setting in the config file: checked as the whole file is at a start, written at once with a comment that says
+/// who, when and why. It takes effect when the processes start again.
+#[utoipa::path(post, path = "/api/v1/settings", tag = "service",
+    request_body = SettingRequest,
+    responses(
+        (status = 200, description = "The settings now", body = SettingList),
+        (status = 400, description = "The body is no JSON"),
+        (status = 404, description = "There is no such setting"),
+        (status = 409, description = "There is no config file: the built-in config holds"),
+        (status = 413, description = "The body is too large"),
+        (status = 415, description = "The body is not application/json"),
+        (status = 422, description = "The check of the file refuses the value, or the body lacks something"),
+        (status = 503, description = "The file cannot be written; nothing was changed"),
+    ))]
+pub(crate) async fn change_setting(
+    State(shared): State<Shared>,
+    identity: Option<Extension<Identity>>,
+    body: Bytes,
+) -> Result<Json<SettingList>, Problem> {
+    let request: SettingRequest = serde_json::from_slice(&body).map_err(|error| {
+        let status = if error.is_data() { StatusCode::UNPROCESSABLE_ENTITY } else { StatusCode::BAD_REQUEST };
+        Problem::new(status, format!("the body is not the JSON that is expected: {error}"))
+    })?;
+    let vouched = identity.as_ref().and_then(|Extension(identity)| identity.vouched_name());
+    let by = line("by", vouched.or(request.by.as_deref()).unwrap_or_default(), 100)?;
+    let why = line("why", &request.why, 500)?;
+    let no_file = || Problem::new(StatusCode::CONFLICT, "there is no config file: the built-in config holds");
+    let file = shared.limits().file.clone().filter(|file| file.is_file()).ok_or_else(no_file)?;
+    let at = rfc3339(shared.now().unix_ns);
+    let changed = tokio::task::spawn_blocking(move || {
+        let _turn = CHANGING.lock().unwrap_or_else(PoisonError::into_inner);
+        let before = of_file(&file).unwrap_or_default().entries();
+        let before = before.into_iter().find(|entry| entry.key == request.key).map_or(f64::NAN, |e| e.value);
+        let note = format!("{CHANGED}{before} by {by} at {at}: {why}");
+        change(&file, &request.key, request.value, &note)?;
+        tracing::info!("{}: {} is {}, {note}", file.display(), request.key, request.value);
+        Ok::<(), ChangeError>(())
+    });
+    let failed = |detail: String| Problem::new(StatusCode::INTERNAL_SERVER_ERROR, detail);
+    changed.await.map_err(|error| failed(error.to_string()))??;
+    Ok(Json(list(&shared)))
+}
+
+/// One line of text: a comment must not end before its end.
+fn line(key: &str, text: &str, most: usize) -> Result<String, Problem> {
+    let text = text.trim();
+    if (1..=most).contains(&text.chars().count()) && !text.chars().any(char::is_control) {
+        return Ok(text.to_owned());
+    }
+    let detail = format!("`{key}` must be one line of 1 to {most} characters");
+    Err(Problem::new(StatusCode::UNPROCESSABLE_ENTITY, detail))
+}

@@ -1,0 +1,105 @@
+//! Thresholds, shown and changed over the interface without a socket.
+#![allow(clippy::unwrap_used, reason = "a test may end at what it does not expect")]
+
+use axum::body::Body;
+use axum::http::{Request, StatusCode, header};
+use http_body_util::BodyExt;
+use railgrip_health::api::router;
+use railgrip_health::limits::Limits;
+use railgrip_health::shared::Shared;
+use railgrip_health::store::Store;
+use railgrip_messages::Stamp;
+use railgrip_settings::{Overrides, TrainSettings};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use tower::ServiceExt;
+
+const NOW: Stamp = Stamp { unix_ns: 1_772_366_400_000_000_000, monotonic_ns: 100_000_000_000 };
+const CONFIG: &str = "schema = 1\n\n[train]\nname = \"t\"\nwagons = 2\nvehicle = \"vehicle.toml\"\n\n[source]\n\
+                      kind = \"stdin\"\n\n[indicators.wsp]\n# since the trial in May\nshare_watch = 0.3\n";
+
+/// A config file and its vehicle file in a folder.
+fn config(folder: &Path) -> PathBuf {
+    let vehicle = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/vehicle.toml");
+    std::fs::copy(vehicle, folder.join("vehicle.toml")).unwrap();
+    let file = folder.join("train.toml");
+    std::fs::write(&file, CONFIG).unwrap();
+    file
+}
+
+fn shared(file: &Path) -> Shared {
+    let settings = TrainSettings::load(Some(file), &Overrides::default()).unwrap();
+    let shared = Shared::new(Store::new(&settings).snapshot(NOW), || NOW);
+    shared.judge_by(Limits::of(&settings));
+    shared
+}
+
+async fn ask(shared: &Shared, path: &str, body: Option<&Value>) -> (StatusCode, String) {
+    let request = Request::builder().uri(path).header(header::HOST, "localhost");
+    let request = match body {
+        Some(body) => request
+            .method("POST")
+            .header(header::CONTENT_TYPE, "application/json")
+            .body(Body::from(body.to_string())),
+        None => request.body(Body::empty()),
+    };
+    let response = router(shared.clone()).oneshot(request.unwrap()).await.unwrap();
+    let status = response.status();
+    let bytes = response.into_body().collect().await.unwrap().to_bytes();
+    (status, String::from_utf8(bytes.to_vec()).unwrap())
+}
+
+#[tokio::test]
+async fn a_threshold_is_changed_in_the_file_with_who_when_and_why() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = config(folder.path());
+    let shared = shared(&file);
+    let wsp = |text: &str| -> Value {
+        let list: Value = serde_json::from_str(text).unwrap();
+        let all = list["settings"].as_array().unwrap();
+        all.iter().find(|setting| setting["key"] == "wsp.share_watch").unwrap().clone()
+    };
+    let (status, before) = ask(&shared, "/api/v1/settings", None).await;
+    assert_eq!(status, StatusCode::OK);
+    let told = wsp(&before);
+    assert_eq!(
+        (&told["value"], &told["default"], &told["range"]),
+        (&json!(0.3), &json!(0.25), &json!([0.0, 1.0]))
+    );
+    assert_eq!(told["words"], "Watch above this share of the braking time.");
+
+    let change = json!({"key": "wsp.share_watch", "value": 0.35, "by": "kim", "why": "new valves"});
+    let (status, after) = ask(&shared, "/api/v1/settings", Some(&change)).await;
+    assert_eq!(status, StatusCode::OK, "{after}");
+    assert_eq!((&wsp(&after)["value"], &wsp(&after)["next"]), (&json!(0.3), &json!(0.35)));
+    let expected = CONFIG.replace(
+        "share_watch = 0.3",
+        "# changed from 0.3 by kim at 2026-03-01T12:00:00.000Z: new valves\nshare_watch = 0.35",
+    );
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), expected);
+    let (status, page) = ask(&shared, "/settings", None).await;
+    assert_eq!(status, StatusCode::OK);
+    for needed in ["wsp.share_watch", "next start: 0.35", "wait for the next start", "data-setting"] {
+        assert!(page.contains(needed), "{needed}");
+    }
+}
+
+#[tokio::test]
+async fn what_the_file_would_be_refused_for_changes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = config(folder.path());
+    let shared = shared(&file);
+    for (change, status, said) in [
+        (json!({"key": "wsp.share_watch", "value": 1.5, "by": "kim", "why": "x"}), 422, "allowed"),
+        (json!({"key": "wsp.share_watch", "value": 0.8, "by": "kim", "why": "x"}), 422, "share_act"),
+        (json!({"key": "wsp.share", "value": 0.3, "by": "kim", "why": "x"}), 404, "wsp.share"),
+        (json!({"key": "wsp.share_watch", "value": 0.35, "why": "x"}), 422, "`by`"),
+        (json!({"key": "wsp.share_watch", "value": 0.35, "by": "kim", "why": "a\nb = 1"}), 422, "`why`"),
+        (json!({"key": "wsp.share_watch", "value": 0.35, "by": "kim"}), 422, "why"),
+    ] {
+        let (found, problem) = ask(&shared, "/api/v1/settings", Some(&change)).await;
+        assert!(found.as_u16() == status && problem.contains(said), "{change}: {found} {problem}");
+    }
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), CONFIG);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "nothing is left beside the file");
+}

@@ -1,0 +1,208 @@
+//! The table of messages is whole: nothing is missing, nothing is left over, and what the program says is found in it.
+#![allow(clippy::unwrap_used, reason = "a test may end at what it does not expect")]
+#![allow(clippy::print_stdout, reason = "tests print the figures they measure")]
+
+use railgrip_health::words::{Language, german, in_language, reword, say, speak, t, table};
+use railgrip_indicators::train::capability::FullBraking;
+use railgrip_indicators::{INDICATORS, IndicatorSettings};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+const SCRIPT: &str = include_str!("../src/page/assets/words.js");
+
+/// The table: English to German.
+fn messages() -> BTreeMap<String, String> {
+    let file = polib::po_file::parse_from_reader(table().as_bytes()).unwrap();
+    let pairs = file.messages().map(|one| (one.msgid().to_owned(), one.msgstr().unwrap().to_owned()));
+    pairs.collect()
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// Source as one line of words: strings that go over several lines and comments of settings are joined.
+fn joined(text: &str) -> String {
+    let text = text.replace("\\\"", "\"");
+    let mut all = String::new();
+    for line in text.lines() {
+        match all.strip_suffix('\\') {
+            Some(before) => all = before.to_owned() + line.trim_start(),
+            None if line.trim_start().starts_with("///") && all.ends_with('\u{1}') => {
+                all.pop();
+                all.push_str(line.trim_start().trim_start_matches("///"));
+            }
+            None => all.push_str(line),
+        }
+        all.push(if line.trim_start().starts_with("///") { '\u{1}' } else { '\n' });
+        if all.ends_with("\\\n") {
+            all.pop();
+        }
+    }
+    all
+}
+
+fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).unwrap().flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            files(&path, found);
+        } else if path.extension().is_some_and(|end| end == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+/// Literals in `t("…")` and `say("…"` of the service.
+fn asked_for() -> BTreeSet<String> {
+    let mut all = Vec::new();
+    files(&root().join("services/health/src"), &mut all);
+    let mut found = BTreeSet::new();
+    for file in all.iter().filter(|file| !file.components().any(|part| part.as_os_str() == "words")) {
+        let text = std::fs::read_to_string(file).unwrap();
+        for call in ["t(", "say("] {
+            for (at, _) in text.match_indices(call) {
+                let before = text[..at].chars().next_back();
+                let rest = text[at + call.len()..].trim_start();
+                let Some(rest) = rest
+                    .strip_prefix('"')
+                    .filter(|_| before.is_some_and(|c| !c.is_alphanumeric() && c != '_' && c != '.'))
+                else {
+                    continue;
+                };
+                found.insert(rest[..rest.find('"').unwrap()].to_owned());
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn no_message_is_missing() {
+    let asked = asked_for();
+    assert!(asked.len() > 200, "{} messages are asked for", asked.len());
+    let script: Vec<String> = SCRIPT.split('"').skip(3).step_by(2).map(str::to_owned).collect();
+    let letters = |text: &str| text.chars().any(char::is_alphabetic);
+    let all = asked.into_iter().chain(script.into_iter().filter(|text| letters(text)));
+    let messages = messages();
+    let missing: Vec<String> = all.filter(|message| !messages.contains_key(message)).collect();
+    assert_eq!(missing, Vec::<String>::new(), "without German");
+}
+
+#[test]
+fn both_languages_fill_in_the_same() {
+    let names = |text: &str| -> BTreeSet<String> {
+        let open = text.split('{').skip(1);
+        open.filter_map(|rest| rest.split_once('}')).map(|(name, _)| name.to_owned()).collect()
+    };
+    let mut count = 0;
+    for (english, german) in messages() {
+        assert_eq!(names(&english), names(&german), "{english:?} and {german:?}");
+        assert!(!german.trim().is_empty(), "{english:?} has no German");
+        count += 1;
+    }
+    println!("{count} messages");
+    assert!(count > 600);
+}
+
+/// Each message stands in the file that its comment names: nothing in the table is unused.
+#[test]
+fn no_message_is_left_over() {
+    let file = polib::po_file::parse_from_reader(table().as_bytes()).unwrap();
+    let mut sources: BTreeMap<String, String> = BTreeMap::new();
+    let mut left_over = Vec::new();
+    for message in file.messages() {
+        let source = message.source().trim().to_owned();
+        let text = sources
+            .entry(source.clone())
+            .or_insert_with(|| joined(&std::fs::read_to_string(root().join(&source)).unwrap_or_default()));
+        let punctuation = |c: char| c.is_whitespace() || ",:;.()".contains(c);
+        let mut pieces: Vec<&str> = Vec::new();
+        let mut rest = message.msgid();
+        while let Some((before, behind)) = rest.split_once('{') {
+            pieces.push(before.trim_matches(punctuation));
+            rest = behind.split_once('}').map_or("", |(_, behind)| behind);
+        }
+        pieces.push(rest.trim_matches(punctuation));
+        let longest = pieces.into_iter().max_by_key(|piece| piece.len()).unwrap_or_default();
+        if !text.contains(longest) {
+            left_over.push(format!("{source}: {}", message.msgid()));
+        }
+    }
+    assert_eq!(left_over, Vec::<String>::new(), "not in the file that they name");
+}
+
+/// What the tables of indicators and settings say of themselves.
+#[test]
+fn every_text_of_the_tables_is_known() {
+    let mut all: Vec<String> = Vec::new();
+    for spec in INDICATORS.iter() {
+        let meaning = &spec.meaning;
+        let own = [
+            meaning.name,
+            meaning.block,
+            meaning.definition,
+            meaning.unit,
+            meaning.interval,
+            meaning.cannot_see,
+        ];
+        all.extend(own.into_iter().filter(|text| !text.is_empty()).map(str::to_owned));
+        all.push((meaning.limits)(&IndicatorSettings::default(), &FullBraking::default()));
+        all.extend(
+            spec.alert.iter().flat_map(|alert| [alert.advice.wagon, alert.advice.train]).map(str::to_owned),
+        );
+    }
+    all.extend(IndicatorSettings::default().entries().into_iter().map(|entry| entry.words.to_owned()));
+    let unknown: Vec<&String> = all.iter().filter(|text| german(text).is_none()).collect();
+    assert_eq!(unknown, Vec::<&String>::new(), "without German");
+}
+
+#[test]
+fn sentences_are_understood_with_what_was_filled_in() {
+    let in_german = |sentence: &str| speak(Language::German, || reword(sentence));
+    for (english, wanted) in [
+        (
+            "Pad friction of wheelset 2: far too low: 0.178 ± 0.013 over 17 s of braking, 51 % of nominal 0.350",
+            "Belagreibwert an Radsatz 2: viel zu niedrig: 0,178 ± 0,013 über 17 s Bremsen, 51 % vom Sollwert 0,350",
+        ),
+        (
+            "2 wagons (1-2), worst wagon 1: no data since 2026-11-22T10:53:40.680Z",
+            "2 Wagen (1-2), am schlimmsten Wagen 1: keine Daten seit 2026-11-22T10:53:40.680Z",
+        ),
+        (
+            "wagon 4: adhesion is low: low 92 %, dry 5 %, wet 2 %",
+            "Wagen 4: der Kraftschluss ist niedrig: niedrig 92 %, trocken 5 %, nass 2 %",
+        ),
+        (
+            "wheel speed 1 bad, pressing force 2 dead: 20.0 % of the values missing, 0.0 % refused, 0.0 % dead",
+            "Raddrehzahl 1 gestört, Anpresskraft 2 tot: 20,0 % der Werte fehlen, 0,0 % verworfen, 0,0 % tot",
+        ),
+        (
+            "stale: no new data for 12 s; before: even: front minus rear +1 ± 3 % of their mean",
+            "veraltet: keine neuen Daten seit 12 s; davor: gleichmäßig: vorn minus hinten +1 ± 3 % ihres Mittels",
+        ),
+        (
+            "Slides act: risk of wheel flats: locked for 3.2 s recently; 4 with 120 kJ in 5.0 s",
+            "Gleitvorgänge handeln: Gefahr von Flachstellen: zuletzt 3,2 s blockiert; 4 mit 120 kJ in 5,0 s",
+        ),
+        (
+            "a brake drags, or another force holds the wagon back: +25.1 ± 0.4 kN while released, 30 s",
+            "eine Bremse schleift, oder eine andere Kraft hält den Wagen zurück: +25,1 ± 0,4 kN im gelösten Zustand, 30 s",
+        ),
+        ("0.056, seen in a slide now", "0,056, jetzt in einem Gleiten gesehen"),
+        ("kim wrote this", "kim wrote this"),
+    ] {
+        assert_eq!(in_german(english), wanted);
+        assert_eq!(reword(english), english);
+    }
+}
+
+#[test]
+fn messages_speak_the_language_that_was_chosen() {
+    let both = || (t("What to do"), say("{share} % of its force", &[("share", &"87.5")]));
+    assert_eq!(both(), ("What to do", "87.5 % of its force".to_owned()));
+    assert_eq!(speak(Language::German, both), ("Was zu tun ist", "87,5 % seiner Kraft".to_owned()));
+    assert_eq!(both().0, "What to do", "the language belongs to one rendering");
+    let script = in_language(r#"const W = { live: "connecting", size: "10" };"#, Language::German);
+    assert_eq!(script, r#"const W = { live: "verbindet", size: "10" };"#);
+}
