@@ -13,6 +13,8 @@ use rustix::process::Signal;
 
 railgrip_requirements::tests! {
     systemd_accepts_the_units: [SYSTEMD_ANALYZE],
+    systemd_finds_the_units_hardly_exposed: [SYSTEMD_ANALYZE],
+    the_command_of_the_container_starts: [],
     prometheus_accepts_rules_their_tests_and_the_config: [PROMTOOL],
     a_service_says_when_it_is_ready_alive_and_stopping: [],
 }
@@ -45,6 +47,41 @@ fn systemd_accepts_the_units() {
     assert_eq!(verify(str::to_owned), "");
     let broken = verify(|text| text.replace("WatchdogSec=", "WatchdogSeconds="));
     assert!(broken.contains("WatchdogSeconds"), "the check must see a wrong key: {broken}");
+}
+
+/// Exposure by systemd's own measure, 0 to 10: all that a unit may do and needs not.
+fn systemd_finds_the_units_hardly_exposed() {
+    let folder = tempfile::tempdir().expect("folder");
+    for entry in std::fs::read_dir(units()).expect("units").flatten() {
+        let name = entry.file_name().to_string_lossy().replace("@.", "@3.");
+        if !name.ends_with(".service") {
+            continue;
+        }
+        let file = folder.path().join(&name);
+        std::fs::copy(entry.path(), &file).expect("copy");
+        let mut analyze = Command::new(SYSTEMD_ANALYZE.path());
+        let output = analyze.args(["security", "--offline=true", "--threshold=20"]).arg(&file).output();
+        let output = output.expect("systemd-analyze");
+        let said = String::from_utf8_lossy(&output.stdout);
+        println!("{}", said.lines().last().unwrap_or_default());
+        assert!(output.status.success() && said.contains("exposure level"), "{name}: {said}");
+    }
+}
+
+/// What `docker run` would start, with the config of this tree in the place of that of the image.
+fn the_command_of_the_container_starts() {
+    let text = std::fs::read_to_string(units().join("../Dockerfile")).expect("Dockerfile");
+    let line = text.lines().find_map(|line| line.strip_prefix("CMD ")).expect("a command");
+    let words: Vec<String> = serde_json::from_str(line).expect("a list of words");
+    let config = units().join("../../config").canonicalize().expect("config");
+    let words = words.iter().map(|word| word.replace("/etc/railgrip", &config.display().to_string()));
+    let folder = tempfile::Builder::new().prefix("rg").tempdir_in("/tmp").expect("folder");
+    let mut up = Command::new(program!());
+    up.args(words).args(["--for", "2", "--listen", "127.0.0.1:0", "--instance"]).arg(folder.path().join("i"));
+    let output = up.output().expect("start");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    // Beyond loopback without tokens it is refused, which is why the image does not ask for it.
+    assert!(!line.contains("0.0.0.0"), "{line}");
 }
 
 fn prometheus_accepts_rules_their_tests_and_the_config() {
