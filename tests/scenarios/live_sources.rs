@@ -35,8 +35,8 @@ struct Fed {
 }
 
 impl Fed {
-    fn start(name: &str) -> (Self, ChildStdin) {
-        let train = TrainUnderTest::new(program!(), &config(name, "kind = \"stdin\""));
+    fn start(name: &str, source: &str) -> (Self, ChildStdin) {
+        let train = TrainUnderTest::new(program!(), &config(name, source));
         let log = std::fs::File::create(train.folder().join("log")).expect("log");
         let mut command = train.command(&["up"]);
         let mut up =
@@ -74,7 +74,7 @@ impl Drop for Fed {
 
 #[test]
 fn two_hundred_a_second_and_packets_of_ten_arrive_without_loss_and_repeats_are_counted() {
-    let (fed, mut input) = Fed::start("lines");
+    let (fed, mut input) = Fed::start("lines", "kind = \"stdin\"");
     let begin = Instant::now();
     for k in 0..600_u32 {
         let due = begin + Duration::from_millis(5) * k;
@@ -100,4 +100,68 @@ fn two_hundred_a_second_and_packets_of_ten_arrive_without_loss_and_repeats_are_c
         fed.counts("estimator", name, 0);
     }
     println!("{:?}", fed.process("estimator"));
+}
+
+/// A port that is free now.
+fn free_port() -> u16 {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    listener.local_addr().expect("its address").port()
+}
+
+#[test]
+fn connections_come_and_go_and_their_own_names_and_units_are_mapped() {
+    let address = format!("127.0.0.1:{}", free_port());
+    let source = format!(
+        "kind = \"tcp\"\nlisten = \"{address}\"\n[mapping]\nt_s = {{ from = \"ms\", unit = \"ms\" }}\n\
+         v_m_s = {{ from = [\"gps\", \"radar\"], unit = \"km/h\" }}\n\
+         omega_f_rad_s = {{ from = \"n1\", unit = \"rpm\" }}\nomega_r_rad_s = {{ from = \"n2\", unit = \"rpm\", sign = -1.0 }}\n\
+         f_perp_f_n = {{ from = \"p\", unit = \"bar\", scale = 0.16 }}\nf_perp_r_n = {{ from = \"p\", unit = \"bar\", scale = 0.16 }}"
+    );
+    let (fed, _input) = Fed::start("tcp", &source);
+    let rpm = 20.0 / 0.44 * 60.0 / std::f64::consts::TAU;
+    let mut ms = 0;
+    for _ in 0..3 {
+        let mut connection = std::net::TcpStream::connect(&address).expect("connected");
+        for _ in 0..100 {
+            let line = format!(
+                "{{\"ms\":{ms},\"radar\":72,\"n1\":{rpm},\"n2\":-{rpm},\"p\":0,\"driver\":\"Ada\"}}\n"
+            );
+            connection.write_all(line.as_bytes()).expect("written");
+            ms += 10;
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+    fed.counts("ingest", "published", 300);
+    fed.counts("ingest", "rejected", 0);
+    fed.counts("estimator", "received", 300);
+    let speed = || {
+        let view = fed.train.http()?.json("/api/v1/wagons")?;
+        view["wagons"][0]["v_m_s"].as_f64()
+    };
+    // Speed in km/h and speeds of the wheelsets in rpm agree on 20 m/s, or the filter would say otherwise.
+    let mut told = Vec::new();
+    for _ in 0..20 {
+        let mut connection = std::net::TcpStream::connect(&address).expect("connected");
+        let line = format!("{{\"ms\":{ms},\"radar\":72,\"n1\":{rpm},\"n2\":-{rpm},\"p\":0}}\n");
+        connection.write_all(line.as_bytes()).expect("written");
+        ms += 10;
+        std::thread::sleep(Duration::from_millis(50));
+        told.extend(speed());
+    }
+    assert!(told.iter().any(|v_m_s| (v_m_s - 20.0).abs() < 0.2), "{told:?}");
+}
+
+#[test]
+fn datagrams_of_several_lines_arrive() {
+    let address = format!("127.0.0.1:{}", free_port());
+    let (fed, _input) = Fed::start("udp", &format!("kind = \"udp\"\nlisten = \"{address}\""));
+    let socket = std::net::UdpSocket::bind("127.0.0.1:0").expect("a socket");
+    for packet in 0..60_u32 {
+        let lines: String = (0..5).map(|k| line(f64::from(packet * 5 + k) * 0.01)).collect();
+        socket.send_to(lines.as_bytes(), &address).expect("sent");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    fed.counts("ingest", "published", 300);
+    fed.counts("estimator", "received", 300);
+    fed.counts("estimator", "late", 0);
 }

@@ -28,6 +28,7 @@ mod store;
 mod stored;
 mod tier;
 mod track_cell;
+mod vehicles;
 
 pub use block::{BlockError, Bucket, Cell, Keep};
 pub use error::HistoryError;
@@ -37,3 +38,4 @@ pub use retention::{Limits, Retention};
 pub use schema::{FormerName, SCHEMA_VERSION};
 pub use store::{Flushed, Store};
 pub use tier::Tier;
+pub use vehicles::{FIRST_VEHICLE, Vehicle};

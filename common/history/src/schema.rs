@@ -5,7 +5,7 @@ use rusqlite::Connection;
 use std::path::Path;
 
 /// Version of the database's tables; older ones are migrated when opened.
-pub const SCHEMA_VERSION: i64 = 3;
+pub const SCHEMA_VERSION: i64 = 4;
 
 /// What brings a database from each version to the next.
 const MIGRATIONS: [&str; SCHEMA_VERSION as usize] = [
@@ -25,6 +25,8 @@ const MIGRATIONS: [&str; SCHEMA_VERSION as usize] = [
      ) STRICT;
      CREATE INDEX event_time ON event (unix_ms);",
     "CREATE TABLE track_cell (place INTEGER PRIMARY KEY, packed BLOB NOT NULL) STRICT;",
+    // What is remembered belongs to a vehicle, wherever it runs; places in the train have the numbers below.
+    "CREATE TABLE vehicle (id INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE, number TEXT NOT NULL) STRICT;",
 ];
 
 /// Settings of a connection that writes.

@@ -88,7 +88,7 @@ zero_default!(WheelsetHealth);
 /// The indicators of one wagon (channel `health/N`, about 5 Hz; late joiners get the last one).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("railgrip/Health/v3")]
+#[type_name("railgrip/Health/v4")]
 pub struct Health {
     /// Sequence of the last sample that went in.
     pub sequence: u64,
@@ -144,8 +144,10 @@ pub struct Health {
     pub adhesion_available_is_bound: u32,
     /// Sensors that are missing, refused or dead, bits as in [`crate::valid`].
     pub faulty_sensors: u32,
+    /// Number of the vehicle, as it is written; empty where nobody has given one.
+    pub vehicle: Text,
 }
-payload!(Health, "railgrip/Health/v3");
+payload!(Health, "railgrip/Health/v4");
 
 impl Health {
     /// Wheelsets in use, never more than there are places.

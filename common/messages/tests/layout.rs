@@ -22,7 +22,7 @@ fn layouts_belong_to_their_versions() {
         (Heartbeat::TYPE_NAME, size_of::<Heartbeat>(), "railgrip/Heartbeat/v2", 120),
         ("railgrip/Indicator/v1", size_of::<Indicator>(), "railgrip/Indicator/v1", 160),
         ("railgrip/WheelsetHealth/v3", size_of::<WheelsetHealth>(), "railgrip/WheelsetHealth/v3", 1688),
-        (Health::TYPE_NAME, size_of::<Health>(), "railgrip/Health/v3", 10168),
+        (Health::TYPE_NAME, size_of::<Health>(), "railgrip/Health/v4", 10296),
     ];
     for (name, size, expected_name, expected_size) in sizes {
         println!("{name}: {size} bytes");

@@ -2,9 +2,10 @@
 //! same bits.
 
 use crate::error::{Place, Problem, RecordingError, Result};
+use crate::instant::instant_s;
 use crate::table::{ColumnChoice, Table, Words};
 use csv::ByteRecord;
-use std::io::{Read, Write};
+use std::io::{BufRead, Read, Write};
 use std::path::Path;
 
 const BYTE_ORDER_MARK: &str = "\u{feff}";
@@ -25,7 +26,11 @@ pub(crate) fn read(
     choose: ColumnChoice<'_>,
     missing: Missing,
 ) -> Result<Table> {
-    let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(source);
+    let mut source = std::io::BufReader::new(source);
+    let dialect = Dialect::of(source.fill_buf().map_err(|e| RecordingError::new(file, Problem::Io(e)))?);
+    let mut builder = csv::ReaderBuilder::new();
+    let mut reader =
+        builder.has_headers(false).flexible(true).delimiter(dialect.delimiter).from_reader(source);
     let mut record = ByteRecord::new();
     let (names, wanted) = header(&mut reader, &mut record, file, choose)?;
     let mut columns = vec![Vec::new(); names.len()];
@@ -38,7 +43,8 @@ pub(crate) fn read(
         }
         for (index, cell) in record.iter().enumerate().filter(|(index, _)| wanted[*index]) {
             let name = &names[index];
-            let value = number(cell, name, missing).map_err(|problem| error(problem).column(name))?;
+            let value =
+                number(cell, name, missing, dialect).map_err(|problem| error(problem).column(name))?;
             columns[index].push(value);
         }
         lines.push(line);
@@ -83,12 +89,47 @@ fn line_of(record: &ByteRecord) -> u64 {
     record.position().map_or(0, csv::Position::line)
 }
 
-fn number(cell: &[u8], column: &str, missing: Missing) -> std::result::Result<f64, Problem> {
+/// How a file separates cells, and whole numbers from their fractions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Dialect {
+    delimiter: u8,
+    decimal_comma: bool,
+}
+
+impl Dialect {
+    /// By the header, of which `beginning` holds at least a part: many spreadsheets write semicolons, because their numbers have
+    /// commas.
+    fn of(beginning: &[u8]) -> Self {
+        let header = beginning.split(|byte| *byte == b'\n').next().unwrap_or_default();
+        let has = |byte: u8| header.contains(&byte);
+        match (has(b','), has(b';'), has(b'\t')) {
+            (false, true, _) => Self { delimiter: b';', decimal_comma: true },
+            (false, false, true) => Self { delimiter: b'\t', decimal_comma: true },
+            _ => Self { delimiter: b',', decimal_comma: false },
+        }
+    }
+}
+
+fn number(
+    cell: &[u8],
+    column: &str,
+    missing: Missing,
+    dialect: Dialect,
+) -> std::result::Result<f64, Problem> {
     let text = std::str::from_utf8(cell).map_err(|_| Problem::NotText)?.trim();
     if text.is_empty() {
         return Ok(f64::NAN);
     }
-    match text.parse::<f64>() {
+    let parsed = text.parse::<f64>().or_else(|error| match text.matches(',').count() {
+        1 if dialect.decimal_comma => text.replace(',', ".").parse(),
+        _ => Err(error),
+    });
+    if parsed.is_err()
+        && let Some(seconds) = instant_s(text)
+    {
+        return Ok(seconds);
+    }
+    match parsed {
         Ok(value) if missing == Missing::Empty && !value.is_finite() => {
             Err(Problem::NotMeasured(text.to_owned()))
         }

@@ -2,6 +2,7 @@
 //!
 //! * [`Recording`]: one run of one wagon, column by column; [`Row`] is one sample of it; [`RunWriter`] writes rows as they come.
 //!   [`Recording::read_mended`] takes recordings as they are, with jitter, gaps and columns of their own, and says what it did.
+//! * [`Mapping`]: columns of other names and units, of recordings and live sources alike.
 //! * [`prepare`]: the same for files, one or a folder of them.
 //! * [`BogieRecording`]: one run of a bogie rig, with torque, link force and pulses; [`BogieRow`] is one sample of it.
 //! * [`MotorRecording`]: one run of a driven rig, with motor currents and voltages; [`MotorRow`] is one sample of it.
@@ -19,6 +20,9 @@ mod checks;
 mod columns;
 mod csv_form;
 mod error;
+mod instant;
+mod mapped_table;
+mod mapping;
 mod mend;
 mod motor;
 mod parquet_cells;
@@ -27,6 +31,7 @@ mod prepare;
 mod recording;
 mod rig;
 mod run_name;
+mod survey;
 mod table;
 mod table_file;
 mod truth;
@@ -36,12 +41,15 @@ pub use bogie::{BogieRecording, BogieRow};
 pub use checks::Strictness;
 pub use columns::{MAX_WHEELSETS, Quantity, suffix};
 pub use error::{Place, Problem, RecordingError, Result};
+pub use instant::instant_s;
+pub use mapping::{Combine, Flag, Mapping, Rule, quantity_of, unit};
 pub use mend::{Mended, Mending, Renamed, Rows};
 pub use motor::{MotorRecording, MotorRow};
 pub use prepare::{Prepared, prepare};
 pub use recording::{Optional, Recording, Row};
 pub use rig::{RIG_VALUES, RigColumn, RigRecording, RigRow};
 pub use run_name::{RailClass, RunFile, runs_in};
+pub use survey::{Surveyed, proposal, survey};
 pub use table::{HeaderCheck, Table, expect_columns};
 pub use table_file::Form;
 pub use truth::{Truth, TruthRow};

@@ -3,6 +3,8 @@
 use crate::checks::{Strictness, check_columns, check_header};
 use crate::columns::{MAX_WHEELSETS, Quantity, columns_of_run, usual_name, wheelsets_of_header};
 use crate::error::{Problem, RecordingError, Result};
+use crate::mapped_table::mapped;
+use crate::mapping::Mapping;
 use crate::run_name::{RailClass, RunFile};
 use crate::table::Table;
 use std::path::Path;
@@ -188,6 +190,15 @@ impl Recording {
     pub fn read(path: &Path, strictness: Strictness) -> Result<Self> {
         let name = RunFile::of(path)?;
         Self::from_table(Table::read_checked(path, &check_header)?, name, strictness)
+    }
+
+    /// Reads and checks a run whose columns have other names or units.
+    pub fn read_mapped(path: &Path, mapping: &Mapping, strictness: Strictness) -> Result<Self> {
+        if mapping.is_empty() {
+            return Self::read(path, strictness);
+        }
+        let name = RunFile::of(path)?;
+        Self::from_table(mapped(path, mapping)?, name, strictness)
     }
 
     /// Reads and checks CSV text from memory or a pipe; `label` stands for the file in messages and gives the name.

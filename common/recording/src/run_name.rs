@@ -56,7 +56,10 @@ impl RunFile {
     /// Reads the name of a file; the file need not exist. Fails for an ending other than `.csv` or `.parquet`.
     pub fn of(path: &Path) -> Result<Self> {
         Form::of(path)?;
-        let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+        let mut name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+        if path.extension().is_some_and(|ending| ending == "gz") {
+            name.truncate(name.strip_suffix(".csv").map_or(name.len(), str::len));
+        }
         let rail = name.rsplit_once('.').and_then(|(_, rail)| RailClass::parse(rail));
         Ok(Self { name, rail, path: path.to_owned() })
     }
@@ -97,6 +100,8 @@ mod tests {
     fn the_rail_class_is_the_last_word_of_the_name() {
         let run = RunFile::of(Path::new("x/a.b.wet.csv")).expect("a run");
         assert_eq!((run.name.as_str(), run.rail), ("a.b.wet", Some(RailClass::Wet)));
+        let packed = RunFile::of(Path::new("a.dry.csv.gz")).expect("a run");
+        assert_eq!((packed.name.as_str(), packed.rail), ("a.dry", Some(RailClass::Dry)));
         let other = RunFile::of(Path::new("wagon1.parquet")).expect("a run without rail");
         assert_eq!(other.rail, None);
         let error = other.require_rail().expect_err("no rail").to_string();

@@ -5,6 +5,7 @@ use crate::csv_form::Missing;
 use crate::error::{Problem, RecordingError, Result};
 use crate::table::{ColumnChoice, HeaderCheck, Table};
 use crate::{csv_form, parquet_form};
+use flate2::read::MultiGzDecoder;
 use std::path::Path;
 
 /// The two forms of a file.
@@ -21,6 +22,7 @@ impl Form {
     pub fn of(path: &Path) -> Result<Self> {
         match path.extension().and_then(|ending| ending.to_str()) {
             Some("csv") => Ok(Self::Csv),
+            Some("gz") if is_packed_csv(path) => Ok(Self::Csv),
             Some("parquet") => Ok(Self::Parquet),
             _ => Err(RecordingError::new(path, Problem::Extension)),
         }
@@ -33,6 +35,11 @@ impl Form {
             Self::Parquet => "parquet",
         }
     }
+}
+
+/// `NAME.csv.gz`, which is read and never written.
+fn is_packed_csv(path: &Path) -> bool {
+    path.to_string_lossy().ends_with(".csv.gz")
 }
 
 impl Table {
@@ -51,7 +58,13 @@ impl Table {
     pub(crate) fn read_chosen(path: &Path, choose: ColumnChoice<'_>, missing: Missing) -> Result<Self> {
         let file = |e| RecordingError::new(path, Problem::Io(e));
         match Form::of(path)? {
-            Form::Csv => csv_form::read(std::fs::File::open(path).map_err(file)?, path, choose, missing),
+            Form::Csv => {
+                let source = std::fs::File::open(path).map_err(file)?;
+                match is_packed_csv(path) {
+                    true => csv_form::read(MultiGzDecoder::new(source), path, choose, missing),
+                    false => csv_form::read(source, path, choose, missing),
+                }
+            }
             Form::Parquet => parquet_form::read(std::fs::read(path).map_err(file)?.into(), path, choose),
         }
     }
@@ -69,6 +82,9 @@ impl Table {
     /// Writes the table in the form that the ending names; the file appears whole or not at all.
     pub fn write(&self, path: &Path) -> Result<()> {
         let form = Form::of(path)?;
+        if is_packed_csv(path) {
+            return Err(RecordingError::new(path, Problem::Extension));
+        }
         let mut file = AtomicFile::create(path)?;
         match form {
             Form::Csv => {

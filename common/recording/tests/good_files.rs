@@ -2,7 +2,8 @@
 
 use proptest::prelude::*;
 use railgrip_recording::{
-    Optional, RailClass, Recording, Row, RunWriter, Strictness, Table, Truth, TruthRow,
+    Combine, Mapping, Optional, RailClass, Recording, Row, Rule, RunWriter, Strictness, Table, Truth,
+    TruthRow, unit,
 };
 use std::path::Path;
 
@@ -172,6 +173,79 @@ fn a_trailer_of_a_train_is_read_with_numbered_wheelsets_load_and_demand() {
     let mixed = header(2).replace("omega_2", "omega_f") + "\n0,1,1,1,1,1,1,1\n";
     Recording::read_csv(mixed.as_bytes(), Path::new("run.csv"), Strictness::Tolerant)
         .expect_err("front twice");
+}
+
+#[test]
+fn spreadsheets_of_other_countries_and_packed_files_are_the_same_run() {
+    let folder = tempfile::tempdir().expect("folder");
+    let written = run(2, 150, Optional::ALL);
+    let plain = folder.path().join("run.wet.csv");
+    written.write(&plain).expect("write");
+    let text = std::fs::read_to_string(&plain).expect("text");
+    let european = text.replace(',', ";").replace('.', ",");
+    std::fs::write(&plain, &european).expect("write");
+    assert_eq!(Recording::read(&plain, Strictness::Strict).expect("semicolons"), written);
+    std::fs::write(&plain, text.replace(',', "\t")).expect("write");
+    assert_eq!(Recording::read(&plain, Strictness::Strict).expect("tabs"), written);
+
+    let packed = folder.path().join("run.wet.csv.gz");
+    let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    std::io::Write::write_all(&mut packer, text.as_bytes()).expect("packed");
+    std::fs::write(&packed, packer.finish().expect("packed")).expect("write");
+    assert_eq!(Recording::read(&packed, Strictness::Strict).expect("gz"), written);
+    assert!(written.write(&packed).is_err(), "packed files are read and never written");
+}
+
+#[test]
+fn a_mapped_file_is_the_same_run_as_one_with_the_usual_names_and_units() {
+    let folder = tempfile::tempdir().expect("folder");
+    let written = run(2, 150, Optional::MEASURED);
+    let table = |name: &str, factor: f64, cells: &[f64]| {
+        (name.to_owned(), cells.iter().map(|x| x * factor).collect())
+    };
+    let path = folder.path().join("run.wet.parquet");
+    let columns: Vec<(String, Vec<f64>)> = vec![
+        table("ms", 1e3, &written.t_s),
+        table("kmh", 3.6, &written.v_m_s),
+        table("n1", -60.0 / std::f64::consts::TAU, &written.wheel_speed_rad_s[0]),
+        table("n2", 60.0 / std::f64::consts::TAU, &written.wheel_speed_rad_s[1]),
+        table("f_perp_f_n", 1.0, &written.pressing_force_n[0]),
+        table("p2", 1e-5 / 0.16, &written.pressing_force_n[1]),
+        table("grade_rad", 1.0, written.grade_rad.as_deref().unwrap_or_default()),
+        table("something_else", 1.0, &written.t_s),
+    ];
+    Table::new(columns).expect("table").write(&path).expect("write");
+    let rule = |to: &str, from: &str, name: &str, scale: f64| Rule {
+        to: to.to_owned(),
+        from: vec![from.to_owned()],
+        combine: Combine::First,
+        factor: unit(name).expect("known").0 * scale,
+        offset: 0.0,
+        flag: None,
+    };
+    let rules = vec![
+        rule("t_s", "ms", "ms", 1.0),
+        rule("v_m_s", "kmh", "km/h", 1.0),
+        rule("omega_f_rad_s", "n1", "rpm", -1.0),
+        rule("omega_r_rad_s", "n2", "rpm", 1.0),
+        rule("f_perp_r_n", "p2", "bar", 0.16),
+    ];
+    let read =
+        Recording::read_mapped(&path, &Mapping { rules: rules.clone() }, Strictness::Strict).expect("mapped");
+    let near = |a: &[f64], b: &[f64]| {
+        a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-9 * b.abs().max(1.0))
+    };
+    assert!(near(&read.t_s, &written.t_s) && near(&read.v_m_s, &written.v_m_s));
+    for wheelset in 0..2 {
+        assert!(near(&read.wheel_speed_rad_s[wheelset], &written.wheel_speed_rad_s[wheelset]), "{wheelset}");
+        assert!(near(&read.pressing_force_n[wheelset], &written.pressing_force_n[wheelset]), "{wheelset}");
+    }
+    assert_eq!((read.grade_rad, read.sanding), (written.grade_rad, None));
+    let mut absent = rules;
+    absent[0].from = vec!["seconds".to_owned()];
+    let said =
+        Recording::read_mapped(&path, &Mapping { rules: absent }, Strictness::Strict).expect_err("absent");
+    assert!(said.to_string().contains("column seconds"), "{said}");
 }
 
 fn fixture(name: &str) -> std::path::PathBuf {

@@ -5,12 +5,14 @@ use crate::alerts::AlertTable;
 use crate::capability::CapabilityTable;
 use crate::history::HistoryTable;
 use crate::instance::InstanceTable;
+use crate::mapping::RuleTable;
 use crate::microphones::{AcousticTable, MicrophoneTable};
 use crate::receivers::{DeliveryTable, NotifyTable, ReceiverTable};
 use crate::source::SourceTable;
 use railgrip_filter::EstimatorConfig;
 use railgrip_indicators::IndicatorSettings;
 use serde::Deserialize;
+use std::collections::BTreeMap;
 
 /// The whole file.
 #[derive(Debug, Deserialize)]
@@ -27,6 +29,8 @@ pub(crate) struct TrainFile {
     #[serde(default)]
     pub instance: InstanceTable,
     pub source: SourceTable,
+    #[serde(default)]
+    pub mapping: BTreeMap<String, RuleTable>,
     #[serde(default)]
     pub samples: SamplesTable,
     #[serde(default)]
@@ -65,6 +69,9 @@ pub(crate) struct TrainTable {
 #[serde(deny_unknown_fields)]
 pub(crate) struct WagonTable {
     pub name: Option<String>,
+    pub number: Option<String>,
+    #[serde(default)]
+    pub turned: bool,
     pub vehicle: Option<String>,
     pub simulated: Option<String>,
     pub filter: Option<String>,

@@ -1,6 +1,7 @@
 //! Where one running train keeps its channels and files, apart from every other train on the machine.
 
 use crate::SettingsError;
+use crate::identity::VehicleNumber;
 use crate::place::ConfigText;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -46,10 +47,36 @@ impl Instance {
         self.dir.join("http.sock")
     }
 
-    /// Snapshot of a wagon's estimator.
+    /// Snapshot of a wagon's estimator: that of the vehicle wherever it runs, else that of the place in the train.
     #[must_use]
-    pub fn snapshot_file(&self, wagon: u32) -> PathBuf {
-        self.snapshot_dir.join(format!("wagon-{wagon}.snapshot"))
+    pub fn snapshot_file(&self, wagon: u32, vehicle: Option<&VehicleNumber>) -> PathBuf {
+        let name = match vehicle {
+            Some(vehicle) => format!("vehicle-{}.snapshot", vehicle.key()),
+            None => format!("wagon-{wagon}.snapshot"),
+        };
+        self.snapshot_dir.join(name)
+    }
+
+    /// File with the sign of this start of the train; it stays the same while single processes are started again.
+    fn session_file(&self) -> PathBuf {
+        self.dir.join("session")
+    }
+
+    /// The sign of this start of the train; empty where it has none.
+    #[must_use]
+    pub fn session(&self) -> String {
+        std::fs::read_to_string(self.session_file()).unwrap_or_default().trim().to_owned()
+    }
+
+    /// Gives this start of the train a sign of its own.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn begin_session(&self) -> std::io::Result<()> {
+        let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+        let beside = self.dir.join("session.new");
+        std::fs::write(&beside, format!("{} {}\n", since.as_nanos(), std::process::id()))?;
+        std::fs::rename(&beside, self.session_file())
     }
 
     pub(crate) fn of(
@@ -124,7 +151,10 @@ mod tests {
         assert_ne!(one.prefix, two.prefix);
         assert_eq!(one, instance(Some("/tmp/one"), None).unwrap());
         assert_eq!(one.channel_root(), Path::new("/tmp/one/ipc"));
-        assert_eq!(one.snapshot_file(3), Path::new("/tmp/one/snapshots/wagon-3.snapshot"));
+        assert_eq!(one.snapshot_file(3, None), Path::new("/tmp/one/snapshots/wagon-3.snapshot"));
+        let number = VehicleNumber::new("51 80-7");
+        let file = Path::new("/tmp/one/snapshots/vehicle-51807.snapshot");
+        assert_eq!(one.snapshot_file(3, number.as_ref()), file);
     }
 
     #[test]

@@ -143,7 +143,12 @@ fn synthesised(
     let rolls = match source {
         Source::Simulate { .. } => true,
         Source::Rig { programme, .. } => programme.plant() == railgrip_filter::PlantKind::Bogie,
-        Source::Replay { .. } | Source::Stdin => false,
+        Source::Replay { .. }
+        | Source::Stdin
+        | Source::Tcp(_)
+        | Source::Udp(_)
+        | Source::Mqtt(_)
+        | Source::External => false,
     };
     if !rolls {
         let allowed = "WAV files; noise is synthesised for a simulated train or bogie rig only";

@@ -4,6 +4,7 @@
 //! same form, checked in the same place, and named in [`NotifySettings::deprecated`].
 
 use crate::SettingsError;
+use crate::access::is_loopback;
 use crate::place::ConfigText;
 use serde::Deserialize;
 use std::path::PathBuf;
@@ -116,6 +117,8 @@ pub(crate) struct WebhookTable {
     url: String,
     token_file: Option<String>,
     #[serde(default)]
+    allow_insecure: bool,
+    #[serde(default)]
     grade: Least,
 }
 
@@ -134,7 +137,28 @@ pub(crate) struct MqttTable {
     #[serde(default)]
     retain: bool,
     #[serde(default)]
+    allow_insecure: bool,
+    #[serde(default)]
     grade: Least,
+}
+
+/// Why a secret is refused.
+pub(crate) const IN_THE_CLEAR: &str = "nothing without TLS beyond this machine, because it would travel in the clear: https://, a broker on this machine that \
+     bridges by TLS, or allow_insecure = true where the network is trusted";
+
+/// Host and port of what follows the scheme of a URL.
+fn authority(rest: &str) -> &str {
+    let authority = rest.split(['/', '?', '#']).next().unwrap_or_default();
+    let host = authority.rsplit_once('@').map_or(authority, |(_, host)| host);
+    match host.strip_prefix('[') {
+        Some(bracketed) => bracketed.split(']').next().unwrap_or_default(),
+        None => host.split(':').next().unwrap_or_default(),
+    }
+}
+
+/// True for names and addresses of loopback.
+pub(crate) fn is_this_machine(host: &str) -> bool {
+    host.eq_ignore_ascii_case("localhost") || host.parse().is_ok_and(is_loopback)
 }
 
 fn mqtt_port() -> u16 {
@@ -217,6 +241,10 @@ impl WebhookTable {
             let allowed = "http://HOST... or https://HOST...";
             return Err(at.refuse(&format!("{key}.url"), &self.url, allowed));
         }
+        let plain = self.url.strip_prefix("http://").is_some_and(|rest| !is_this_machine(authority(rest)));
+        if plain && self.token_file.is_some() && !self.allow_insecure {
+            return Err(at.refuse(&format!("{key}.token_file"), "given", IN_THE_CLEAR));
+        }
         let token_file = self.token_file.map(|file| at.beside(&file));
         Ok(ReceiverSettings {
             name: self.name.unwrap_or_else(|| format!("webhook-{number}")),
@@ -241,6 +269,9 @@ impl MqttTable {
         }
         if self.user.is_none() && self.password_file.is_some() {
             return Err(at.refuse(&key("user"), "absent", "a user for the password"));
+        }
+        if self.password_file.is_some() && !is_this_machine(&self.host) && !self.allow_insecure {
+            return Err(at.refuse(&key("password_file"), "given", IN_THE_CLEAR));
         }
         let settings = MqttSettings {
             host: self.host,
@@ -284,12 +315,12 @@ mod tests {
     #[test]
     fn the_old_form_reads_as_the_new_one_and_is_named() {
         let new = parse(
-            "[[receiver]]\nkind = \"webhook\"\nurl = \"http://depot:9/a\"\ntoken_file = \"t\"\ngrade = \"act\"\n\
+            "[[receiver]]\nkind = \"webhook\"\nurl = \"http://depot:9/a\"\ntoken_file = \"t\"\nallow_insecure = true\ngrade = \"act\"\n\
              [[receiver]]\nkind = \"mqtt\"\nhost = \"broker\"\n[notify]\nmost_waiting = 50\n",
         )
         .unwrap();
         let old = parse(
-            "[[delivery.webhook]]\nurl = \"http://depot:9/a\"\ntoken_file = \"t\"\ngrade = \"act\"\n\
+            "[[delivery.webhook]]\nurl = \"http://depot:9/a\"\ntoken_file = \"t\"\nallow_insecure = true\ngrade = \"act\"\n\
              [delivery.mqtt]\nhost = \"broker\"\n[delivery]\nmost_waiting = 50\n",
         )
         .unwrap();
@@ -308,6 +339,21 @@ mod tests {
     }
 
     #[test]
+    fn a_secret_travels_by_tls_or_stays_on_this_machine_unless_the_operator_says_otherwise() {
+        for url in ["https://depot/a", "http://localhost:9/a", "http://127.0.0.1/a", "http://[::1]:9/a?b=@c"]
+        {
+            let text = format!("[[receiver]]\nkind = \"webhook\"\nurl = \"{url}\"\ntoken_file = \"t\"\n");
+            assert!(parse(&text).is_ok(), "{url}");
+        }
+        let insecure = "[[receiver]]\nkind = \"webhook\"\nurl = \"http://depot/a\"\ntoken_file = \"t\"\nallow_insecure = true\n";
+        assert!(parse(insecure).is_ok() && parse(&insecure.replace("depot", "localhost@depot")).is_ok());
+        assert!(parse(&insecure.replace("true", "false").replace("depot", "localhost@depot")).is_err());
+        let broker =
+            "[[receiver]]\nkind = \"mqtt\"\nhost = \"127.0.0.1\"\nuser = \"u\"\npassword_file = \"p\"\n";
+        assert!(parse(broker).is_ok() && parse(&broker.replace("127.0.0.1", "10.0.0.7")).is_err());
+    }
+
+    #[test]
     fn wrong_receivers_are_named() {
         for (text, said) in [
             ("[[receiver]]\nkind = \"webhook\"\nurl = \"depot\"\n", "x.toml:3: `receiver.1.url`"),
@@ -322,6 +368,14 @@ mod tests {
             ("[delivery.mqtt]\nhost = \"b\"\npassword_file = \"p\"\n", "delivery.mqtt.user"),
             ("[delivery]\nlongest_pause_s = 0.0\n", "delivery.longest_pause_s"),
             ("[notify]\nmost_waiting = 1\n", "notify.most_waiting"),
+            (
+                "[[receiver]]\nkind = \"webhook\"\nurl = \"http://depot:9/a\"\ntoken_file = \"t\"\n",
+                "`receiver.1.token_file` is given, allowed is nothing without TLS",
+            ),
+            (
+                "[[receiver]]\nkind = \"mqtt\"\nhost = \"broker\"\nuser = \"u\"\npassword_file = \"p\"\n",
+                "`receiver.1.password_file` is given, allowed is nothing without TLS",
+            ),
         ] {
             let error = parse(text).unwrap_err();
             println!("{error}");

@@ -99,7 +99,8 @@ fn in_folder(folder: &Path) -> Result<Vec<PathBuf>, String> {
 
 fn is_recording(path: &Path) -> bool {
     let hidden = path.file_name().is_none_or(|name| name.to_string_lossy().starts_with('.'));
-    let extension = path.extension().is_some_and(|ending| ending == "csv" || ending == "parquet");
+    let name = path.to_string_lossy();
+    let extension = [".csv", ".csv.gz", ".parquet"].iter().any(|ending| name.ends_with(ending));
     !hidden && extension && path.is_file()
 }
 

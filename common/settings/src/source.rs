@@ -4,10 +4,12 @@ use crate::SettingsError;
 use crate::overrides::Overrides;
 use crate::place::{ConfigText, folder};
 use crate::plant::RigProgramme;
+use crate::receivers::{IN_THE_CLEAR, is_this_machine};
 use crate::runs::{self, ReplayRun};
 use railgrip_simulation::Scenario;
 use serde::Deserialize;
-use std::path::Path;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
 
 /// The scenario that the default config names.
 const DEFAULT_SCENARIO: &str = include_str!("../../../config/scenarios/demo.toml");
@@ -27,6 +29,14 @@ pub(crate) struct SourceTable {
     pub speed: Option<f64>,
     #[serde(rename = "loop")]
     pub repeat: Option<bool>,
+    pub listen: Option<String>,
+    pub host: Option<String>,
+    pub port: Option<u16>,
+    pub topic: Option<String>,
+    pub client_id: Option<String>,
+    pub user: Option<String>,
+    pub password_file: Option<String>,
+    pub allow_insecure: Option<bool>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -36,6 +46,10 @@ pub(crate) enum SourceKind {
     Rig,
     Replay,
     Stdin,
+    Tcp,
+    Udp,
+    Mqtt,
+    External,
 }
 
 /// Where samples come from.
@@ -74,6 +88,31 @@ pub enum Source {
     },
     /// One JSON object a line on the standard input.
     Stdin,
+    /// The same from whoever connects to this address.
+    Tcp(SocketAddr),
+    /// The same in datagrams to this address.
+    Udp(SocketAddr),
+    /// The same in messages of an MQTT broker.
+    Mqtt(MqttSource),
+    /// Other programs publish on the channels of the samples themselves; there is no ingest.
+    External,
+}
+
+/// A broker that hands out samples.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MqttSource {
+    /// Name or address of the broker.
+    pub host: String,
+    /// Its port.
+    pub port: u16,
+    /// Filter of the topics.
+    pub topic: String,
+    /// Name under which we are known there.
+    pub client_id: String,
+    /// User, where the broker asks for one.
+    pub user: Option<String>,
+    /// File with the password.
+    pub password_file: Option<PathBuf>,
 }
 
 /// Settles where samples come from.
@@ -101,6 +140,10 @@ pub(crate) fn source(
     check_keys_of_kind(at, table)?;
     match table.kind {
         SourceKind::Stdin => Ok(Source::Stdin),
+        SourceKind::Tcp => Ok(Source::Tcp(listen(at, table)?)),
+        SourceKind::Udp => Ok(Source::Udp(listen(at, table)?)),
+        SourceKind::Mqtt => Ok(Source::Mqtt(broker(at, table)?)),
+        SourceKind::External => Ok(Source::External),
         SourceKind::Simulate => {
             if let Some(rate) = table.sample_rate_hz {
                 at.within("source.sample_rate_hz", rate, 10.0..=2000.0)?;
@@ -131,6 +174,33 @@ pub(crate) fn source(
     }
 }
 
+/// The address that others send to.
+fn listen(at: &ConfigText<'_>, table: &SourceTable) -> Result<SocketAddr, SettingsError> {
+    let given = table.listen.as_deref().unwrap_or_default();
+    let allowed = "ADDRESS:PORT, for example 127.0.0.1:9009";
+    given.parse().map_err(|_| at.refuse("source.listen", format!("{given:?}"), allowed))
+}
+
+fn broker(at: &ConfigText<'_>, table: &SourceTable) -> Result<MqttSource, SettingsError> {
+    let given = |key: &str, value: &Option<String>, allowed: &str| match value.as_deref() {
+        Some(text) if !text.is_empty() && text.len() <= 256 => Ok(text.to_owned()),
+        Some(text) => Err(at.refuse(key, format!("{text:?}"), allowed)),
+        None => Err(at.refuse(key, "absent", allowed)),
+    };
+    let host = given("source.host", &table.host, "name or address of the broker")?;
+    if table.password_file.is_some() && !is_this_machine(&host) && !table.allow_insecure.unwrap_or(false) {
+        return Err(at.refuse("source.password_file", "given", IN_THE_CLEAR));
+    }
+    Ok(MqttSource {
+        host,
+        port: table.port.unwrap_or(1883),
+        topic: given("source.topic", &table.topic, "a topic or a filter, for example train/+/samples")?,
+        client_id: table.client_id.clone().unwrap_or_else(|| "railgrip-ingest".to_owned()),
+        user: table.user.clone(),
+        password_file: table.password_file.as_deref().map(|file| at.beside(file)),
+    })
+}
+
 /// A scenario by its file, or by its name: `scenarios/NAME.toml` beside the config.
 fn scenario(at: &ConfigText<'_>, given: &str) -> Result<Scenario, SettingsError> {
     let named = folder(at.file).join(SCENARIO_FOLDER).join(format!("{given}.toml"));
@@ -156,7 +226,19 @@ fn check_keys_of_kind(at: &ConfigText<'_>, table: &SourceTable) -> Result<(), Se
         ("source.sample_rate_hz", table.sample_rate_hz.is_some(), kind == SourceKind::Simulate),
         ("source.runs", table.runs.is_some(), kind == SourceKind::Replay),
         ("source.loop", table.repeat.is_some(), matches!(kind, SourceKind::Replay | SourceKind::Rig)),
-        ("source.speed", table.speed.is_some(), kind != SourceKind::Stdin),
+        (
+            "source.speed",
+            table.speed.is_some(),
+            matches!(kind, SourceKind::Simulate | SourceKind::Replay | SourceKind::Rig),
+        ),
+        ("source.listen", table.listen.is_some(), matches!(kind, SourceKind::Tcp | SourceKind::Udp)),
+        ("source.host", table.host.is_some(), kind == SourceKind::Mqtt),
+        ("source.port", table.port.is_some(), kind == SourceKind::Mqtt),
+        ("source.topic", table.topic.is_some(), kind == SourceKind::Mqtt),
+        ("source.client_id", table.client_id.is_some(), kind == SourceKind::Mqtt),
+        ("source.user", table.user.is_some(), kind == SourceKind::Mqtt),
+        ("source.allow_insecure", table.allow_insecure.is_some(), kind == SourceKind::Mqtt),
+        ("source.password_file", table.password_file.is_some(), kind == SourceKind::Mqtt),
     ];
     match keys.into_iter().find(|(_, given, fits)| *given && !fits) {
         None => Ok(()),

@@ -5,6 +5,7 @@ use crate::alerts::AlertSettings;
 use crate::capability::CapabilitySettings;
 use crate::file::{LogFormat, TrainFile};
 use crate::history::HistorySettings;
+use crate::mapping;
 use crate::microphones::{self, AcousticSettings, MicrophoneSettings};
 use crate::overrides::Overrides;
 use crate::place::{ConfigText, folder, name};
@@ -14,6 +15,7 @@ use crate::wagons::{DEFAULT_CONFIG, WagonSettings, wagons};
 use crate::{SettingsError, instance::Instance};
 use railgrip_filter::{ConfigError, EstimatorConfig};
 use railgrip_indicators::IndicatorSettings;
+use railgrip_recording::Mapping;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
@@ -37,6 +39,8 @@ pub struct TrainSettings {
     pub instance: Instance,
     /// Where samples come from.
     pub source: Source,
+    /// What the source calls the columns of a run, and how it measures them.
+    pub mapping: Mapping,
     /// Samples of so many seconds travel as one batch.
     pub batch_s: f64,
     /// The filter of every wagon.
@@ -152,6 +156,7 @@ impl TrainSettings {
             microphones,
             acoustics,
             source,
+            mapping: mapping::mapping(&at, &form.mapping)?,
             batch_s: at.within("samples.batch_ms", form.samples.batch_ms, 0.0..=1000.0)? * 1e-3,
             estimator: form.estimator,
             reporting: ReportingSettings {

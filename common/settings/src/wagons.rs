@@ -2,6 +2,7 @@
 
 use crate::SettingsError;
 use crate::file::TrainFile;
+use crate::identity::{self, VehicleNumber};
 use crate::place::{ConfigText, folder, name};
 use crate::plant;
 use crate::runs::ReplayRun;
@@ -24,6 +25,10 @@ pub struct WagonSettings {
     pub number: u32,
     /// Name for people.
     pub name: String,
+    /// Who it is, wherever it runs; without it nobody knows whether it is the same as last time.
+    pub vehicle_number: Option<VehicleNumber>,
+    /// It runs with its other end first: its last wheelset leads.
+    pub turned: bool,
     /// What it is; of a rig, what it would be as a wagon with one wheelset.
     pub vehicle: VehicleParameters,
     /// What it is, rigs too.
@@ -56,6 +61,10 @@ pub(crate) fn wagons(
             let key = format!("wagon.{number}.name");
             return Err(at.refuse(&key, wagon_name, "a name that no other wagon has"));
         }
+        let earlier = wagons.iter().filter_map(|other| other.vehicle_number.as_ref());
+        let given = table.and_then(|wagon| wagon.number.as_deref());
+        let vehicle_number = identity::number(at, number, given, earlier)?;
+        let turned = table.is_some_and(|wagon| wagon.turned);
         let own = table.and_then(|wagon| wagon.vehicle.as_deref());
         let beside = runs.get(index).and_then(|run| run.vehicle_file.clone());
         let plant = match (own, beside, form.train.vehicle.as_deref()) {
@@ -81,7 +90,16 @@ pub(crate) fn wagons(
         let simulated =
             simulated.map(|file| simulated_wagon(at, number, file, source, &mut cache)).transpose()?;
         let vehicle = plant.as_vehicle();
-        wagons.push(WagonSettings { number, name: wagon_name, vehicle, plant, simulated, filter });
+        wagons.push(WagonSettings {
+            number,
+            name: wagon_name,
+            vehicle_number,
+            turned,
+            vehicle,
+            plant,
+            simulated,
+            filter,
+        });
     }
     Ok(wagons)
 }

@@ -5,8 +5,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use railgrip_health::history::columns;
 use railgrip_health::history::export::{self, ExportError, Form, Wanted};
+use railgrip_health::history::{Consist, columns, consist};
 use railgrip_health::time::{self, rfc3339};
 use railgrip_history::{EventFilter, Reader};
 use railgrip_messages::MAX_WHEELSETS;
@@ -86,26 +86,33 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
 }
 
 impl Place {
-    fn reader(&self) -> Result<Reader, CliError> {
-        let database = match &self.database {
-            Some(file) => file.clone(),
-            None => self.train.load()?.settings.history.database(),
+    /// The database, and who runs where in the train; with `--database` alone nobody knows where vehicles run.
+    fn reader(&self) -> Result<(Reader, Consist), CliError> {
+        let (database, numbers) = match &self.database {
+            Some(file) => (file.clone(), Vec::new()),
+            None => {
+                let settings = self.train.load()?.settings;
+                (settings.history.database(), consist::numbers(&settings))
+            }
         };
         if !database.exists() {
             let said = format!("{}: there is no such database; name one with --database", database.display());
             return Err(CliError::bad_input(said));
         }
         let former = columns::former(&columns::all(MAX_WHEELSETS));
-        Ok(Reader::open(&database).map_err(CliError::failed)?.with_names(&former))
+        let reader = Reader::open(&database).map_err(CliError::failed)?.with_names(&former);
+        let consist = Consist::read(&reader, &numbers).map_err(CliError::failed)?;
+        Ok((reader, consist))
     }
 }
 
 fn export(args: &Export) -> Result<(), CliError> {
-    let reader = args.place.reader()?;
+    let (reader, consist) = args.place.reader()?;
     let ending = args.out.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
     let form = args.format.or_else(|| Form::of_word(ending)).unwrap_or(Form::Csv);
     let wanted = Wanted {
         wagons: args.wagons.clone(),
+        consist,
         fields: args.fields.clone(),
         from_s: args.from.unwrap_or(0),
         to_s: args.to.unwrap_or_else(|| now_s() + 1),
@@ -141,22 +148,29 @@ fn export(args: &Export) -> Result<(), CliError> {
 }
 
 fn events(args: &Events) -> Result<(), CliError> {
-    let reader = args.place.reader()?;
+    let (reader, consist) = args.place.reader()?;
     let events = reader.events(&EventFilter::default(), args.limit).map_err(CliError::failed)?;
     for numbered in events.into_iter().rev() {
-        let event = numbered.event;
+        let mut event = numbered.event;
+        let vehicle = event.wagon.and_then(|id| consist.vehicle(id));
+        event.wagon = event.wagon.and_then(|id| consist.place(id));
         let at = rfc3339(event.unix_ms.saturating_mul(1_000_000));
         if args.json {
             let line = serde_json::json!({
-                "id": numbered.id, "at": at, "kind": event.kind, "wagon": event.wagon, "wheelset": event.wheelset,
+                "id": numbered.id, "at": at, "kind": event.kind, "wagon": event.wagon, "vehicle": vehicle, "wheelset": event.wheelset,
                 "grade": event.grade, "cause": event.cause, "text": event.text,
             });
             say(&line.to_string());
         } else {
-            let place = match (event.wagon, event.wheelset) {
-                (Some(wagon), Some(wheelset)) => format!("wagon {wagon}, wheelset {wheelset}: "),
-                (Some(wagon), None) => format!("wagon {wagon}: "),
-                _ => String::new(),
+            let wagon = match (event.wagon, vehicle) {
+                (_, Some(vehicle)) => format!("vehicle {vehicle}"),
+                (Some(wagon), None) => format!("wagon {wagon}"),
+                (None, None) => String::new(),
+            };
+            let place = match event.wheelset {
+                _ if wagon.is_empty() => String::new(),
+                Some(wheelset) => format!("{wagon}, wheelset {wheelset}: "),
+                None => format!("{wagon}: "),
             };
             say(&format!("{at}  {:<18} {place}{}", event.kind, event.text));
         }

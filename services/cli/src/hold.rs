@@ -29,6 +29,11 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     raise_file_limit();
     runner::run(|lifecycle| {
         let Some(holder) = start(&train.bus, patience, lifecycle)? else { return Ok(()) };
+        if std::env::var_os(runner::SUPERVISOR_VARIABLE).is_none()
+            && let Err(error) = train.settings.instance.begin_session()
+        {
+            tracing::warn!(%error, "wagons without a vehicle number cannot be told from others");
+        }
         tracing::info!(channels = holder.channels(), dir = %train.settings.instance.dir.display(), "channels exist");
         holder.run(lifecycle);
         Ok::<(), BusError>(())

@@ -14,6 +14,8 @@ mod bench_train;
 mod bench_transport;
 mod bench_unscented;
 mod blind;
+mod check;
+mod completions;
 mod drill;
 mod error;
 mod estimate;
@@ -27,6 +29,7 @@ mod hold;
 mod load;
 mod local_http;
 mod logging;
+mod map;
 mod output;
 mod process_figures;
 mod record;
@@ -42,7 +45,7 @@ mod up;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 pub use error::CliError;
 
@@ -71,6 +74,12 @@ enum Command {
     Listener(services::ListenerArgs),
     /// Serve the indicators over HTTP
     Health(services::HealthArgs),
+    /// Check a config: all mistakes at once
+    Check(check::Args),
+    /// Propose a [mapping] for a recording with columns of its own
+    Map(map::Args),
+    /// Print completions for a shell
+    Completions(completions::Args),
     /// Show what the HTTP service of a running train says
     Status(status::Args),
     /// Make, list and end tokens of the HTTP service
@@ -107,6 +116,12 @@ impl Command {
             Self::Estimator(args) => services::estimator(&args),
             Self::Listener(args) => services::listener(&args),
             Self::Health(args) => services::health(&args),
+            Self::Check(args) => check::run(&args),
+            Self::Map(args) => map::run(&args),
+            Self::Completions(args) => {
+                completions::run(&args, &mut Cli::command());
+                Ok(())
+            }
             Self::Status(args) => status::run(&args),
             Self::Token(args) => token::run(&args),
             Self::History(args) => history::run(&args),
@@ -138,7 +153,7 @@ pub fn main() -> ExitCode {
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
+    use clap::CommandFactory as _;
 
     #[test]
     fn the_command_tree_is_consistent() {

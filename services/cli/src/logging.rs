@@ -31,6 +31,14 @@ fn filter(wanted: &str) -> Result<Targets, CliError> {
     wanted.parse().map_err(|error: ParseError| refuse(error.to_string()))
 }
 
+/// Whether a level can be used.
+///
+/// # Errors
+/// What is wrong with it, and what is allowed.
+pub(crate) fn check(level: &str) -> Result<(), CliError> {
+    filter(level).map(|_| ())
+}
+
 /// Starts logging for this process. A second call changes nothing.
 pub(crate) fn start(settings: &LoggingSettings) -> Result<(), CliError> {
     let wanted = std::env::var(FILTER_VARIABLE).unwrap_or_else(|_| settings.level.clone());

@@ -13,6 +13,7 @@ pub mod timing;
 pub mod worker;
 
 use crate::inlet::Inlet;
+use crate::snapshot::SnapshotError;
 use crate::timing::Histogram;
 use crate::worker::Worker;
 use railgrip_bus::{
@@ -131,6 +132,7 @@ struct Service {
 impl Service {
     fn new(bus: &Bus, settings: &TrainSettings, wagon: u32) -> Result<Self, BusError> {
         let reporting = &settings.reporting;
+        let own = settings.wagon(wagon).and_then(|wagon| wagon.vehicle_number.as_ref());
         Ok(Self {
             wagon,
             estimates: bus.estimate_publisher(wagon)?,
@@ -138,7 +140,7 @@ impl Service {
             health: bus.health_publisher(wagon)?,
             events: bus.event_publisher()?,
             heartbeats: bus.heartbeat_publisher()?,
-            snapshot_file: settings.instance.snapshot_file(wagon),
+            snapshot_file: settings.instance.snapshot_file(wagon, own),
             snapshot_failing: false,
             gap_folder: settings.instance.dir.join("gaps"),
             gap_cases: 0,
@@ -167,6 +169,10 @@ impl Service {
             tracing::warn!(folder = %folder.display(), %error, "no snapshots: their folder cannot be made");
         }
         match snapshot::restore(&self.snapshot_file, worker) {
+            Ok(None) if worker.vehicle_number.is_none() => {
+                let text = "estimator has started fresh: the wagon has no vehicle number";
+                self.event(EventKind::Started, [0.0; 4], text)
+            }
             Ok(None) => self.event(EventKind::Started, [0.0; 4], "estimator has started fresh"),
             Ok(Some(stamp)) => {
                 let age_s = (now().unix_ns - stamp.unix_ns) as f64 * 1e-9;
@@ -180,11 +186,11 @@ impl Service {
             }
             Err(error) => {
                 tracing::warn!(%error, "the snapshot is refused; the estimator starts fresh");
-                self.event(
-                    EventKind::Started,
-                    [0.0; 4],
-                    "estimator has started fresh: its snapshot was refused",
-                )
+                let text = match &error {
+                    SnapshotError::Form { problem, .. } => format!("estimator has started fresh: {problem}"),
+                    _ => "estimator has started fresh: its snapshot was refused".to_owned(),
+                };
+                self.event(EventKind::Started, [0.0; 4], &text)
             }
         }
     }

@@ -2,7 +2,8 @@
 //!
 //! One file a wagon: a line that names the form, a checksum, the state. It is written beside its place and renamed into
 //! it, so that no reader sees half a file; a file that is damaged, of another form, wagon or vehicle is refused, and the
-//! estimator starts fresh.
+//! estimator starts fresh. A wagon with a vehicle number keeps its file wherever it runs in the train; one without goes on only
+//! within one start of the train, because nobody knows whether the next one has the same wagon there.
 
 use crate::worker::Worker;
 use railgrip_filter::EstimatorSnapshot;
@@ -13,7 +14,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// First line of the file: its form. Changes whenever the layout of the state does.
-const FORM: &[u8] = b"railgrip snapshot 3\n";
+const FORM: &[u8] = b"railgrip snapshot 4\n";
 const CHECKSUM_BYTES: usize = 8;
 
 /// Why a snapshot was not used or not written.
@@ -48,6 +49,10 @@ pub enum SnapshotError {
 #[derive(Serialize, Deserialize)]
 struct State {
     wagon: u32,
+    /// Letters and digits of the vehicle number; empty where there is none.
+    vehicle: String,
+    turned: bool,
+    session: String,
     sequence: u64,
     unix_ns: i64,
     monotonic_ns: u64,
@@ -63,6 +68,9 @@ pub fn save(file: &Path, worker: &Worker) -> Result<(), SnapshotError> {
     let Some((sequence, stamp)) = worker.last else { return Ok(()) };
     let state = State {
         wagon: worker.wagon,
+        vehicle: vehicle(worker),
+        turned: worker.turned,
+        session: worker.session.clone(),
         sequence,
         unix_ns: stamp.unix_ns,
         monotonic_ns: stamp.monotonic_ns,
@@ -96,8 +104,19 @@ pub fn restore(file: &Path, worker: &mut Worker) -> Result<Option<Stamp>, Snapsh
         return Err(problem("damaged: its checksum does not match"));
     }
     let state: State = postcard::from_bytes(body).map_err(|_| problem("not a snapshot of this version"))?;
-    if state.wagon != worker.wagon {
+    if state.vehicle != vehicle(worker) {
         return Err(problem("the snapshot of another wagon"));
+    }
+    if worker.vehicle_number.is_none() {
+        if state.wagon != worker.wagon {
+            return Err(problem("the snapshot of another wagon"));
+        }
+        if state.session != worker.session {
+            return Err(problem("of an earlier start; without a vehicle number it may be of another wagon"));
+        }
+    }
+    if state.turned != worker.turned {
+        return Err(problem("of a wagon that ran the other end first"));
     }
     if state.indicators.len() != size_of::<IndicatorState>() {
         return Err(problem("its indicators have another layout"));
@@ -114,6 +133,10 @@ pub fn restore(file: &Path, worker: &mut Worker) -> Result<Option<Stamp>, Snapsh
     worker.last = Some((state.sequence, stamp));
     worker.has_state = true;
     Ok(Some(stamp))
+}
+
+fn vehicle(worker: &Worker) -> String {
+    worker.vehicle_number.as_ref().map_or_else(String::new, |number| number.key().to_owned())
 }
 
 /// FNV-1a, 64 bit: finds torn and damaged files, not forged ones.

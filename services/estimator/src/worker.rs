@@ -10,13 +10,19 @@ use railgrip_messages::{
     BogieSample, Condition, Estimate, EstimateState, Event, EventKind, Grade, Health, Indicator, Innovation,
     MotorSample, NO_WHEELSET, Sample, Stamp, Text, flags, sample_flags,
 };
-use railgrip_settings::TrainSettings;
+use railgrip_settings::{TrainSettings, VehicleNumber};
 use railgrip_vehicle::VehicleParameters;
 use std::time::Instant;
 
 /// Filter and indicators of one wagon, with what they made of the samples since the last [`Worker::clear`].
 pub struct Worker {
     pub(crate) wagon: u32,
+    /// Who the wagon is, where anybody has said.
+    pub(crate) vehicle_number: Option<VehicleNumber>,
+    /// Its last wheelset leads.
+    pub(crate) turned: bool,
+    /// The start of the train that this process belongs to.
+    pub(crate) session: String,
     config: EstimatorConfig,
     pub(crate) plant: Plant,
     pub(crate) estimator: Box<dyn Estimator>,
@@ -62,7 +68,13 @@ impl Worker {
             Plant::Wagon(_) => Plant::Wagon(own.vehicle.clone()),
             rig => rig.clone(),
         };
-        Self::of_plant(wagon, &config, settings.indicators, plant)
+        let worker = Self::of_plant(wagon, &config, settings.indicators, plant)?;
+        Ok(Self {
+            vehicle_number: own.vehicle_number.clone(),
+            turned: own.turned,
+            session: settings.instance.session(),
+            ..worker
+        })
     }
 
     /// The worker of a wagon from its parts.
@@ -92,6 +104,9 @@ impl Worker {
         let nominal = railgrip_settings::nominal(&vehicle);
         Ok(Self {
             wagon,
+            vehicle_number: None,
+            turned: false,
+            session: String::new(),
             config: config.clone(),
             estimator: railgrip_filter::estimator(config, &plant)?,
             plant,
@@ -207,6 +222,8 @@ impl Worker {
     /// The indicators as of now; a changed grade becomes an event.
     pub fn health(&mut self) -> Health {
         let mut health = self.indicators.health();
+        health.vehicle =
+            self.vehicle_number.as_ref().map_or_else(Text::default, |number| Text::new(number.written()));
         self.name_state(&mut health);
         self.watch_gap(&mut health);
         let known = !self.grades.is_empty();

@@ -7,7 +7,7 @@ use railgrip_estimator::worker::Worker;
 use railgrip_indicators::indicator::{BRAKE_FRICTION, FILTER, RAIL, SLIDES};
 use railgrip_messages::{Checked, Condition, EventKind, Grade, Sample, Stamp, flags, sample_flags, valid};
 use railgrip_recording::{Recording, Strictness};
-use railgrip_settings::{Overrides, Source, TrainSettings};
+use railgrip_settings::{Overrides, Source, TrainSettings, VehicleNumber};
 use railgrip_simulation::Train;
 use railgrip_vehicle::{EffectEntry, VehicleParameters};
 use std::path::{Path, PathBuf};
@@ -110,6 +110,37 @@ fn a_successor_goes_on_bit_for_bit_from_the_snapshot() {
         assert_eq!(resumed.mu_w.to_bits(), straight.mu_w.to_bits(), "at {} s", straight.time_s);
     }
     assert_eq!(BRAKE_FRICTION.of(&one.health()), BRAKE_FRICTION.of(&two.health()));
+}
+
+#[test]
+fn memory_goes_with_the_vehicle_number_and_without_one_only_within_a_start_of_the_train() {
+    let mut settings = settings();
+    let number = VehicleNumber::new("51 80 21-75 019-3");
+    settings.wagons[0].vehicle_number.clone_from(&number);
+    let (_folder, file) = snapshot_of(&settings, 1);
+    let restore = |settings: &TrainSettings, wagon: u32, file: &Path| {
+        let mut worker = Worker::new(settings, wagon).unwrap();
+        let result = snapshot::restore(file, &mut worker).map_err(|error| error.to_string());
+        (result.map(|stamp| stamp.is_some()), worker.health().wagon, worker.health().vehicle)
+    };
+    let mut moved = settings.clone();
+    moved.wagons[0].vehicle_number = None;
+    moved.wagons[1].vehicle_number.clone_from(&number);
+    let (result, wagon, vehicle) = restore(&moved, 2, &file);
+    assert_eq!((result, wagon, vehicle.as_str()), (Ok(true), 2, "51 80 21-75 019-3"));
+    assert!(restore(&moved, 1, &file).0.unwrap_err().contains("another wagon"));
+    moved.wagons[1].turned = true;
+    assert!(restore(&moved, 2, &file).0.unwrap_err().contains("other end first"));
+
+    let folder = tempfile::tempdir().unwrap();
+    let mut nameless = self::settings();
+    nameless.instance.dir = folder.path().to_owned();
+    nameless.instance.begin_session().unwrap();
+    let (_folder, file) = snapshot_of(&nameless, 1);
+    assert_eq!(restore(&nameless, 1, &file).0, Ok(true), "a process that is started again goes on");
+    nameless.instance.begin_session().unwrap();
+    let said = restore(&nameless, 1, &file).0.unwrap_err();
+    assert!(said.contains("without a vehicle number"), "{said}");
 }
 
 fn snapshot_of(settings: &TrainSettings, wagon: u32) -> (tempfile::TempDir, PathBuf) {

@@ -126,7 +126,8 @@ fn remember(
         return None;
     }
     let wheelsets = settings.wagons.iter().map(|wagon| wagon.vehicle.wheelsets()).max().unwrap_or(0);
-    let history = Arc::new(history::History::new(settings.history.database(), wheelsets));
+    let history = history::History::new(settings.history.database(), wheelsets);
+    let history = Arc::new(history.of_vehicles(history::consist::numbers(settings)));
     shared.remember(Arc::clone(&history));
     Some(history::start(&settings.history, history))
 }

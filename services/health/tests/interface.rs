@@ -321,11 +321,10 @@ async fn stored_data_leave_as_csv_and_as_parquet() {
     assert_eq!(csv.header("content-type"), "text/csv; charset=utf-8");
     assert!(csv.header("content-disposition").contains(".csv"));
     let lines: Vec<&str> = text.lines().collect();
-    assert!(
-        lines[0]
-            .starts_with("time,wagon,samples,v_m_s,v_m_s_min,v_m_s_max,brake_friction,brake_friction_low")
-    );
-    assert_eq!(lines[1], "2026-03-01T11:58:00Z,1,60,29.5,0,59,,,,,");
+    assert!(lines[0].starts_with(
+        "time,wagon,vehicle,samples,v_m_s,v_m_s_min,v_m_s_max,brake_friction,brake_friction_low"
+    ));
+    assert_eq!(lines[1], "2026-03-01T11:58:00Z,1,,60,29.5,0,59,,,,,");
     assert_eq!(lines.len(), 5);
 
     let parquet =

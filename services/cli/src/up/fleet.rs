@@ -52,7 +52,9 @@ impl Fleet {
             let number = wagon.to_string();
             others.push(unit(format!("listener {number}"), &["listener", "--wagon", &number])?);
         }
-        others.push(unit("ingest".into(), &["ingest"])?.with_stdin(reads_stdin).may_finish());
+        if settings.source != Source::External {
+            others.push(unit("ingest".into(), &["ingest"])?.with_stdin(reads_stdin).may_finish());
+        }
         let address_file = settings.instance.http_address_file();
         let _ = std::fs::remove_file(&address_file);
         Ok(Self {

@@ -56,6 +56,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     Access::check(settings).map_err(CliError::bad_input)?;
     let _lock = claim(settings)?;
     check_address(settings.http.listen)?;
+    settings.instance.begin_session().map_err(CliError::failed)?;
     let lifecycle = runner::prepare()?;
     let mut fleet = Fleet::new(&train.bus, settings, &args.train.to_options())?;
     let result = supervise(&mut fleet, settings, &lifecycle, deadline);
@@ -93,6 +94,10 @@ fn welcome(settings: &TrainSettings, address: &str) -> String {
         Source::Rig { programme, .. } => format!("simulated rigs ({})", programme.name()),
         Source::Replay { runs, .. } => format!("{} recordings", runs.len()),
         Source::Stdin => "the standard input".to_owned(),
+        Source::Tcp(address) => format!("TCP connections to {address}"),
+        Source::Udp(address) => format!("UDP datagrams to {address}"),
+        Source::Mqtt(broker) => format!("the MQTT broker {}:{}", broker.host, broker.port),
+        Source::External => "other programs".to_owned(),
     };
     let address = if address.contains("://") { address.to_owned() } else { format!("http://{address}") };
     let curl = match settings.access.token_file {

@@ -4,8 +4,9 @@
 //! neither, or both.
 
 use super::model::Alert;
+use super::moved::Numbers;
 use super::nflog::{self, Envelope, Notification, Queued, Receiver};
-use rusqlite::{Connection, ErrorCode, params};
+use rusqlite::{Connection, ErrorCode, OptionalExtension, params};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -193,6 +194,30 @@ impl Journal {
             transaction.commit()
         };
         write().map_err(|source| JournalError::Database { path: self.path.clone(), source })
+    }
+
+    /// The vehicle numbers of the train when the alerts were kept; `None` where no version has written them yet.
+    ///
+    /// # Errors
+    /// The database refuses.
+    pub fn consist(&self) -> Result<Option<Numbers>, JournalError> {
+        let select = "SELECT value FROM fact WHERE name = 'consist'";
+        let text: Option<String> = self
+            .connection
+            .query_row(select, [], |row| row.get(0))
+            .optional()
+            .map_err(|source| self.failed(source))?;
+        Ok(text.and_then(|text| serde_json::from_str(&text).ok()))
+    }
+
+    /// Keeps the vehicle numbers of the train.
+    ///
+    /// # Errors
+    /// The database refuses.
+    pub fn set_consist(&self, numbers: &Numbers) -> Result<(), JournalError> {
+        let text = serde_json::to_string(numbers).unwrap_or_default();
+        let insert = "INSERT OR REPLACE INTO fact (name, value) VALUES ('consist', ?1)";
+        self.connection.execute(insert, [text]).map(|_| ()).map_err(|source| self.failed(source))
     }
 
     /// The oldest notification for a receiver.

@@ -19,6 +19,7 @@ mod evaluate;
 mod group;
 pub mod journal;
 pub mod model;
+pub mod moved;
 pub mod nflog;
 pub mod notify;
 mod operator;

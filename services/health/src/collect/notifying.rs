@@ -1,10 +1,12 @@
 //! Alerts on the disk, and who is notified of them.
 
-use crate::alerts::journal::Journal;
+use crate::alerts::journal::{Journal, JournalError};
+use crate::alerts::model::Alert;
+use crate::alerts::moved::{Numbers, moved};
 use crate::alerts::notify;
 use crate::shared::Shared;
 use crate::store::Store;
-use railgrip_settings::TrainSettings;
+use railgrip_settings::{TrainSettings, WagonSettings};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -12,6 +14,21 @@ use std::sync::atomic::AtomicBool;
 pub(super) struct Notifying {
     stop: Arc<AtomicBool>,
     threads: Vec<std::thread::JoinHandle<()>>,
+}
+
+/// The alerts that are kept, each where its vehicle runs now.
+fn recall(mut journal: Journal, settings: &TrainSettings) -> Result<(Journal, Vec<Alert>), JournalError> {
+    let key = |wagon: &WagonSettings| wagon.vehicle_number.as_ref().map(|number| number.key().to_owned());
+    let now: Numbers = settings.wagons.iter().map(key).collect();
+    let kept = journal.alerts()?;
+    let before = journal.consist()?.unwrap_or_else(|| now.clone());
+    let (alerts, changed) = moved(kept, &before, &now, railgrip_bus::now().unix_ns);
+    if changed {
+        tracing::info!("the train has been made up anew; alerts follow their vehicles");
+        journal.save(&alerts.iter().collect::<Vec<_>>(), &[], &[])?;
+    }
+    journal.set_consist(&now)?;
+    Ok((journal, alerts))
 }
 
 impl Notifying {
@@ -22,7 +39,7 @@ impl Notifying {
         notify.deprecated.iter().for_each(|note| tracing::warn!("{note}"));
         let (receivers, most) = (notify::receivers(notify), notify.most_waiting);
         let opened = Journal::open(path, &settings.name, receivers, most)
-            .and_then(|journal| journal.alerts().map(|kept| (journal, kept)));
+            .and_then(|journal| recall(journal, settings));
         let book = store.book();
         let threads = match opened {
             Ok((journal, kept)) => {

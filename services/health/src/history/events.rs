@@ -1,5 +1,6 @@
 //! Requests for what happened: alerts, slides, processes that came and went, starts and stops.
 
+use super::History;
 use super::query::instant;
 use super::routes::{available, read, wagon};
 use crate::api::problem::Problem;
@@ -10,7 +11,7 @@ use crate::web::query::{parameters, refuse, value};
 use axum::Json;
 use axum::extract::{RawQuery, State};
 use axum::response::{IntoResponse, Response};
-use railgrip_history::{EventFilter, NumberedEvent};
+use railgrip_history::{EventFilter, HistoryError, NumberedEvent, Reader};
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -98,13 +99,30 @@ pub(crate) async fn events(
         before_id: page.after.map(|id| i64::try_from(id).unwrap_or(i64::MAX)),
     };
     let history = available(&shared)?;
-    let found =
-        read(history, move |history| history.read(|reader| reader.events(&filter, page.limit.min(MOST))));
-    let events: Vec<EventView> = found.await?.into_iter().map(Into::into).collect();
+    let page_of = read(history, move |history| {
+        history.read(|reader| found(history, reader, filter, page.limit.min(MOST)))
+    });
+    let events: Vec<EventView> = page_of.await?;
     let last = events.last().filter(|_| events.len() == page.limit);
     let next = last.map(|last| page.next("/api/v1/events", &pairs, last.id.unsigned_abs()));
     let response = Json(EventPage { events, next: next.clone() }).into_response();
     Ok(link(response, next.as_deref()))
+}
+
+/// Events of wagons by the places at which they run now; what happened to a vehicle that is gone names no place.
+fn found(
+    history: &History,
+    reader: &Reader,
+    mut filter: EventFilter,
+    limit: usize,
+) -> Result<Vec<EventView>, HistoryError> {
+    let consist = history.consist(reader)?;
+    filter.wagon = filter.wagon.map(|place| consist.id(place));
+    let events = reader.events(&filter, limit)?.into_iter().map(|mut found| {
+        found.event.wagon = found.event.wagon.and_then(|id| consist.place(id));
+        found.into()
+    });
+    Ok(events.collect())
 }
 
 fn kind(text: &str) -> Result<String, Problem> {

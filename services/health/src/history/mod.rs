@@ -6,6 +6,7 @@
 //! [`History::trouble`] says what is wrong until it is over.
 
 pub mod columns;
+pub mod consist;
 pub(crate) mod events;
 pub mod export;
 pub mod query;
@@ -15,6 +16,7 @@ mod series;
 pub(crate) mod watch;
 mod writer;
 
+pub use consist::Consist;
 pub use events::{EventPage, EventView};
 pub use reader::{History, HistoryStatus};
 pub use series::{HistoryView, SeriesView};

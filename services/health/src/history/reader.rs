@@ -1,7 +1,9 @@
 //! The reading side of the history, shared by all requests.
 
 use crate::history::columns;
+use crate::history::consist::Consist;
 use railgrip_history::{HistoryError, Reader};
+use railgrip_settings::VehicleNumber;
 use serde::Serialize;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -35,6 +37,7 @@ pub struct HistoryStatus {
 pub struct History {
     database: PathBuf,
     columns: Vec<columns::Column>,
+    numbers: Vec<Option<VehicleNumber>>,
     status: Mutex<HistoryStatus>,
     idle: Mutex<Vec<Reader>>,
     pub(crate) turns: Arc<Semaphore>,
@@ -54,11 +57,31 @@ impl History {
         Self {
             database,
             columns,
+            numbers: Vec::new(),
             status: Mutex::default(),
             idle: Mutex::default(),
             turns: Arc::new(Semaphore::new(READERS)),
             exports: Arc::new(Semaphore::new(EXPORTS)),
         }
+    }
+
+    /// The same for wagons with these vehicle numbers, by place.
+    #[must_use]
+    pub fn of_vehicles(self, numbers: Vec<Option<VehicleNumber>>) -> Self {
+        Self { numbers, ..self }
+    }
+
+    /// The vehicle numbers of the train, by place.
+    pub(crate) fn numbers(&self) -> &[Option<VehicleNumber>] {
+        &self.numbers
+    }
+
+    /// Who runs where.
+    ///
+    /// # Errors
+    /// The database refuses.
+    pub fn consist(&self, reader: &Reader) -> Result<Consist, HistoryError> {
+        Consist::read(reader, &self.numbers)
     }
 
     /// What is recorded.

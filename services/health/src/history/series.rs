@@ -74,7 +74,8 @@ impl History {
         let names: Vec<_> = columns.iter().flat_map(|column| column.stored()).collect();
         let names: Vec<&str> = names.iter().map(|(name, _)| name.as_str()).collect();
         let (points, stored_from_s) = self.read(|reader| {
-            let points = reader.query(wagon, &names, span.from_s, span.to_s, span.step_s)?;
+            let points =
+                reader.query(self.consist(reader)?.id(wagon), &names, span.from_s, span.to_s, span.step_s)?;
             Ok((points, reader.stored_from(Reader::tier(span.step_s))?))
         })?;
         let written_until = self.status().written_until_unix_s.map(|unix_s| rfc3339(unix_s * 1_000_000_000));

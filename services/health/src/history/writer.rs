@@ -2,6 +2,7 @@
 
 use super::History;
 use super::columns::{self, Column};
+use super::consist::Consist;
 use railgrip_bus::now;
 use railgrip_history::{Event, HistoryError, Limits, Retention, Store};
 use railgrip_indicators::train::track::KeptCell;
@@ -88,6 +89,7 @@ pub fn start(settings: &HistorySettings, history: Arc<History>) -> (Recorder, st
         receiver,
         refused: dropped,
         store: None,
+        consist: Consist::default(),
         clock: Clock::default(),
         opened: None,
         lost: 0,
@@ -134,6 +136,7 @@ struct Writer {
     /// Records for which there was no room.
     refused: Arc<AtomicU64>,
     store: Option<Store>,
+    consist: Consist,
     clock: Clock,
     opened: Option<Instant>,
     /// Records that came while there was no store.
@@ -187,8 +190,13 @@ impl Writer {
                 tracing::info!(file = %database.display(), "history");
                 // Asked once before anything new is stored, so that it can be compared with what was.
                 self.clock.trusted(store.newest_block_s().ok().flatten());
-                self.store = Some(store);
-                self.report(None);
+                match Consist::enter(&store, self.history.numbers()) {
+                    Ok(consist) => {
+                        (self.consist, self.store) = (consist, Some(store));
+                        self.report(None);
+                    }
+                    Err(error) => self.report(Some(&error)),
+                }
             }
             Err(error) => self.report(Some(&error)),
         }
@@ -201,12 +209,15 @@ impl Writer {
         };
         let record = match record {
             Record::Figures(record) => record,
-            Record::Event(event) => return store.push_event(event),
+            Record::Event(mut event) => {
+                event.wagon = event.wagon.map(|place| self.consist.id(place));
+                return store.push_event(event);
+            }
             Record::Cells(cells) => {
                 return cells.into_iter().for_each(|(place, packed)| store.push_cell(place, packed));
             }
         };
-        if let Err(error) = store.push(record.wagon, record.unix_s, &record.values) {
+        if let Err(error) = store.push(self.consist.id(record.wagon), record.unix_s, &record.values) {
             self.lost += 1;
             self.report(Some(&error));
         }

@@ -135,6 +135,17 @@ pub enum InputError {
         /// What can be done.
         allowed: &'static str,
     },
+    /// Other programs publish the samples.
+    #[error("[source] kind is external: other programs publish the samples, and there is nothing to ingest")]
+    External,
+    /// An address that cannot be listened on.
+    #[error("[source] listen {address}: {source}")]
+    Listen {
+        /// The address.
+        address: std::net::SocketAddr,
+        /// What the system says.
+        source: std::io::Error,
+    },
     /// A column of a recording cannot be in its unit.
     #[error("{}, at {:.2} s, {source}", file.display(), source.t_s)]
     Units {

@@ -1,12 +1,14 @@
-//! The standard input as a source: one JSON object a line, with the columns of a recording and the wagon's number.
+//! Samples as lines: one JSON object each, with the columns of a recording and the wagon, by its place in the train or by its
+//! vehicle number. What a source calls them otherwise, or measures in other units, `[mapping]` says.
 //!
 //! `{"wagon": 1, "t_s": 0.01, "v_m_s": 22.4, "omega_f_rad_s": 51.2, "omega_r_rad_s": 51.1, "f_perp_f_n": 0, ...}`
 //! A value that is absent or null is missing. A line that is wrong is refused with its number; nothing ends because of
 //! it.
 
-use super::Inlet;
-use railgrip_recording::{Quantity, Row};
-use serde_json::Value;
+use super::{Inlet, Layout};
+use railgrip_recording::{Mapping, Quantity, Row, instant_s};
+use railgrip_settings::VehicleNumber;
+use serde_json::{Map, Value};
 use std::io::BufRead;
 
 /// The longest line, bytes: more is no sample.
@@ -21,7 +23,7 @@ pub(super) fn read(mut input: impl BufRead, name: &str, inlet: &Inlet) {
             Ok(None) => return,
             Ok(Some(false)) => Err(format!("longer than {LONGEST_LINE} bytes")),
             Ok(Some(true)) if line.iter().all(u8::is_ascii_whitespace) => continue,
-            Ok(Some(true)) => parse_line(&line, inlet.wheelsets()),
+            Ok(Some(true)) => parse_line(&line, inlet.layout()),
             Err(error) => {
                 tracing::error!(%error, "{name} cannot be read");
                 return;
@@ -55,39 +57,39 @@ fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> std::io::Result<Op
     }
 }
 
-/// The wagon (from 0) and the row of one line; `wheelsets` of each wagon.
+/// Puts every line of a datagram or message into the inlet; false once nobody takes them any more.
+pub(super) fn put_all(text: &[u8], name: &str, inlet: &Inlet) -> bool {
+    let lines = text.split(|byte| *byte == b'\n').filter(|line| !line.iter().all(u8::is_ascii_whitespace));
+    for line in lines {
+        let item = parse_line(line, inlet.layout()).map_err(|problem| format!("{name}: {problem}"));
+        if !inlet.put(item) {
+            return false;
+        }
+    }
+    true
+}
+
+/// The wagon (from 0) and the row of one line.
 ///
 /// # Errors
 /// In words: what is wrong, and what is allowed.
-pub fn parse_line(line: &[u8], wheelsets: &[usize]) -> Result<(usize, Row), String> {
+pub fn parse_line(line: &[u8], layout: &Layout) -> Result<(usize, Row), String> {
     let value: Value = serde_json::from_slice(line).map_err(|error| format!("no JSON: {error}"))?;
     let Value::Object(object) = value else { return Err("no JSON object".to_owned()) };
-    let wagon = match object.get("wagon") {
-        None if wheelsets.len() == 1 => 0,
-        None => return Err("\"wagon\" is missing".to_owned()),
-        Some(number) => number
-            .as_u64()
-            .and_then(|number| usize::try_from(number).ok()?.checked_sub(1))
-            .filter(|wagon| *wagon < wheelsets.len())
-            .ok_or_else(|| format!("\"wagon\" is {number}, allowed is 1 to {}", wheelsets.len()))?,
-    };
+    let wagon = wagon(&object, layout)?;
+    let count = layout.wheelsets[wagon];
     let mut row = Row::default();
-    let count = wheelsets[wagon];
     let mut known = usize::from(object.contains_key("wagon"));
     for quantity in Quantity::ALL {
         let places = if quantity.per_wheelset() { count } else { 1 };
         for wheelset in 0..places {
             let name = quantity.column(wheelset, count);
-            let Some(value) = object.get(&name) else { continue };
-            known += 1;
-            if !value.is_null() {
-                *row.get_mut(quantity, wheelset) = value
-                    .as_f64()
-                    .ok_or_else(|| format!("\"{name}\" is {value}, allowed is a number or null"))?;
-            }
+            known += usize::from(object.contains_key(&name));
+            *row.get_mut(quantity, wheelset) = cell(&object, &name, &layout.mapping)?;
         }
     }
-    if known < object.len() {
+    // Who maps names what is wanted of a source that may say more.
+    if layout.mapping.is_empty() && known < object.len() {
         return Err(unknown_key(&object, count));
     }
     if row.t_s.is_nan() {
@@ -96,7 +98,57 @@ pub fn parse_line(line: &[u8], wheelsets: &[usize]) -> Result<(usize, Row), Stri
     Ok((wagon, row))
 }
 
-fn unknown_key(object: &serde_json::Map<String, Value>, count: usize) -> String {
+/// The wagon that a line is about: by its place in the train, or by its vehicle number.
+fn wagon(object: &Map<String, Value>, layout: &Layout) -> Result<usize, String> {
+    let wagons = layout.wheelsets.len();
+    let found = match object.get("wagon") {
+        None if wagons == 1 => return Ok(0),
+        None => return Err("\"wagon\" is missing".to_owned()),
+        Some(Value::String(text)) => {
+            let key = VehicleNumber::new(text);
+            let same = |own: &Option<VehicleNumber>| {
+                own.as_ref().zip(key.as_ref()).is_some_and(|(own, key)| own.key() == key.key())
+            };
+            layout.numbers.iter().position(same)
+        }
+        Some(number) => number.as_u64().and_then(|number| usize::try_from(number).ok()?.checked_sub(1)),
+    };
+    found.filter(|wagon| *wagon < wagons).ok_or_else(|| {
+        let given = object.get("wagon").map_or_else(String::new, Value::to_string);
+        format!("\"wagon\" is {given}, allowed is 1 to {wagons}, or a vehicle number of the train in quotes")
+    })
+}
+
+/// The value of a column, by the mapping; NaN where nothing is said.
+fn cell(object: &Map<String, Value>, column: &str, mapping: &Mapping) -> Result<f64, String> {
+    let mut wrong = None;
+    let value = mapping.value(column, &mut |name| match number(object, name) {
+        Ok(value) => value,
+        Err(problem) => {
+            wrong = Some(problem);
+            f64::NAN
+        }
+    });
+    wrong.map_or(Ok(value), Err)
+}
+
+/// A number by its name, or by the way to it through objects, `a.b`; NaN where there is none.
+fn number(object: &Map<String, Value>, name: &str) -> Result<f64, String> {
+    let nested = || {
+        let mut parts = name.split('.');
+        let first = object.get(parts.next()?)?;
+        parts.try_fold(first, |value, part| value.get(part))
+    };
+    let refuse = |value: &Value| format!("\"{name}\" is {value}, allowed is a number or null");
+    match object.get(name).or_else(nested) {
+        None | Some(Value::Null) => Ok(f64::NAN),
+        Some(Value::Bool(flag)) => Ok(f64::from(u8::from(*flag))),
+        Some(Value::String(text)) => instant_s(text).ok_or_else(|| refuse(&Value::String(text.clone()))),
+        Some(value) => value.as_f64().ok_or_else(|| refuse(value)),
+    }
+}
+
+fn unknown_key(object: &Map<String, Value>, count: usize) -> String {
     let mut names = vec!["wagon".to_owned()];
     for quantity in Quantity::ALL {
         let places = if quantity.per_wheelset() { count } else { 1 };
@@ -111,11 +163,39 @@ mod tests {
     use super::*;
     use crate::feed::{Arrival, Feed, Live, Next};
     use railgrip_filter::PlantKind;
+    use railgrip_recording::{Combine, Rule, unit};
+
+    fn two() -> Layout {
+        let numbers = vec![VehicleNumber::new("51 80 7"), None];
+        Layout { wheelsets: vec![2, 2], numbers, mapping: Mapping::default() }
+    }
+
+    #[test]
+    fn a_mapped_line_has_its_own_names_units_and_extras() {
+        let (factor, _) = unit("km/h").unwrap();
+        let rule = |to: &str, from: &str, factor: f64| Rule {
+            to: to.to_owned(),
+            from: vec![from.to_owned()],
+            combine: Combine::First,
+            factor,
+            offset: 0.0,
+            flag: None,
+        };
+        let rules = vec![rule("t_s", "at", 1.0), rule("v_m_s", "gps.speed", factor)];
+        let layout = Layout { mapping: Mapping { rules }, ..two() };
+        let line = br#"{"wagon": "51-80-7", "at": "2026-03-01T12:00:00.5Z", "gps": {"speed": 72}, "driver": "Ada", "sanding": true}"#;
+        let (wagon, row) = parse_line(line, &layout).unwrap();
+        assert_eq!((wagon, row.t_s, row.v_m_s, row.sanding), (0, 1_772_366_400.5, 20.0, 1.0));
+        let said = parse_line(br#"{"wagon": 1, "at": "noon"}"#, &layout).unwrap_err();
+        assert!(said.starts_with("\"at\" is \"noon\""), "{said}");
+        let said = parse_line(br#"{"wagon": "99", "at": 1}"#, &layout).unwrap_err();
+        assert!(said.contains("a vehicle number of the train"), "{said}");
+    }
 
     #[test]
     fn a_line_is_a_sample() {
         let line = br#"{"wagon": 2, "t_s": 0.5, "v_m_s": 20, "omega_f_rad_s": 45.5, "omega_r_rad_s": null}"#;
-        let (wagon, row) = parse_line(line, &[2, 2]).unwrap();
+        let (wagon, row) = parse_line(line, &two()).unwrap();
         assert_eq!((wagon, row.t_s, row.v_m_s, row.wheel_speed_rad_s[0]), (1, 0.5, 20.0, 45.5));
         assert!(row.wheel_speed_rad_s[1].is_nan() && row.grade_rad.is_nan());
     }
@@ -135,7 +215,7 @@ mod tests {
             ),
         ];
         for (line, words) in cases {
-            let said = parse_line(line.as_bytes(), &[2, 2]).unwrap_err();
+            let said = parse_line(line.as_bytes(), &two()).unwrap_err();
             assert!(said.starts_with(words), "{line}: {said}");
         }
     }
@@ -146,7 +226,7 @@ mod tests {
         text.extend(vec![b'x'; LONGEST_LINE + 1]);
         text.extend(b"\n\xff\xfe\n{\"t_s\": 2, \"v_m_s\": 6}");
         let vehicle = toml::from_str(include_str!("../../../../config/vehicle.toml")).unwrap();
-        let mut live = Live::new("test", &[vehicle], &[PlantKind::Wagon]);
+        let mut live = Live::of("test", &[vehicle], &[PlantKind::Wagon]);
         read(std::io::Cursor::new(text), "standard input", &live.inlet().unwrap());
         let (mut times, mut problems) = (Vec::new(), Vec::new());
         let mut sink = |arrival: Arrival<'_>| match arrival {

@@ -3,10 +3,11 @@
 
 use super::source_clock::{Reading, SourceClock};
 use super::unit_watch::UnitWatch;
-use super::{Arrival, Feed, Next, When};
+use super::{Arrival, Feed, Layout, Next, When};
 use railgrip_bus::monotonic_ns;
 use railgrip_filter::PlantKind;
 use railgrip_recording::Row;
+use railgrip_settings::{Source, TrainSettings};
 use railgrip_vehicle::VehicleParameters;
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 
@@ -27,7 +28,7 @@ pub struct Live {
 #[derive(Clone)]
 pub struct Inlet {
     sender: SyncSender<Item>,
-    wheelsets: Vec<usize>,
+    layout: Layout,
 }
 
 enum Item {
@@ -43,10 +44,10 @@ struct Wagon {
 }
 
 impl Inlet {
-    /// Wheelsets of each wagon.
+    /// What a line may say.
     #[must_use]
-    pub fn wheelsets(&self) -> &[usize] {
-        &self.wheelsets
+    pub fn layout(&self) -> &Layout {
+        &self.layout
     }
 
     /// Takes a row of a wagon (from 0), or the words about something that is none; waits while too many wait. False once
@@ -61,11 +62,31 @@ impl Inlet {
 }
 
 impl Live {
+    /// The source of a train, with its mapping and vehicle numbers.
+    #[must_use]
+    pub fn new(settings: &TrainSettings) -> Self {
+        let vehicles: Vec<_> = settings.wagons.iter().map(|wagon| wagon.vehicle.clone()).collect();
+        let plants: Vec<_> = settings.wagons.iter().map(|wagon| wagon.plant.kind()).collect();
+        let name = match &settings.source {
+            Source::Tcp(address) => format!("TCP connections to {address}"),
+            Source::Udp(address) => format!("UDP datagrams to {address}"),
+            Source::Mqtt(broker) => format!("MQTT broker {}:{}", broker.host, broker.port),
+            _ => "standard input".to_owned(),
+        };
+        let mut live = Self::of(&name, &vehicles, &plants);
+        if let Some(inlet) = &mut live.inlet {
+            inlet.layout.mapping.clone_from(&settings.mapping);
+            inlet.layout.numbers = settings.wagons.iter().map(|wagon| wagon.vehicle_number.clone()).collect();
+        }
+        live
+    }
+
     /// A source under that name for these wagons.
     #[must_use]
-    pub fn new(name: &str, vehicles: &[VehicleParameters], plants: &[PlantKind]) -> Self {
+    pub fn of(name: &str, vehicles: &[VehicleParameters], plants: &[PlantKind]) -> Self {
         let (sender, received) = sync_channel(WAITING);
         let wheelsets = vehicles.iter().map(VehicleParameters::wheelsets).collect();
+        let layout = Layout { wheelsets, ..Layout::default() };
         let wagon = |(vehicle, plant): (&VehicleParameters, &PlantKind)| Wagon {
             wheelsets: vehicle.wheelsets(),
             clock: SourceClock::default(),
@@ -73,7 +94,7 @@ impl Live {
             drift_told: false,
         };
         let wagons = vehicles.iter().zip(plants).map(wagon).collect();
-        Self { name: name.to_owned(), received, inlet: Some(Inlet { sender, wheelsets }), wagons }
+        Self { name: name.to_owned(), received, inlet: Some(Inlet { sender, layout }), wagons }
     }
 
     /// The inlet, once: clones of it may go to several threads.
@@ -157,7 +178,7 @@ mod tests {
     fn rolled(factor: f64) -> (usize, usize, Vec<Option<String>>) {
         let vehicle = coach();
         let radius_m = vehicle.wheelset.radius_m;
-        let mut live = Live::new("test", &[vehicle], &[PlantKind::Wagon]);
+        let mut live = Live::of("test", &[vehicle], &[PlantKind::Wagon]);
         let inlet = live.inlet().expect("the first");
         let (mut rows, mut withheld, mut told) = (0, 0, Vec::new());
         for k in 0..4000 {
@@ -189,7 +210,7 @@ mod tests {
 
     #[test]
     fn rows_of_one_packet_all_arrive_and_repeats_are_late() {
-        let mut live = Live::new("test", &[coach()], &[PlantKind::Wagon]);
+        let mut live = Live::of("test", &[coach()], &[PlantKind::Wagon]);
         let inlet = live.inlet().expect("the first");
         let (mut stamps, mut late) = (Vec::new(), 0);
         for t_s in [0.0, 0.01, 0.02, 0.02, 0.015, 0.03] {

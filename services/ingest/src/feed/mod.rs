@@ -1,16 +1,18 @@
 //! Where samples come from, and when each is due.
 
 mod arrival;
-mod lines;
+mod layout;
+pub mod lines;
 mod live;
 mod replay;
 mod rig;
+mod senders;
 mod simulate;
 mod source_clock;
 mod unit_watch;
 
 pub use arrival::{Arrival, Feed, InputError, Next, Rolls, When};
-pub use lines::parse_line;
+pub use layout::Layout;
 pub use live::{Inlet, Live};
 pub use replay::Replay;
 pub use rig::{Rigs, feed_of};
@@ -36,19 +38,19 @@ pub fn open(settings: &TrainSettings) -> Result<Box<dyn Feed>, InputError> {
             Box::new(Simulated::new(scenario, &real, *seed, *sample_rate_hz, *speed)?)
         }
         Source::Replay { runs, speed, repeat } => {
-            Box::new(Replay::open(runs, &vehicles, &plants, *speed, *repeat)?)
+            Box::new(Replay::open(runs, &vehicles, &plants, &settings.mapping, *speed, *repeat)?)
         }
         Source::Rig { programme, seed, speed, repeat } => {
             Box::new(Rigs::new(*programme, *seed, settings.wagons.len(), *speed, *repeat))
         }
-        Source::Stdin => {
-            let mut live = Live::new("standard input", &vehicles, &plants);
+        Source::Stdin | Source::Tcp(_) | Source::Udp(_) | Source::Mqtt(_) => {
+            let mut live = Live::new(settings);
             if let Some(inlet) = live.inlet() {
-                let input = std::io::BufReader::new(std::io::stdin());
-                std::thread::spawn(move || lines::read(input, "standard input", &inlet));
+                senders::start(&settings.source, inlet)?;
             }
             Box::new(live)
         }
+        Source::External => return Err(InputError::External),
     })
 }
 
@@ -59,7 +61,10 @@ fn check_plants(settings: &TrainSettings) -> Result<(), InputError> {
         let (fits, source_kind) = match &settings.source {
             Source::Replay { .. } => (true, "a replay"),
             Source::Simulate { .. } => (kind == PlantKind::Wagon, "a simulated train"),
-            Source::Stdin => (matches!(kind, PlantKind::Wagon | PlantKind::Roller), "the standard input"),
+            Source::Stdin | Source::Tcp(_) | Source::Udp(_) | Source::Mqtt(_) => {
+                (matches!(kind, PlantKind::Wagon | PlantKind::Roller), "a source of lines")
+            }
+            Source::External => (true, "another program"),
             Source::Rig { programme, .. } => (kind == programme.plant(), "this programme"),
         };
         if !fits {

@@ -3,7 +3,7 @@
 use super::{Arrival, Feed, InputError, Next, When};
 use railgrip_diagnosis::data::units;
 use railgrip_filter::PlantKind;
-use railgrip_recording::{BogieRecording, MotorRecording, Recording, Strictness};
+use railgrip_recording::{BogieRecording, Mapping, MotorRecording, Recording, Strictness};
 use railgrip_settings::ReplayRun;
 use railgrip_vehicle::VehicleParameters;
 
@@ -61,6 +61,7 @@ impl Replay {
         runs: &[ReplayRun],
         vehicles: &[VehicleParameters],
         plants: &[PlantKind],
+        mapping: &Mapping,
         speed: f64,
         repeat: bool,
     ) -> Result<Self, InputError> {
@@ -70,7 +71,7 @@ impl Replay {
                 PlantKind::Traction => Tape::Motor(MotorRecording::read(&run.path, Strictness::Tolerant)?),
                 PlantKind::Bogie => Tape::Bogie(BogieRecording::read(&run.path, Strictness::Tolerant)?),
                 PlantKind::Wagon | PlantKind::Roller => {
-                    let recording = Recording::read(&run.path, Strictness::Tolerant)?;
+                    let recording = Recording::read_mapped(&run.path, mapping, Strictness::Tolerant)?;
                     let (found, expected) = (recording.wheelsets, vehicle.wheelsets());
                     if found != expected {
                         return Err(InputError::Wheelsets { file: run.path.clone(), found, expected });

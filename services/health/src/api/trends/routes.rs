@@ -80,7 +80,10 @@ fn of_wagon(
     let names: Vec<&str> = columns.iter().map(|(column, _)| column.name.as_str()).collect();
     let mut points: Vec<Point> = Vec::new();
     for (span_s, step_s) in SPANS {
-        let found = history.read(|reader| reader.query(wagon, &names, now_s - span_s, now_s + 1, step_s))?;
+        let found = history.read(|reader| {
+            let id = history.consist(reader)?.id(wagon);
+            reader.query(id, &names, now_s - span_s, now_s + 1, step_s)
+        })?;
         if found.len() > points.len() {
             points = found;
         }

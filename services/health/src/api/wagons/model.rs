@@ -130,6 +130,8 @@ pub struct WagonView {
     pub id: u32,
     /// Name.
     pub name: String,
+    /// Number of the vehicle, wherever it runs; `null` where the config gives none, and before the first news.
+    pub vehicle_number: Option<String>,
     /// Whether news arrive.
     pub state: DataState,
     /// Age of the last sample behind all this, s; `null` before the first.

@@ -92,9 +92,11 @@ pub(crate) fn wagon(
     let condition = condition(health);
     let share = |share: f64| condition.map(|_| rounded(share));
     let [rail_dry, rail_wet, rail_low, rail_very_low] = health.condition_probability.map(share);
+    let number = health.vehicle.as_str();
     WagonView {
         id,
         name: name.to_owned(),
+        vehicle_number: (!number.is_empty()).then(|| number.to_owned()),
         state: fresh.state,
         age_s: fresh.age_s,
         acquired_at,

@@ -1,6 +1,6 @@
 //! The table as CSV.
 
-use super::table::{ExportError, Layout, Sink};
+use super::table::{ExportError, Layout, Sink, Whose};
 use crate::time::rfc3339;
 use railgrip_history::Point;
 use std::fmt::Write as _;
@@ -18,7 +18,7 @@ pub(super) struct Sheet<W> {
 impl<W: Write> Sheet<W> {
     pub(super) fn begin(layout: &Layout, mut to: W) -> Result<Self, ExportError> {
         let names = layout.figures.iter().map(|(name, ..)| name.as_str());
-        let header: Vec<&str> = ["time", "wagon", "samples"].into_iter().chain(names).collect();
+        let header: Vec<&str> = ["time", "wagon", "vehicle", "samples"].into_iter().chain(names).collect();
         to.write_all(header.join(",").as_bytes())?;
         to.write_all(b"\n")?;
         Ok(Self { to, text: String::new() })
@@ -37,10 +37,12 @@ impl<W: Write> Sheet<W> {
 }
 
 impl<W: Write> Sink for Sheet<W> {
-    fn row(&mut self, layout: &Layout, wagon: u32, point: Point) -> Result<(), ExportError> {
+    fn row(&mut self, layout: &Layout, wagon: &Whose, point: Point) -> Result<(), ExportError> {
         let time = rfc3339(point.unix_s.saturating_mul(1_000_000_000));
         // Whole seconds; writing into a string cannot fail.
-        let _ = write!(self.text, "{}Z,{wagon},{}", &time[..time.len() - 5], point.samples);
+        let place = wagon.place.map_or_else(String::new, |place| place.to_string());
+        let vehicle = wagon.vehicle.as_deref().unwrap_or_default();
+        let _ = write!(self.text, "{}Z,{place},{vehicle},{}", &time[..time.len() - 5], point.samples);
         for column in 0..layout.figures.len() {
             let figure = layout.figure(column, &point);
             self.text.push(',');

@@ -1,8 +1,8 @@
 //! The table as Parquet: `time` as a UTC timestamp in milliseconds, figures as optional floats, units in the metadata.
 
-use super::table::{ExportError, Layout, Sink};
+use super::table::{ExportError, Layout, Sink, Whose};
 use parquet::basic::{Compression, LogicalType, Repetition, TimeUnit, Type as Physical, ZstdLevel};
-use parquet::data_type::{FloatType, Int32Type, Int64Type};
+use parquet::data_type::{ByteArray, ByteArrayType, FloatType, Int32Type, Int64Type};
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
@@ -17,7 +17,7 @@ const GROUP_ROWS: usize = 16_384;
 /// A table being written.
 pub(super) struct Columns<W: Write + Send> {
     writer: SerializedFileWriter<W>,
-    rows: Vec<(u32, Point)>,
+    rows: Vec<(Whose, Point)>,
 }
 
 impl<W: Write + Send> Columns<W> {
@@ -28,7 +28,17 @@ impl<W: Write + Send> Columns<W> {
         };
         let mut fields = vec![
             Arc::new(whole("time", Physical::INT64).with_logical_type(Some(utc)).build()?),
-            Arc::new(whole("wagon", Physical::INT32).build()?),
+            Arc::new(
+                Type::primitive_type_builder("wagon", Physical::INT32)
+                    .with_repetition(Repetition::OPTIONAL)
+                    .build()?,
+            ),
+            Arc::new(
+                Type::primitive_type_builder("vehicle", Physical::BYTE_ARRAY)
+                    .with_repetition(Repetition::OPTIONAL)
+                    .with_logical_type(Some(LogicalType::String))
+                    .build()?,
+            ),
             Arc::new(whole("samples", Physical::INT32).build()?),
         ];
         for (name, ..) in &layout.figures {
@@ -65,17 +75,24 @@ impl<W: Write + Send> Columns<W> {
         }
         let mut group = self.writer.next_row_group()?;
         let times: Vec<i64> = rows.iter().map(|(_, point)| point.unix_s * 1000).collect();
-        let wagons: Vec<i32> = rows.iter().map(|(wagon, _)| wagon.cast_signed()).collect();
+        let there = |known: bool| i16::from(known);
+        let placed: Vec<i16> = rows.iter().map(|(wagon, _)| there(wagon.place.is_some())).collect();
+        let places: Vec<i32> =
+            rows.iter().filter_map(|(wagon, _)| wagon.place).map(u32::cast_signed).collect();
+        let named: Vec<i16> = rows.iter().map(|(wagon, _)| there(wagon.vehicle.is_some())).collect();
+        let names: Vec<ByteArray> =
+            rows.iter().filter_map(|(wagon, _)| wagon.vehicle.as_deref()).map(ByteArray::from).collect();
         let samples: Vec<i32> =
             rows.iter().map(|(_, point)| i32::try_from(point.samples).unwrap_or(i32::MAX)).collect();
         let mut at = 0;
         while let Some(mut column) = group.next_column()? {
             match at {
                 0 => column.typed::<Int64Type>().write_batch(&times, None, None)?,
-                1 => column.typed::<Int32Type>().write_batch(&wagons, None, None)?,
-                2 => column.typed::<Int32Type>().write_batch(&samples, None, None)?,
+                1 => column.typed::<Int32Type>().write_batch(&places, Some(&placed), None)?,
+                2 => column.typed::<ByteArrayType>().write_batch(&names, Some(&named), None)?,
+                3 => column.typed::<Int32Type>().write_batch(&samples, None, None)?,
                 _ => {
-                    let all = rows.iter().map(|(_, point)| layout.figure(at - 3, point));
+                    let all = rows.iter().map(|(_, point)| layout.figure(at - 4, point));
                     let all: Vec<f32> = all.collect();
                     let known: Vec<i16> = all.iter().map(|figure| i16::from(figure.is_finite())).collect();
                     let figures: Vec<f32> = all.into_iter().filter(|figure| figure.is_finite()).collect();
@@ -91,8 +108,8 @@ impl<W: Write + Send> Columns<W> {
 }
 
 impl<W: Write + Send> Sink for Columns<W> {
-    fn row(&mut self, layout: &Layout, wagon: u32, point: Point) -> Result<(), ExportError> {
-        self.rows.push((wagon, point));
+    fn row(&mut self, layout: &Layout, wagon: &Whose, point: Point) -> Result<(), ExportError> {
+        self.rows.push((wagon.clone(), point));
         if self.rows.len() >= GROUP_ROWS { self.group(layout) } else { Ok(()) }
     }
 }

@@ -3,6 +3,7 @@
 use super::table::{ExportError, Form, Wanted};
 use super::write::write;
 use crate::api::problem::Problem;
+use crate::history::consist::Consist;
 use crate::history::query;
 use crate::history::routes::{available, wagon};
 use crate::shared::Shared;
@@ -30,7 +31,8 @@ const USUAL_SPAN_S: i64 = 86_400;
 
 /// Stored indicators as one table, CSV or Parquet, for pandas, DuckDB and spreadsheets.
 ///
-/// One row a wagon and step: `time`, `wagon`, `samples`, then for each indicator `NAME`, `NAME_low`, `NAME_high` where an
+/// One row a wagon and step: `time`, `wagon` (where it runs now; empty for a vehicle that is not in the train), `vehicle` (its
+/// number, where it has one), `samples`, then for each indicator `NAME`, `NAME_low`, `NAME_high` where an
 /// interval is stored, `NAME_min`, `NAME_max`. Dots in names become `_`. Steps without samples have no row.
 #[utoipa::path(get, path = "/api/v1/history/export", tag = "history",
     params(
@@ -70,8 +72,8 @@ pub(crate) async fn export(
     let (from_s, to_s) = query::ends(&pairs, now_s, USUAL_SPAN_S)?;
     let step_s = value(&pairs, "step").map_or(Ok(60), |text| query::duration("step", text))?;
     let fields = value(&pairs, "fields").map(|text| text.split(',').map(str::to_owned).collect());
-    let wanted = Wanted { wagons, fields, from_s, to_s, step_s };
     let history = available(&shared)?;
+    let mut wanted = Wanted { wagons, consist: Consist::default(), fields, from_s, to_s, step_s };
     if let Some(fields) = &wanted.fields {
         crate::history::routes::check_fields(&history, fields)?;
     }
@@ -82,8 +84,14 @@ pub(crate) async fn export(
     let turn = Arc::clone(&history.exports).try_acquire_owned().map_err(busy)?;
     let refused =
         |error: &dyn std::fmt::Display| Problem::new(StatusCode::SERVICE_UNAVAILABLE, error.to_string());
-    let opened = tokio::task::spawn_blocking(move || history.open()).await;
-    let reader = opened.map_err(|error| refused(&error))?.map_err(|error| refused(&error))?;
+    let open = move || {
+        let reader = history.open()?;
+        let consist = history.consist(&reader)?;
+        Ok::<_, railgrip_history::HistoryError>((reader, consist))
+    };
+    let opened = tokio::task::spawn_blocking(open).await;
+    let (reader, consist) = opened.map_err(|error| refused(&error))?.map_err(|error| refused(&error))?;
+    wanted.consist = consist;
     let gzip = form == Form::Csv && takes_gzip(&headers);
     let (sender, receiver) = channel(WAITING_PIECES);
     tokio::task::spawn_blocking(move || {

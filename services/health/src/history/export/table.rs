@@ -1,6 +1,7 @@
 //! The table: its form, its columns, and what takes its rows.
 
 use crate::history::columns;
+use crate::history::consist::Consist;
 use railgrip_history::{HistoryError, Point, Reader};
 
 /// In which form a table is written.
@@ -66,8 +67,10 @@ pub enum ExportError {
 /// What shall be exported.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Wanted {
-    /// These wagons; all if empty.
+    /// The wagons at these places; all that anything is known of if empty.
     pub wagons: Vec<u32>,
+    /// Who runs where.
+    pub consist: Consist,
     /// These indicators; all if absent.
     pub fields: Option<Vec<String>>,
     /// Begin, Unix s.
@@ -151,10 +154,19 @@ impl Layout {
     }
 }
 
+/// The wagon of a row.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Whose {
+    /// Where it runs now; nothing for a vehicle that is not in the train.
+    pub place: Option<u32>,
+    /// Its vehicle number, where it has one.
+    pub vehicle: Option<String>,
+}
+
 /// Takes rows, one by one.
 pub(super) trait Sink {
     /// Takes one row.
-    fn row(&mut self, layout: &Layout, wagon: u32, point: Point) -> Result<(), ExportError>;
+    fn row(&mut self, layout: &Layout, wagon: &Whose, point: Point) -> Result<(), ExportError>;
 }
 
 #[cfg(test)]

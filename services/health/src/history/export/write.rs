@@ -1,6 +1,6 @@
 //! Writes the table while it is read.
 
-use super::table::{ExportError, Form, Layout, Sink, Wanted};
+use super::table::{ExportError, Form, Layout, Sink, Wanted, Whose};
 use super::{csv, parquet};
 use railgrip_history::Reader;
 use std::io::Write;
@@ -41,12 +41,17 @@ fn pieces(
     let names: Vec<&str> = layout.read.iter().map(String::as_str).collect();
     let step_s = wanted.step_s.max(1);
     let from_s = wanted.from_s.div_euclid(step_s) * step_s;
-    let asked = |wagon: &u32| wanted.wagons.is_empty() || wanted.wagons.contains(wagon);
+    let consist = &wanted.consist;
+    let asked = |id: &u32| {
+        let here = |place| wanted.wagons.contains(&place);
+        wanted.wagons.is_empty() || consist.place(*id).is_some_and(here)
+    };
     let mut rows = 0;
-    for wagon in reader.wagons()?.into_iter().filter(asked) {
-        reader.steps(wagon, &names, from_s, wanted.to_s, step_s, |point| {
+    for id in reader.wagons()?.into_iter().filter(asked) {
+        let whose = Whose { place: consist.place(id), vehicle: consist.vehicle(id).map(str::to_owned) };
+        reader.steps(id, &names, from_s, wanted.to_s, step_s, |point| {
             rows += 1;
-            sink.row(layout, wagon, point)
+            sink.row(layout, &whose, point)
         })?;
     }
     Ok(rows)

@@ -1,0 +1,151 @@
+//! The table `[mapping]`: what a source calls a quantity, and how it measures it.
+
+use crate::SettingsError;
+use crate::place::ConfigText;
+use railgrip_recording::{Combine, Flag, Mapping, Rule, quantity_of, unit};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// Where one column comes from.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RuleTable {
+    from: Inputs,
+    unit: Option<String>,
+    scale: Option<f64>,
+    sign: Option<f64>,
+    #[serde(default)]
+    offset: f64,
+    #[serde(default)]
+    combine: CombineWord,
+    flag: Option<String>,
+    flag_is: Option<f64>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(untagged)]
+enum Inputs {
+    One(String),
+    Several(Vec<String>),
+}
+
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum CombineWord {
+    #[default]
+    First,
+    Mean,
+    Sum,
+}
+
+/// Settles the mapping.
+pub(crate) fn mapping(
+    at: &ConfigText<'_>,
+    table: &BTreeMap<String, RuleTable>,
+) -> Result<Mapping, SettingsError> {
+    let rules = table.iter().map(|(to, given)| rule(at, to, given)).collect::<Result<_, _>>()?;
+    Ok(Mapping { rules })
+}
+
+fn rule(at: &ConfigText<'_>, to: &str, given: &RuleTable) -> Result<Rule, SettingsError> {
+    let key = |name: &str| format!("mapping.{to}.{name}");
+    let Some(quantity) = quantity_of(to) else {
+        let allowed = "a column of a run, for example v_m_s, omega_f_rad_s, f_perp_f_n, t_s";
+        return Err(at.refuse(&format!("mapping.{to}"), to, allowed));
+    };
+    let from = match &given.from {
+        Inputs::One(name) => vec![name.clone()],
+        Inputs::Several(names) => names.clone(),
+    };
+    if from.is_empty() || from.iter().any(String::is_empty) {
+        return Err(at.refuse(&key("from"), "empty", "the name of an input, or a list of them"));
+    }
+    let (unit_factor, si) = match &given.unit {
+        None => (1.0, quantity.unit()),
+        Some(name) => unit(name).ok_or_else(|| {
+            at.refuse(&key("unit"), format!("{name:?}"), "a unit such as km/h, rpm, kN, bar, ms")
+        })?,
+    };
+    if si != quantity.unit() && given.scale.is_none() {
+        let (name, own) = (given.unit.as_deref().unwrap_or_default(), quantity.unit());
+        let allowed = format!("a unit of {own}, or a scale that says how many {own} one {si} is");
+        return Err(at.refuse(&key("unit"), format!("{name:?}"), allowed));
+    }
+    let scale = given.scale.unwrap_or(1.0);
+    if !scale.is_finite() || scale == 0.0 {
+        return Err(at.refuse(&key("scale"), scale, "a number other than 0"));
+    }
+    let sign = given.sign.unwrap_or(1.0);
+    if sign.abs() != 1.0 {
+        return Err(at.refuse(&key("sign"), sign, "1 or -1"));
+    }
+    if !given.offset.is_finite() {
+        return Err(at.refuse(&key("offset"), given.offset, "a number"));
+    }
+    let flag = given.flag.clone().map(|from| Flag { from, is: given.flag_is.unwrap_or(1.0) });
+    if flag.is_none() && given.flag_is.is_some() {
+        return Err(at.refuse(&key("flag_is"), "given", "nothing without `flag`"));
+    }
+    let combine = match given.combine {
+        CombineWord::First => Combine::First,
+        CombineWord::Mean => Combine::Mean,
+        CombineWord::Sum => Combine::Sum,
+    };
+    Ok(Rule {
+        to: to.to_owned(),
+        from,
+        combine,
+        factor: unit_factor * scale * sign,
+        offset: given.offset,
+        flag,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[derive(Deserialize)]
+    struct Form {
+        mapping: BTreeMap<String, RuleTable>,
+    }
+
+    fn parsed(text: &str) -> Result<Mapping, String> {
+        let at = ConfigText { file: Path::new("x.toml"), text };
+        let form: Form = at.parse().map_err(|error| error.to_string())?;
+        mapping(&at, &form.mapping).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_cylinder_pressure_in_bar_becomes_a_force() {
+        let text = "[mapping]\nv_m_s = { from = [\"a\", \"b\"], unit = \"km/h\", combine = \"mean\", flag = \"ok\" }\n\
+                    f_perp_f_n = { from = \"p\", unit = \"bar\", scale = 0.16, offset = -1200.0 }\n";
+        let mapping = parsed(text).expect("good");
+        let mut read = |name: &str| match name {
+            "p" => 3.8,
+            "a" => 70.0,
+            "b" => 74.0,
+            _ => 1.0,
+        };
+        assert!((mapping.value("f_perp_f_n", &mut read) - 59_600.0).abs() < 1e-6);
+        assert!((mapping.value("v_m_s", &mut read) - 20.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_what_is_allowed() {
+        for (text, words) in [
+            ("speed = { from = \"v\" }", "`mapping.speed` is speed, allowed is a column of a run"),
+            ("v_m_s = { from = \"v\", unit = \"furlong\" }", "a unit such as km/h"),
+            ("f_perp_f_n = { from = \"p\", unit = \"bar\" }", "a scale that says how many N one Pa is"),
+            ("v_m_s = { from = [] }", "the name of an input"),
+            ("v_m_s = { from = \"v\", sign = 2.0 }", "1 or -1"),
+            ("v_m_s = { from = \"v\", scale = 0.0 }", "other than 0"),
+            ("v_m_s = { from = \"v\", flag_is = 1.0 }", "nothing without `flag`"),
+            ("v_m_s = { from = \"v\", units = \"m/s\" }", "units"),
+        ] {
+            let said = parsed(&format!("[mapping]\n{text}\n")).expect_err(text);
+            assert!(said.contains(words) && said.contains("x.toml:"), "{text}: {said}");
+        }
+    }
+}
