@@ -41,7 +41,8 @@ fn memory_follows_the_vehicle_through_a_new_order_and_length() {
     let first = train.log();
     assert!(first.contains("estimator has started"), "{first}");
 
-    std::fs::write(train.folder().join("train.toml"), config(&["51-80-2", "", "51 80 1"])).expect("write");
+    std::fs::write(train.folder().join("train.toml"), config(&["51-80-2", "", "51 80 1", "", ""]))
+        .expect("write");
     train.start();
     train.wait_ready(PATIENCE);
     let log = train.log();
@@ -51,8 +52,9 @@ fn memory_follows_the_vehicle_through_a_new_order_and_length() {
     };
     for (wagon, words) in [
         (1, "goes on from a snapshot"),
-        (2, "without a vehicle number it may be of another wagon"),
+        (2, "the wagon has no vehicle number"),
         (3, "goes on from a snapshot"),
+        (4, "without a vehicle number it may be of another wagon"),
     ] {
         assert!(says(wagon, words), "wagon {wagon}: {words}\n{second}");
     }

@@ -19,7 +19,7 @@ use railgrip_filter::{
     smooth_record,
 };
 use railgrip_messages::{Estimate, Sample};
-use railgrip_recording::{BogieRecording, MotorRecording, Recording, Row, Strictness, Table};
+use railgrip_recording::{BogieRecording, Mapping, MotorRecording, Recording, Row, Strictness, Table};
 use railgrip_settings::{Overrides, TrainSettings};
 use railgrip_vehicle::VehicleParameters;
 
@@ -42,7 +42,7 @@ pub(crate) struct Args {
     /// Filter: default, paper, rig or imm; of a traction rig zhao or zhao_ekf; of a bogie rig shrestha [default: as the config says, else "default"]
     #[arg(long, value_name = "NAME")]
     filter: Option<String>,
-    /// Config of a train whose [estimator] settings apply
+    /// Config of a train whose [estimator] and [mapping] apply
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Say what the whole recording tells about each instant, not only what came before it (fixed-interval smoothing)
@@ -55,16 +55,19 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
-    let mut config = match &args.config {
-        Some(file) => TrainSettings::load(Some(file), &Overrides::default())?.estimator,
-        None => EstimatorConfig::default(),
+    let (mut config, mapping) = match &args.config {
+        Some(file) => {
+            let settings = TrainSettings::load(Some(file), &Overrides::default())?;
+            (settings.estimator, settings.mapping)
+        }
+        None => (EstimatorConfig::default(), Mapping::default()),
     };
     if let Some(filter) = &args.filter {
         config.filter.clone_from(filter);
     }
     let plant = railgrip_settings::plant::load(&args.vehicle).map_err(CliError::bad_input)?;
     let mut estimator = railgrip_filter::estimator(&config, &plant).map_err(CliError::bad_input)?;
-    let inputs = read(args, &plant)?;
+    let inputs = read(args, &plant, &mapping)?;
     let outputs = match args.smooth {
         true => smooth_record(&mut estimator, &inputs).map_err(|error| match error {
             FilterError::NotSmoothable(_) => CliError::bad_input(format!("--smooth: {error}")),
@@ -80,7 +83,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
 }
 
 /// The samples of the recording, whose form the plant decides.
-fn read(args: &Args, plant: &Plant) -> Result<Vec<EstimatorInput>, CliError> {
+fn read(args: &Args, plant: &Plant, mapping: &Mapping) -> Result<Vec<EstimatorInput>, CliError> {
     if matches!(plant, Plant::Traction(_)) {
         let recording = MotorRecording::read(&args.run, Strictness::Tolerant).map_err(CliError::bad_input)?;
         let input = |row| EstimatorInput::Traction(traction_sample(row));
@@ -91,7 +94,8 @@ fn read(args: &Args, plant: &Plant) -> Result<Vec<EstimatorInput>, CliError> {
         let input = |row| EstimatorInput::Bogie(bogie_sample(row));
         return Ok(recording.rows.iter().map(input).collect());
     }
-    let recording = Recording::read(&args.run, Strictness::Tolerant).map_err(CliError::bad_input)?;
+    let recording =
+        Recording::read_mapped(&args.run, mapping, Strictness::Tolerant).map_err(CliError::bad_input)?;
     if recording.wheelsets != plant.wheelsets() {
         return Err(wheelsets_differ(&args.run, recording.wheelsets, &args.vehicle, plant.wheelsets()));
     }

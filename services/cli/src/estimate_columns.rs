@@ -10,7 +10,8 @@
 //! | a bogie rig | those of a wagon, pad friction always empty, and `state` |
 //!
 //! `*` is `f` and `r` for two wheelsets, else numbers from the front. `state` is a word; on a traction or bogie rig a figure that
-//! its state does not support is an empty cell.
+//! its state does not support is an empty cell. Until the filter of a wagon or roller rig has had its first measurements, all figures
+//! are empty.
 
 use railgrip_filter::PlantKind;
 use railgrip_messages::{Estimate, EstimateState};
@@ -31,21 +32,34 @@ pub(crate) struct Column {
     pub(crate) name: String,
     wheelset: usize,
     read: fn(&Estimate, usize) -> Cell,
+    /// Empty until the filter has begun: before, its figures are no more than zeros.
+    waits: bool,
 }
 
 impl Column {
     fn new(name: impl Into<String>, read: fn(&Estimate, usize) -> Cell) -> Self {
-        Self { name: name.into(), wheelset: 0, read }
+        Self { name: name.into(), wheelset: 0, read, waits: false }
     }
 
     /// The cell of an estimate.
     pub(crate) fn cell(&self, estimate: &Estimate) -> Cell {
-        (self.read)(estimate, self.wheelset)
+        // A filter that has begun knows the loads of the wheelsets.
+        let begun = estimate.normal_load_n.iter().any(|load_n| *load_n > 0.0);
+        if self.waits && !begun { Cell::Number(f64::NAN) } else { (self.read)(estimate, self.wheelset) }
     }
 }
 
 /// The columns for a plant.
 pub(crate) fn columns(plant: PlantKind, wheelsets: usize, detail: bool) -> Vec<Column> {
+    let mut columns = of_plant(plant, wheelsets, detail);
+    if matches!(plant, PlantKind::Wagon | PlantKind::Roller) {
+        let always = |name: &str| name == "t_s" || name == "state" || name.starts_with("observable_");
+        columns.iter_mut().for_each(|column| column.waits = !always(&column.name));
+    }
+    columns
+}
+
+fn of_plant(plant: PlantKind, wheelsets: usize, detail: bool) -> Vec<Column> {
     match plant {
         PlantKind::Traction => traction(),
         PlantKind::Wagon if !detail => wagon(wheelsets),
@@ -68,7 +82,7 @@ fn each(columns: &mut Vec<Column>, wheelsets: usize, parts: &[Part<'_>]) {
     for wheelset in 0..wheelsets {
         for (before, after, read) in parts {
             let name = format!("{before}{}{after}", suffix(wheelset, wheelsets));
-            columns.push(Column { name, wheelset, read: *read });
+            columns.push(Column { name, wheelset, read: *read, waits: false });
         }
     }
 }
@@ -214,6 +228,20 @@ mod tests {
             "t_s, v_m_s, mu_w, mu_w_sigma, mu_0, mu_0_sigma, creep_force_n, creep_force_n_sigma, slip_1, nis, \
              observable_1, state"
         );
+    }
+
+    #[test]
+    fn before_the_first_measurement_cells_are_empty_and_never_zero() {
+        let columns = columns(PlantKind::Wagon, 2, true);
+        let numbers = |estimate: &Estimate| -> Vec<&str> {
+            let filled = columns
+                .iter()
+                .filter(|column| matches!(column.cell(estimate), Cell::Number(v) if !v.is_nan()));
+            filled.map(|column| column.name.as_str()).collect()
+        };
+        assert_eq!(numbers(&Estimate::default()), ["t_s", "observable_f", "observable_r"]);
+        let begun = Estimate { normal_load_n: [2e5, 2e5, 0.0, 0.0], ..Estimate::default() };
+        assert_eq!(numbers(&begun).len(), columns.len() - 1);
     }
 
     #[test]

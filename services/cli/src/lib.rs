@@ -31,6 +31,7 @@ mod local_http;
 mod logging;
 mod map;
 mod output;
+mod payloads;
 mod process_figures;
 mod record;
 mod runner;
@@ -78,6 +79,8 @@ enum Command {
     Check(check::Args),
     /// Propose a [mapping] for a recording with columns of its own
     Map(map::Args),
+    /// Print the payloads of the channels for C, C++ or Python
+    Payloads(payloads::Args),
     /// Print completions for a shell
     Completions(completions::Args),
     /// Show what the HTTP service of a running train says
@@ -118,6 +121,7 @@ impl Command {
             Self::Health(args) => services::health(&args),
             Self::Check(args) => check::run(&args),
             Self::Map(args) => map::run(&args),
+            Self::Payloads(args) => payloads::run(&args),
             Self::Completions(args) => {
                 completions::run(&args, &mut Cli::command());
                 Ok(())

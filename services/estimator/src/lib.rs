@@ -171,6 +171,7 @@ impl Service {
         match snapshot::restore(&self.snapshot_file, worker) {
             Ok(None) if worker.vehicle_number.is_none() => {
                 let text = "estimator has started fresh: the wagon has no vehicle number";
+                tracing::info!("{text}");
                 self.event(EventKind::Started, [0.0; 4], text)
             }
             Ok(None) => self.event(EventKind::Started, [0.0; 4], "estimator has started fresh"),

@@ -97,6 +97,12 @@ pub static SYSTEMD_ANALYZE: Requirement = Requirement {
     place: Place::Program("SYSTEMD_ANALYZE", &["systemd-analyze"]),
     remedy: "apt-get install systemd",
 };
+/// The iceoryx2 package for Python, of the version of the project.
+pub static ICEORYX2_PYTHON: Requirement = Requirement {
+    name: "iceoryx2-python",
+    place: Place::File("ICEORYX2_PYTHON", "target/iceoryx2-python/iceoryx2/__init__.py"),
+    remedy: "tests/run, or ICEORYX2_PYTHON=FOLDER/iceoryx2/__init__.py of any installed copy",
+};
 /// The right to mount a small file system that no other process sees.
 pub static PRIVATE_MOUNT: Requirement = Requirement {
     name: "private-mount",
@@ -105,7 +111,7 @@ pub static PRIVATE_MOUNT: Requirement = Requirement {
 };
 
 /// Every requirement there is.
-pub static ALL: [&Requirement; 8] = [
+pub static ALL: [&Requirement; 9] = [
     &LABELLED_CASES,
     &CREEP_POINTS,
     &MOSQUITTO,
@@ -113,6 +119,7 @@ pub static ALL: [&Requirement; 8] = [
     &AXE_CORE,
     &PROMTOOL,
     &SYSTEMD_ANALYZE,
+    &ICEORYX2_PYTHON,
     &PRIVATE_MOUNT,
 ];
 

@@ -75,7 +75,12 @@ mod tests {
             header(&columns),
             "t_s,v_m_s,mu_w,mu_w_sigma,mu_b_f,mu_b_f_sigma,mu_b_r,mu_b_r_sigma,slip_f,slip_r,nis,observable_f,observable_r"
         );
-        let estimate = Estimate { mu_b: [0.25, 0.5, 0.0, 0.0], observable: 0b10, ..Estimate::default() };
+        let estimate = Estimate {
+            mu_b: [0.25, 0.5, 0.0, 0.0],
+            observable: 0b10,
+            normal_load_n: [2e5; 4],
+            ..Estimate::default()
+        };
         assert_eq!(line(&estimate, &columns), "0.0,0.0,0.0,0.0,0.25,0.0,0.5,0.0,0.0,0.0,0.0,0.0,1.0");
     }
 }
