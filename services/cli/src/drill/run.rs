@@ -41,7 +41,7 @@ pub(super) struct Args {
     #[arg(long, default_value_t = 50.0)]
     rate: f64,
     /// Folder for score.md and alerts.txt
-    #[arg(long, required = true)]
+    #[arg(long)]
     out: Option<PathBuf>,
     /// Trains at the same time (default: one a core)
     #[arg(long)]
