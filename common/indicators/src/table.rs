@@ -20,6 +20,7 @@ pub static INDICATORS: Table = Table(&[
     &indicator::SLIDES,
     &indicator::WSP_SHARE,
     &indicator::SANDING,
+    &indicator::DISC_RISE,
     &indicator::SENSORS,
     &indicator::FILTER,
     &indicator::MODEL,

@@ -11,6 +11,8 @@ pub enum Unit {
     Seconds,
     /// N.
     Newtons,
+    /// K, of a difference of temperatures.
+    Kelvins,
 }
 
 impl Unit {
@@ -21,6 +23,7 @@ impl Unit {
             Self::Ratio | Self::Count => "",
             Self::Seconds => "s",
             Self::Newtons => "N",
+            Self::Kelvins => "K",
         }
     }
 
@@ -31,6 +34,7 @@ impl Unit {
             Self::Ratio | Self::Count => "",
             Self::Seconds => "_s",
             Self::Newtons => "_n",
+            Self::Kelvins => "_k",
         }
     }
 
@@ -42,6 +46,7 @@ impl Unit {
             Self::Count => "",
             Self::Seconds => "_seconds",
             Self::Newtons => "_newtons",
+            Self::Kelvins => "_kelvin",
         }
     }
 }
@@ -68,6 +73,8 @@ impl Form {
     pub const COUNT: Self = Self { factor: 1.0, digits: 0, unit: "" };
     /// A time.
     pub const SECONDS: Self = Self { factor: 1.0, digits: 1, unit: "\u{202f}s" };
+    /// A difference of temperatures.
+    pub const KELVINS: Self = Self { factor: 1.0, digits: 0, unit: "\u{202f}K" };
     /// A force given in N, as kN.
     pub const KILONEWTONS: Self = Self { factor: 1e-3, digits: 1, unit: "\u{202f}kN" };
 }

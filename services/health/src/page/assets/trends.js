@@ -31,6 +31,7 @@
       wsp: { ...percent, limits: limits(limit.wsp_share, 100), lines: one(LINES.share, "wsp_share", "extremes") },
       slides: { factor: 1e-6, digits: 2, unit: "MJ", floor: 0, lines: each("slide_energy_j"), also: ["slides"] },
       sensors: { ...percent, limits: limits(limit.sensors, 100), lines: one(LINES.share, "sensors", "extremes") },
+      disc: { digits: 0, unit: "K", floor: 0, lines: each("disc_rise_k", "interval") },
       filter: { digits: 2, floor: 0, limits: limits(limit.filter), lines: one(LINES.nis, "filter", "extremes"), also: ["model"] },
     };
     return Object.entries(all).map(([key, spec]) => ({ key, title: CHARTS[key][0], about: CHARTS[key][1], axis: CHARTS[key][2], ...spec }));

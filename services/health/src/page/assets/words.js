@@ -50,6 +50,7 @@ const CHARTS = {
   wsp: ["Braking with slide protection", "share of the latest braking in which it acted; band: extremes", "share, %"],
   slides: ["Slide energy", "of all slides so far", "energy, MJ"],
   sensors: ["Faulty sensor values", "share of their values that is missing or refused; band: extremes", "share, %"],
+  disc: ["Disc above ambient", "worked out from braking power; band: 95 % interval", "above ambient, K"],
   filter: ["Filter", "mean normalised innovation squared, 1 is ideal; band: extremes", "ratio"],
   map: ["Adhesion available by track position", "median; band: 95 % interval; shaded: probably low", "adhesion, force over load", "track position, km"],
 };
