@@ -259,9 +259,13 @@ impl SimulatedWagon {
         self.actuate(t_s);
         self.gather_input(t_s, coupler_force_n);
         let loading = self.loading();
-        let before_m_s = self.state.v_m_s;
+        let before = self.state;
         self.state = self.model.step(&self.state, &loading, step_s, &mut self.acceleration_m_s2);
-        self.position_m += 0.5 * (before_m_s + self.state.v_m_s) * step_s;
+        self.position_m += 0.5 * (before.v_m_s + self.state.v_m_s) * step_s;
+        for i in 0..self.wsp.len() {
+            let turned_rad_s = 0.5 * (before.wheel_speed_rad_s[i] + self.state.wheel_speed_rad_s[i]);
+            self.at.wheel_angle_rad[i] += turned_rad_s * step_s;
+        }
         if self.sensors.remembers() {
             self.sensors.remember(Measurand {
                 v_m_s: self.state.v_m_s,

@@ -1,9 +1,10 @@
-//! Reproducibility, independence of wagons, and noise that is what it is declared to be.
+//! Reproducibility, independence of wagons, and noise and errors of sensors that are what they are declared to be.
 
 mod common;
 
 use common::{coach, samples, scenario};
 use railgrip_simulation::{Train, WagonSample};
+use railgrip_vehicle::EffectEntry;
 
 const BRAKING: &str = "
 [[demand]]
@@ -143,4 +144,46 @@ fn holes_and_spikes_come_as_often_as_asked() {
     println!("missing {missing:.4} of 0.02, spikes {spikes:.4} of 0.01");
     assert!((missing - 0.02).abs() < 4.0 * (0.02f64 / 1e4).sqrt());
     assert!((spikes - 0.0098).abs() < 4.0 * (0.01f64 / 1e4).sqrt());
+}
+
+#[test]
+fn an_eccentric_encoder_wobbles_once_a_turn() {
+    let share = 0.02;
+    let mut vehicle = coach();
+    vehicle.effects.push(EffectEntry {
+        id: "wheel_encoder_eccentricity".into(),
+        parameters: [("sine", share), ("cosine", 0.0), ("wheelset", 1.0)]
+            .map(|(name, value)| (name.to_owned(), value))
+            .into(),
+    });
+    let mut train = Train::new(
+        &scenario(
+            12.0,
+            20.0,
+            1,
+            "[[demand]]\nfrom_s = 0.0\nbrake = 0.0\n[[rail]]\nfrom_m = -500.0\ncondition = \"dry\"\n",
+        ),
+        &[vehicle],
+        3,
+        None,
+    )
+    .expect("a train");
+    let period_s = train.sample_period_s();
+    let (mut angle_rad, mut before) = (0.0, None);
+    // Per wheelset: what goes with the sine of the first wheel's angle, relative to its speed.
+    let (mut moment, mut weight) = ([0.0; 2], 0.0);
+    for _ in 0..(10.0 / period_s) as usize {
+        let sample = train.step().wagons[0];
+        let truth = sample.truth.wheel_speed_rad_s;
+        angle_rad +=
+            0.5 * (truth[0] + before.unwrap_or(truth[0])) * period_s * f64::from(u8::from(before.is_some()));
+        before = Some(truth[0]);
+        weight += angle_rad.sin().powi(2);
+        for k in 0..2 {
+            moment[k] += (sample.row.wheel_speed_rad_s[k] / truth[k] - 1.0) * angle_rad.sin();
+        }
+    }
+    let [eccentric, sound] = moment.map(|moment| moment / weight);
+    assert!((eccentric - share).abs() < 0.05 * share, "{eccentric}");
+    assert!(sound.abs() < 0.02 * share, "{sound}");
 }
