@@ -7,6 +7,7 @@
 use railgrip_diagnosis::data::load;
 use railgrip_diagnosis::decide::criteria::Criteria;
 use railgrip_diagnosis::decide::round::{Gain, Round};
+use railgrip_diagnosis::data::align::Alignments;
 use railgrip_diagnosis::decide::{evidence, selection};
 use railgrip_diagnosis::fit::discrepancies::FittedDiscrepancy;
 use railgrip_diagnosis::fit::frozen::FrozenFit;
@@ -31,9 +32,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let case = load::load(folder, vehicle)?;
     let started = Instant::now();
     let criteria = Criteria::default();
+    let alignments = Alignments::default();
     let base = selection::calibrate(&case);
-    let places = selection::localise(&case, &base, &criteria);
-    let selection = selection::select(&case, base, places, &without, &criteria, &|_| ());
+    let places = selection::localise(&base, &criteria);
+    let selection = selection::select((&case, &alignments), base, places, &without, &criteria, &|_| ());
     let names = |frozen: &FrozenFit| {
         let ids: Vec<&str> = frozen.fitted.shape.effects.iter().map(|e| e.spec.id).collect();
         ids.join(" + ")
@@ -52,7 +54,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for round in &selection.rounds {
         show(round);
     }
-    let judgement = evidence::judge(&case, &selection, &criteria, 0);
+    let judgement = evidence::judge(&selection, &criteria, 0);
     let (decision, weighed) = (&judgement.decision, &judgement.evidence);
     println!("{:.1} s  selection stopped: {:?}", started.elapsed().as_secs_f64(), selection.stop);
     println!("{} by the rule {}: {}", decision.verdict.name(), decision.rule.name, decision.rule.words);

@@ -14,6 +14,7 @@
 
 use crate::answer::schema::Report;
 use crate::answer::supplement::{Detail, Settings};
+use crate::data::align::Alignments;
 use crate::data::case::Case;
 use crate::decide::criteria::Criteria;
 use crate::decide::evidence;
@@ -57,21 +58,23 @@ pub fn diagnose(case: &Case, options: &Options, progress: &(dyn Fn(&'static str)
     let started = Instant::now();
     let criteria = Criteria::default();
 
+    let alignments = Alignments::default();
+
     // Calibrate: fit the nuisances alone. All that follows is measured against this model.
     let base = selection::calibrate(case);
 
     // Localise: let one place of the equations err after the other. Where that gains most, the model is wrong, whatever the
     // cause; a cause that cannot act there will have to explain itself.
-    let places = selection::localise(case, &base, &criteria);
+    let places = selection::localise(&base, &criteria);
 
     // Select: which effects of the library the recordings ask for. Each must gain more than chance and more than a mere
     // mending of the one before it; `selection.stop` says why no further one was taken.
-    let selection = selection::select(case, base, places, &options.without, &criteria, progress);
+    let selection = selection::select((case, &alignments), base, places, &options.without, &criteria, progress);
 
     // Judge: are they the answer, a part of it, or none? What they leave, and what a free curve would explain beside them or
     // instead of them, goes through the table of rules. Here a case becomes `unknown`.
     progress("verdict");
-    let judgement = evidence::judge(case, &selection, &criteria, options.seed);
+    let judgement = evidence::judge(&selection, &criteria, options.seed);
 
     // Fit once more, on the windows by which the gap is defined: the verdict stands, the numbers of the report are these.
     progress("fit on windows");

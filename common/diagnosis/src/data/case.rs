@@ -226,7 +226,7 @@ fn unbroken(outputs: [&Vec<f64>; OUTPUTS], dt_s: f64) -> Vec<Range<usize>> {
 }
 
 /// Fills in slopes and smoothed values by straight lines over a sliding stretch.
-fn smooth(samples: &mut [Sample], dt_s: f64) {
+pub(super) fn smooth(samples: &mut [Sample], dt_s: f64) {
     let n = samples.len();
     let half = ((SLOPE_HALF_WIDTH_S / dt_s).round() as usize).max(1);
     for k in 0..n {

@@ -1,5 +1,6 @@
 //! What was recorded and what the simulator believes.
 
+pub mod align;
 pub mod case;
 pub mod load;
 pub mod units;

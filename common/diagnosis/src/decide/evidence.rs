@@ -1,7 +1,6 @@
 //! Evidence for the verdict: what chance would gain, what the effects leave, and what a curve would explain beside them or
 //! instead of them.
 
-use crate::data::case::Case;
 use crate::decide::acceptance::is_quiet;
 use crate::decide::criteria::Criteria;
 use crate::decide::selection::Selection;
@@ -28,7 +27,7 @@ pub struct Judgement {
 }
 
 /// Judges the outcome of the selection: gathers evidence and decides.
-pub fn judge(case: &Case, selection: &Selection, criteria: &Criteria, seed: u64) -> Judgement {
+pub fn judge(selection: &Selection, criteria: &Criteria, seed: u64) -> Judgement {
     let chance = selection.rounds.first().map(|round| {
         let nuisances = selection.base.fitted.shape.nuisance_count();
         Chance::new(round, nuisances, &selection.best, &criteria.significance, seed)
@@ -37,13 +36,13 @@ pub fn judge(case: &Case, selection: &Selection, criteria: &Criteria, seed: u64)
     let beside = if quiet {
         Vec::new()
     } else {
-        discrepancies::beside_effects(case, &selection.best, &criteria.pursuit)
+        discrepancies::beside_effects(&selection.best, &criteria.pursuit)
     };
     let mut evidence =
         without_instead(selection, criteria, chance.as_ref().map_or(0.0, Chance::threshold), &beside);
     let likely = localise::likely(&selection.places, criteria.localisation.likely_share);
     let instead = if is_doubtful(selection, &evidence, criteria) {
-        discrepancies::instead_of_effects(case, &selection.base, likely, &criteria.pursuit)
+        discrepancies::instead_of_effects(&selection.base, likely, &criteria.pursuit)
     } else {
         Vec::new()
     };

@@ -1,8 +1,10 @@
 //! One round of the selection: every candidate on top of the model so far, and the best of them with filters of their own.
 
+use crate::data::align::Alignments;
 use crate::data::case::Case;
 use crate::decide::criteria::Criteria;
 use crate::decide::mending::{Relation, relation};
+use crate::fit::aligned;
 use crate::fit::candidate::{self, Fitted};
 use crate::fit::frozen::{self, FrozenFit};
 use crate::fit::linearisation::Linearisation;
@@ -147,7 +149,7 @@ impl Standpoint<'_, '_> {
 /// Gives the best candidates of a round filters frozen at themselves, and returns the most likely one, with what each
 /// gained.
 pub(crate) fn refit_finalists<'a>(
-    case: &'a Case,
+    (original, alignments): (&'a Case, &'a Alignments),
     disturbances: &DisturbanceModel,
     at: &Standpoint<'_, 'a>,
     candidates: &[Candidate],
@@ -155,6 +157,7 @@ pub(crate) fn refit_finalists<'a>(
     criteria: &Criteria,
 ) -> (Option<FrozenFit<'a>>, Vec<(&'static str, f64)>) {
     let (current, pursuit) = (at.current, &criteria.pursuit);
+    let case = current.case;
     let finalists = finalists(at, round, criteria);
     let refit = |g: &&Gain| {
         frozen::freeze(case, &g.fitted.shape, disturbances, &g.fitted.fit.theta, current.tolerance)
@@ -164,8 +167,12 @@ pub(crate) fn refit_finalists<'a>(
         let led: Vec<Option<FittedEffect>> = round.gains.iter().map(Gain::led).collect();
         let strict =
             frozen::open_loop_trials(case, &current.fitted, candidates, &led, pursuit.strict_finalists);
+        // No filter can follow a late sensor: the recordings are put right for it instead.
         let refit = |(_, shape, theta): &(usize, Shape, Vec<f64>)| {
-            frozen::freeze_upwards(case, shape, disturbances, theta, current.tolerance)
+            aligned::freeze(original, alignments, shape, disturbances, theta, current.tolerance)
+                .unwrap_or_else(|| {
+                    frozen::freeze_upwards(case, shape, disturbances, theta, current.tolerance)
+                })
         };
         refitted.extend(strict.par_iter().map(refit).collect::<Vec<_>>());
     }

@@ -1,10 +1,12 @@
 //! The selection: try every candidate on the calibrated model, accept the best, try again on top of it, delete what is not
 //! needed.
 
+use crate::data::align::Alignments;
 use crate::data::case::Case;
 use crate::decide::acceptance::{Stop, is_hopeless, is_quiet, why_not};
 use crate::decide::criteria::Criteria;
 use crate::decide::round::{Round, Standpoint, refit_finalists, start_from, try_all};
+use crate::fit::aligned;
 use crate::fit::frozen::{self, FrozenFit};
 use crate::model::candidates::{self, Candidate};
 use crate::model::parameters::{FittedEffect, Shape};
@@ -38,19 +40,19 @@ pub fn calibrate(case: &Case) -> FrozenFit<'_> {
 }
 
 /// Frees each place of the equations on top of a frozen fit; the likeliest first.
-pub fn localise(case: &Case, frozen: &FrozenFit, criteria: &Criteria) -> Vec<PlaceEvidence> {
+pub fn localise(frozen: &FrozenFit, criteria: &Criteria) -> Vec<PlaceEvidence> {
     let built = frozen.fitted.shape.build(&frozen.fitted.fit.theta);
     let stretches = Stretches {
         length_s: criteria.significance.stretch_s,
         event_share: criteria.localisation.event_share,
     };
-    localise::localise(case, &built, &DisturbanceModel::default(), stretches)
+    localise::localise(frozen.case, &built, &DisturbanceModel::default(), stretches)
 }
 
 /// Selects effects on top of the calibrated model `base`, over which freeing places gains `places`, from the library
 /// (without the ids of `without`).
 pub fn select<'a>(
-    case: &'a Case,
+    (case, alignments): (&'a Case, &'a Alignments),
     base: FrozenFit<'a>,
     places: Vec<PlaceEvidence>,
     without: &[String],
@@ -82,15 +84,15 @@ pub fn select<'a>(
         }
         let at = Standpoint { current, rest, accepted: &accepted };
         let mut round = try_all(current, &candidates, criteria, progress);
-        let (next, gains) = refit_finalists(case, &disturbances, &at, &candidates, &round, criteria);
+        let (next, gains) = refit_finalists((case, alignments), &disturbances, &at, &candidates, &round, criteria);
         round.own_filter_gains = gains;
         // What looks like a small effect may be a base that another start would have fitted better.
         if restarts < criteria.acceptance.most_restarts
             && let Some(better) =
-                next.as_ref().and_then(|next| better_start(case, &disturbances, current, next, criteria))
+                next.as_ref().and_then(|next| better_start(&disturbances, current, next, criteria))
         {
             restarts += 1;
-            let rest = localise(case, &better, criteria);
+            let rest = localise(&better, criteria);
             match &mut best {
                 Some(best) => *best = (better, rest),
                 None => (base, places) = (better, rest),
@@ -106,14 +108,14 @@ pub fn select<'a>(
             (refused, _) => break refused.unwrap_or(Stop::NoFinalist),
         };
         accepted.push(gain);
-        let rest = localise(case, &next, criteria);
+        let rest = localise(&next, criteria);
         best = Some((next, rest));
     };
     let (best, rest, lost_without) = match best {
-        Some(best) => delete_backwards(case, &disturbances, criteria, best),
+        Some(best) => delete_backwards((case, alignments), &disturbances, criteria, best),
         None => {
             let start = &base.fitted.fit.theta;
-            let best = frozen::freeze(case, &base.fitted.shape, &disturbances, start, base.tolerance);
+            let best = frozen::freeze(base.case, &base.fitted.shape, &disturbances, start, base.tolerance);
             (best, places.clone(), Vec::new())
         }
     };
@@ -133,7 +135,6 @@ fn remaining(library: &[Candidate], current: &FrozenFit, before: Option<&Round>)
 /// The model before `next` fitted again from where `next` ended, if that is better: one that gained little may have only
 /// led the nuisances out of a side valley.
 fn better_start<'a>(
-    case: &'a Case,
     disturbances: &DisturbanceModel,
     current: &FrozenFit<'a>,
     next: &FrozenFit<'a>,
@@ -142,18 +143,19 @@ fn better_start<'a>(
     let acceptance = &criteria.acceptance;
     let gain = current.evidence_cost() - next.evidence_cost();
     let last = next.fitted.shape.effects.len().checked_sub(1)?;
-    if gain > acceptance.doubted_gain || next.tolerance != current.tolerance {
+    let realigned = !std::ptr::eq(next.case, current.case);
+    if realigned || gain > acceptance.doubted_gain || next.tolerance != current.tolerance {
         return None;
     }
     let start = without_range(&next.fitted.fit.theta, next.fitted.shape.range_of(last));
-    let again = frozen::freeze(case, &current.fitted.shape, disturbances, &start, current.tolerance);
+    let again = frozen::freeze(current.case, &current.fitted.shape, disturbances, &start, current.tolerance);
     (again.evidence_cost() < current.evidence_cost() - acceptance.better_start).then_some(again)
 }
 
 /// Drops effects that the others have made superfluous; returns the model, what freeing places gains over it, and what it
 /// would lose without each of several.
 fn delete_backwards<'a>(
-    case: &'a Case,
+    (case, alignments): (&'a Case, &'a Alignments),
     disturbances: &DisturbanceModel,
     criteria: &Criteria,
     (mut best, mut rest): (FrozenFit<'a>, Vec<PlaceEvidence>),
@@ -162,16 +164,21 @@ fn delete_backwards<'a>(
     let number = best.fitted.shape.effects.len();
     while best.fitted.shape.effects.len() > 1 {
         let effects = &best.fitted.shape.effects;
-        let reduced: Vec<FrozenFit<'a>> = (0..effects.len())
+        let reduced: Vec<Option<FrozenFit<'a>>> = (0..effects.len())
             .into_par_iter()
             .map(|drop| {
                 let keep: Vec<FittedEffect> = without_one(effects, drop);
                 let theta = without_range(&best.fitted.fit.theta, best.fitted.shape.range_of(drop));
-                frozen::freeze(case, &best.fitted.shape.with_all(&keep), disturbances, &theta, best.tolerance)
+                let shape = best.fitted.shape.with_all(&keep);
+                let case = aligned::align(case, alignments, &shape, &theta)?;
+                Some(frozen::freeze(case, &shape, disturbances, &theta, best.tolerance))
             })
             .collect();
-        lost_without = reduced.iter().map(|r| r.evidence_cost() - best.evidence_cost()).collect();
-        let cheapest = reduced.into_iter().min_by(|a, b| a.evidence_cost().total_cmp(&b.evidence_cost()));
+        let lost = |reduced: &Option<FrozenFit<'a>>| {
+            reduced.as_ref().map_or(f64::INFINITY, |r| r.evidence_cost() - best.evidence_cost())
+        };
+        lost_without = reduced.iter().map(lost).collect();
+        let cheapest = reduced.into_iter().flatten().min_by(|a, b| a.evidence_cost().total_cmp(&b.evidence_cost()));
         match cheapest {
             Some(smaller) if smaller.evidence_cost() < best.evidence_cost() + criteria.acceptance.gain => {
                 best = smaller;
@@ -181,7 +188,7 @@ fn delete_backwards<'a>(
         }
     }
     if best.fitted.shape.effects.len() != number {
-        rest = localise(case, &best, criteria);
+        rest = localise(&best, criteria);
     }
     (best, rest, lost_without)
 }

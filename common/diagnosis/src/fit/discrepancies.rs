@@ -1,6 +1,5 @@
 //! Fits of flexible discrepancies: what could be explained at all, beside the named effects and instead of them.
 
-use crate::data::case::Case;
 use crate::decide::criteria::Pursuit;
 use crate::fit::candidate::{self, Fitted};
 use crate::fit::frozen::{self, FrozenFit};
@@ -31,11 +30,11 @@ pub struct FittedDiscrepancy {
 /// The flexible discrepancies at likely places that explain most instead of any effect, each with a filter of its own and
 /// the evidence that it gains, best first.
 pub fn instead_of_effects(
-    case: &Case,
     base: &FrozenFit,
     likely: &[PlaceEvidence],
     pursuit: &Pursuit,
 ) -> Vec<(FittedDiscrepancy, f64)> {
+    let case = base.case;
     let mut discrepancies = discrepancy::all(case);
     if discrepancies.iter().any(|f| is_likely(f, likely)) {
         discrepancies.retain(|f| is_likely(f, likely));
@@ -76,8 +75,8 @@ pub fn instead_of_effects(
 }
 
 /// The flexible discrepancies that explain most on top of a model, best first.
-pub fn beside_effects(case: &Case, frozen: &FrozenFit, pursuit: &Pursuit) -> Vec<FittedDiscrepancy> {
-    explain_with(frozen, discrepancy::all(case), pursuit)
+pub fn beside_effects(frozen: &FrozenFit, pursuit: &Pursuit) -> Vec<FittedDiscrepancy> {
+    explain_with(frozen, discrepancy::all(frozen.case), pursuit)
 }
 
 /// Whether a flexible discrepancy acts at one of the likely places; a torque on wheelsets is likely where pads are and the

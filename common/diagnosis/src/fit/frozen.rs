@@ -13,6 +13,8 @@ use rayon::prelude::*;
 /// A filter frozen at one tolerance, and the model fitted with it.
 #[derive(Debug)]
 pub struct FrozenFit<'a> {
+    /// The case with the recordings that were fitted.
+    pub case: &'a Case,
     /// Index of the tolerance in [`TOLERANCES`](crate::predict::disturbances::TOLERANCES); 0 tolerates no error of the model.
     pub tolerance: usize,
     /// The frozen filter.
@@ -47,7 +49,7 @@ pub fn freeze<'a>(
         (whitening, fit, tolerance) = (next, closer, tolerance - 1);
     }
     let fitted = close(&whitening, shape, fit);
-    FrozenFit { tolerance, whitening, fitted }
+    FrozenFit { case, tolerance, whitening, fitted }
 }
 
 /// Fits a shape at the tolerance that makes its innovations most likely, from the least tolerant one up.
@@ -69,7 +71,7 @@ pub fn freeze_upwards<'a>(
         (whitening, fit, tolerance) = (next, looser, tolerance + 1);
     }
     let fitted = close(&whitening, shape, fit);
-    FrozenFit { tolerance, whitening, fitted }
+    FrozenFit { case, tolerance, whitening, fitted }
 }
 
 /// Short fits of all candidates on open-loop windows, each from its first start and from where `led` says: indices, shapes and

@@ -1,5 +1,6 @@
 //! Fits: the solver, what it minimises, and whole models fitted by it.
 
+pub mod aligned;
 pub mod candidate;
 pub mod discrepancies;
 pub mod frozen;

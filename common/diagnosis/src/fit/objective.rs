@@ -15,6 +15,8 @@ pub struct Whitening<'a> {
     predictors: Vec<Predictor>,
     ends: Vec<usize>,
     tolerant: bool,
+    /// What outputs that were not measured count for.
+    missing: f64,
 }
 
 impl<'a> Whitening<'a> {
@@ -28,7 +30,11 @@ impl<'a> Whitening<'a> {
             end
         });
         let tolerant = disturbances.tolerance.is_large();
-        Self { runs: &case.fit, predictors, ends: ends.collect(), tolerant }
+        let sigma = sigmas(&case.vehicle.sensors);
+        let samples = case.fit.iter().flat_map(|run| &run.samples);
+        let missing = samples.flat_map(|sample| (0..OUTPUTS).filter(|j| !sample.measured[*j]));
+        let missing = missing.map(|j| 0.5 + sigma[j].ln()).sum();
+        Self { runs: &case.fit, predictors, ends: ends.collect(), tolerant, missing }
     }
 
     /// Whether the filter corrects so much at each sample that it hardly looks beyond one step: small changes of the model
@@ -51,15 +57,25 @@ impl<'a> Whitening<'a> {
             .collect()
     }
 
+    /// Whitened innovations of `built` on the runs of `case`, which differ from those of the filter in what was measured when.
+    pub(super) fn residuals_of(&self, case: &Case, built: &Built) -> Vec<f64> {
+        let mut out = Vec::with_capacity(self.ends.last().copied().unwrap_or(0));
+        for (run, predictor) in case.fit.iter().zip(&self.predictors) {
+            predictor.residuals(built, run, &mut out);
+        }
+        out
+    }
+
     /// Residuals in a stretch of so many seconds of all outputs.
     pub fn stretch(&self, seconds: f64) -> usize {
         let samples = self.runs.first().map_or(1.0, |run| (seconds / run.dt_s).round());
         OUTPUTS * (samples as usize).max(1)
     }
 
-    /// Half the log-determinants of all innovation covariances.
+    /// Half the log-determinants of all innovation covariances. An output that was not measured counts as one that was
+    /// predicted to its sensor's noise, so that recordings which lack some of them stay comparable.
     pub fn half_log_determinant(&self) -> f64 {
-        self.predictors.iter().map(|p| p.half_log_determinant).sum()
+        self.missing + self.predictors.iter().map(|p| p.half_log_determinant).sum::<f64>()
     }
 }
 

@@ -7,10 +7,14 @@ use crate::fit::solver::{self, Effort, Problem};
 use crate::model::parameters::{Built, Shape};
 use crate::predict::open_loop::{self, Tally, sigmas};
 use railgrip_vehicle::{EffectEntry, VehicleParameters};
+use std::ops::Range;
 
 /// Rounds of reweighting the windows that fall on the wrong side between holding and sliding.
 const ROUNDS: usize = 3;
 const EFFORT: Effort = Effort { iterations: 6, slow_columns: 0, refresh: 1, tolerance: 0.02 };
+
+/// Stays where it starts.
+const NO_STEP: Effort = Effort { iterations: 0, slow_columns: 0, refresh: 1, tolerance: 0.02 };
 
 /// The three models of a report: shapes, and the parameters fitted on the windows.
 #[derive(Debug)]
@@ -31,7 +35,11 @@ impl Models {
         let nominal = Shape::nominal(case);
         let calibrated = fit(case, &nominal, &[base.fit.theta.clone(), nominal.start()]);
         let (extended_shape, extended) = match named {
-            Some(best) => (best.shape.clone(), fit(case, &best.shape, std::slice::from_ref(&best.fit.theta))),
+            Some(best) => {
+                let shape = best.shape.on_recordings();
+                let extended = fit(case, &shape, std::slice::from_ref(&best.fit.theta));
+                (shape, extended)
+            }
             None => (nominal.clone(), calibrated.clone()),
         };
         Self { nominal, calibrated, extended_shape, extended }
@@ -97,6 +105,22 @@ pub(super) fn reweighted<'a>(case: &'a Case, shape: &'a Shape, start: &[f64]) ->
     let theta = solver::fit(&problem, shape.parameters(), start, EFFORT, None).theta;
     problem.reweight(&theta);
     (problem, theta)
+}
+
+/// Standard errors of some parameters of a shape on the windows, by the curvature at `theta`; a parameter that moves nothing
+/// there is known to its scale.
+pub(super) fn sigmas_of(case: &Case, shape: &Shape, theta: &[f64], range: Range<usize>) -> Vec<f64> {
+    let mut problem = Windows::new(case, shape);
+    problem.reweight(theta);
+    let mut fit = solver::fit(&problem, shape.parameters(), theta, NO_STEP, None);
+    solver::linearise(&problem, shape.parameters(), &mut fit);
+    let (_, curvature) = solver::assemble(shape.parameters(), &fit.theta, &fit.blocks);
+    let scales: Vec<f64> = shape.parameters().iter().map(|p| p.scale).collect();
+    let scaled = curvature.map_with_location(|i, j, value| {
+        value * scales[i] * scales[j] + if i == j { 1.0 } else { 0.0 }
+    });
+    let inverse = scaled.try_inverse();
+    range.map(|i| inverse.as_ref().map_or(1.0, |inverse| inverse[(i, i)].max(0.0).sqrt()) * scales[i]).collect()
 }
 
 /// Gap on the runs to fit on, with every window beyond three times the median counted as that.

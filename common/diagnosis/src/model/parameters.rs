@@ -101,6 +101,8 @@ pub struct FittedEffect {
     /// The continuous parameters.
     pub parameters: Vec<Parameter>,
     builder: Builder,
+    /// Whether the recordings were put right for it, see [`Shape::on_recordings`].
+    aligned: bool,
 }
 
 impl std::fmt::Debug for FittedEffect {
@@ -133,12 +135,32 @@ impl FittedEffect {
         }
         let held = fixed.clone();
         let builder = move |values: &[f64]| constructor(&merge(&held, values));
-        Self { spec, fixed, parameters, builder: Arc::new(builder) }
+        Self { spec, fixed, parameters, builder: Arc::new(builder), aligned: false }
     }
 
     /// A flexible discrepancy.
     pub fn custom(spec: &'static EffectSpec, parameters: Vec<Parameter>, builder: Builder) -> Self {
-        Self { spec, fixed: vec![f64::NAN; parameters.len()], parameters, builder }
+        Self { spec, fixed: vec![f64::NAN; parameters.len()], parameters, builder, aligned: false }
+    }
+
+    /// The effect at these values.
+    pub fn build(&self, continuous: &[f64]) -> Box<dyn Effect> {
+        (self.builder)(continuous)
+    }
+
+    /// Whether it is not part of the model since the recordings were put right for it.
+    pub fn is_aligned(&self) -> bool {
+        self.aligned
+    }
+
+    /// This effect as one for which the recordings are put right, at `values`, each known to so many `sigmas`.
+    pub fn aligned(&self, values: &[f64], sigmas: &[f64]) -> Self {
+        let mut aligned = self.clone();
+        aligned.aligned = true;
+        for (parameter, (value, sigma)) in aligned.parameters.iter_mut().zip(values.iter().zip(sigmas)) {
+            (parameter.start, parameter.prior_mean, parameter.prior_sigma) = (*value, *value, *sigma);
+        }
+        aligned
     }
 
     /// All parameter values in the order of the spec.
@@ -201,6 +223,22 @@ impl Shape {
     /// This shape with these effects alone.
     pub fn with_all(&self, effects: &[FittedEffect]) -> Self {
         effects.iter().fold(self.bare(), |shape, effect| shape.with(effect))
+    }
+
+    /// This shape on the recordings as they are, where effects for which they were put right act in the model again. The
+    /// parameters keep their places.
+    pub fn on_recordings(&self) -> Self {
+        let mut plain = self.clone();
+        for effect in plain.effects.iter_mut().filter(|effect| effect.aligned) {
+            effect.aligned = false;
+            let of_spec = |p: &Parameter| effect.spec.parameters.iter().find(|spec| spec.name == p.name);
+            for parameter in &mut effect.parameters {
+                if let Some(spec) = of_spec(parameter) {
+                    (parameter.prior_mean, parameter.prior_sigma) = (spec.default, spec.prior_sigma);
+                }
+            }
+        }
+        self.bare().with_all(&plain.effects)
     }
 
     /// This shape without effects.
@@ -267,7 +305,8 @@ impl Shape {
         let (vehicle, pads) = self.vehicle(theta);
         // Effects that the file itself names are part of the nominal model.
         let own = vehicle.effects.iter().filter_map(|entry| railgrip_vehicle::effects::build(entry).ok());
-        let found = (0..self.effects.len()).map(|e| (self.effects[e].builder)(&theta[self.range_of(e)]));
+        let acting = (0..self.effects.len()).filter(|e| !self.effects[*e].aligned);
+        let found = acting.map(|e| self.effects[e].build(&theta[self.range_of(e)]));
         let effects = own.chain(found).collect();
         let mut constants = Constants::of(&vehicle);
         for (level, factor) in constants.brake_friction.iter_mut().zip(pads) {

@@ -182,6 +182,29 @@ pub struct Observation {
     pub wheel_speed_rad_s: PerWheelset,
 }
 
+/// How late what the sensors read is: a reading at time t shows the speed at t minus this, s; negative where it is early.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Lateness {
+    /// Of vehicle speed, s.
+    pub v_s: f64,
+    /// Of wheelset speeds, s.
+    pub wheel_speed_s: f64,
+    /// Length of the stretch of time over which wheelset speeds are means, s.
+    pub wheel_speed_mean_s: f64,
+}
+
+impl std::ops::Add for Lateness {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            v_s: self.v_s + other.v_s,
+            wheel_speed_s: self.wheel_speed_s + other.wheel_speed_s,
+            wheel_speed_mean_s: self.wheel_speed_mean_s + other.wheel_speed_mean_s,
+        }
+    }
+}
+
 /// A modifier of laws. Every method but [`Effect::spec`] leaves its law as it is unless the effect overrides it.
 pub trait Effect: Send + Sync + std::fmt::Debug {
     /// The effect's entry in the catalogue.
@@ -238,6 +261,12 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
 
     /// What the sensors read.
     fn observe(&self, _at: &Operating, _hidden: &[f64], _reading: &mut Observation) {}
+
+    /// How late the readings are on the whole, `time_s` after the start of the run: a delay as it is, a mean over the past as
+    /// the mean age of what it holds. Zero unless the effect is one of time.
+    fn lateness(&self, _time_s: f64) -> Lateness {
+        Lateness::default()
+    }
 
     /// Turns what the sensors read, at the start of a simulation, into the state of the vehicle.
     fn correct(&self, _at: &Operating, _hidden: &[f64], _state: &mut Observation) {}

@@ -23,7 +23,7 @@ mod sensor_speed;
 mod sensor_wheel_speed;
 mod stretch;
 
-pub use effect::{Effect, EffectSpec, Likeness, Observation, Operating, ParameterSpec, Term, Twin};
+pub use effect::{Effect, EffectSpec, Lateness, Likeness, Observation, Operating, ParameterSpec, Term, Twin};
 pub use error::ModelError;
 pub use stretch::window_share;
 

@@ -1,7 +1,7 @@
 //! Effects on the measurement of vehicle speed.
 
 use super::delay::DelayLine;
-use super::{Effect, EffectSpec, Observation, Operating, ParameterSpec, Term, Twin};
+use super::{Effect, EffectSpec, Lateness, Observation, Operating, ParameterSpec, Term, Twin};
 
 /// Longest latency that can be fitted, s.
 const LONGEST_LATENCY_S: f64 = 1.5;
@@ -73,6 +73,10 @@ impl Effect for Latency {
 
     fn observe(&self, _at: &Operating, hidden: &[f64], reading: &mut Observation) {
         reading.v_m_s -= self.change_m_s(hidden);
+    }
+
+    fn lateness(&self, _time_s: f64) -> Lateness {
+        Lateness { v_s: self.latency_s, ..Lateness::default() }
     }
 
     fn correct(&self, _at: &Operating, hidden: &[f64], state: &mut Observation) {

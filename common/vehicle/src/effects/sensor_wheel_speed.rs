@@ -1,7 +1,7 @@
 //! Effects on the measurement of wheelset speeds.
 
 use super::delay::DelayLine;
-use super::{Effect, EffectSpec, Observation, Operating, ParameterSpec, Term, Twin};
+use super::{Effect, EffectSpec, Lateness, Observation, Operating, ParameterSpec, Term, Twin};
 use crate::MAX_WHEELSETS;
 
 /// Once-per-revolution error of an encoder.
@@ -165,6 +165,10 @@ impl Effect for Window {
         }
     }
 
+    fn lateness(&self, _time_s: f64) -> Lateness {
+        Lateness { wheel_speed_s: 0.5 * self.window_s, wheel_speed_mean_s: self.window_s, v_s: 0.0 }
+    }
+
     fn correct(&self, at: &Operating, _hidden: &[f64], state: &mut Observation) {
         for i in 0..MAX_WHEELSETS {
             state.wheel_speed_rad_s[i] += 0.5 * self.window_s * at.wheel_acceleration_rad_s2[i];
@@ -261,6 +265,10 @@ impl Effect for ClockSkew {
         for i in 0..MAX_WHEELSETS {
             reading.wheel_speed_rad_s[i] += (past[i] - reading.wheel_speed_rad_s[i]) * share;
         }
+    }
+
+    fn lateness(&self, time_s: f64) -> Lateness {
+        Lateness { wheel_speed_s: self.lag_s(time_s), ..Lateness::default() }
     }
 
     fn correct(&self, at: &Operating, _hidden: &[f64], state: &mut Observation) {
