@@ -62,6 +62,8 @@ pub struct Pursuit {
     pub gross_tolerance: usize,
     /// Of these tries, how many get a filter frozen at themselves. Effort (plant).
     pub strict_finalists: usize,
+    /// Share of the evidence of the first effect from which the second best of a gross misfit is followed too. Effort (plant).
+    pub rival_share: f64,
     /// Limits of what left-out runs add to a score, as shares of the gain on all runs: a prediction from one Newton step
     /// goes far astray where a run alone carries a parameter. Set by hand (open).
     pub left_out_limits: [f64; 2],
@@ -90,6 +92,7 @@ impl Default for Pursuit {
             tolerant_finalist_share: 0.5,
             gross_tolerance: 2,
             strict_finalists: 3,
+            rival_share: 0.7,
             left_out_limits: [-0.5, 1.5],
             discrepancies_screened: 9,
             discrepancies_finished: 3,
@@ -130,6 +133,9 @@ pub struct Acceptance {
     /// Share of [`Self::gain`] that a small effect must gain outside of the few stretches in which it gains most. Set by
     /// hand (plant), after a false alarm from one slide.
     pub lasting_share: f64,
+    /// Share of the cost above white innovations that each further effect must leave at most where another first effect leads
+    /// to more of them: two wrong forms together can imitate a third. Set by hand.
+    pub left_by_more: f64,
     /// Evidence that each parameter of an effect must earn: about half the logarithm of the number of samples (Schwarz).
     pub per_parameter: f64,
     /// Share of its gain by which a further effect on a bound of its strength must lead. Set by hand (plant).
@@ -152,6 +158,7 @@ impl Default for Acceptance {
             better_start: 5.0,
             most_restarts: 2,
             lasting_share: 0.3,
+            left_by_more: 0.5,
             per_parameter: 5.0,
             on_bound_share: 0.1,
         }

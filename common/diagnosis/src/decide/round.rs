@@ -146,8 +146,8 @@ impl Standpoint<'_, '_> {
     }
 }
 
-/// Gives the best candidates of a round filters frozen at themselves, and returns the most likely one, with what each
-/// gained.
+/// Gives the best candidates of a round filters frozen at themselves, and returns them, the most likely one first, with what
+/// each gained.
 pub(crate) fn refit_finalists<'a>(
     (original, alignments): (&'a Case, &'a Alignments),
     disturbances: &DisturbanceModel,
@@ -155,7 +155,7 @@ pub(crate) fn refit_finalists<'a>(
     candidates: &[Candidate],
     round: &Round,
     criteria: &Criteria,
-) -> (Option<FrozenFit<'a>>, Vec<(&'static str, f64)>) {
+) -> (Vec<FrozenFit<'a>>, Vec<(&'static str, f64)>) {
     let (current, pursuit) = (at.current, &criteria.pursuit);
     let case = current.case;
     let finalists = finalists(at, round, criteria);
@@ -185,7 +185,8 @@ pub(crate) fn refit_finalists<'a>(
     let cost = |frozen: &FrozenFit| cost(current, frozen, criteria);
     let first =
         |a: &FrozenFit, b: &FrozenFit| stands_back(a).cmp(&stands_back(b)).then(cost(a).total_cmp(&cost(b)));
-    (refitted.into_iter().min_by(first), gains)
+    refitted.sort_by(first);
+    (refitted, gains)
 }
 
 /// The candidates that get filters of their own.

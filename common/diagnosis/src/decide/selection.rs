@@ -8,6 +8,7 @@ use crate::decide::criteria::Criteria;
 use crate::decide::round::{Round, Standpoint, refit_finalists, start_from, try_all};
 use crate::fit::aligned;
 use crate::fit::frozen::{self, FrozenFit};
+use crate::fit::objective::Whitening;
 use crate::model::candidates::{self, Candidate};
 use crate::model::parameters::{FittedEffect, Shape};
 use crate::predict::disturbances::{DisturbanceModel, TOLERANCES};
@@ -61,65 +62,163 @@ pub fn select<'a>(
 ) -> Selection<'a> {
     let disturbances = DisturbanceModel::default();
     let library = candidates::all(case, without);
-    let (mut base, mut places) = (base, places);
-    let mut best: Option<(FrozenFit<'a>, Vec<PlaceEvidence>)> = None;
-    let mut rounds: Vec<Round> = Vec::new();
-    let mut accepted: Vec<f64> = Vec::new();
-    let mut restarts = 0;
-    let stop = loop {
-        if accepted.len() == criteria.acceptance.most_effects {
-            break Stop::EnoughEffects;
-        }
-        let (current, rest) = best.as_ref().map_or((&base, &places), |(frozen, rest)| (frozen, rest));
-        // Every candidate is tried once; on top of a model that leaves nothing there is nothing to try.
-        if !rounds.is_empty() && is_quiet(current, rest, &criteria.localisation) {
-            break Stop::Quiet;
-        }
-        if !rounds.is_empty() && is_hopeless(current, &places, rest, criteria) {
-            break Stop::Hopeless;
-        }
-        let candidates = remaining(&library, current, rounds.last());
-        if candidates.is_empty() {
-            break Stop::NoCandidate;
-        }
-        let at = Standpoint { current, rest, accepted: &accepted };
-        let mut round = try_all(current, &candidates, criteria, progress);
-        let (next, gains) = refit_finalists((case, alignments), &disturbances, &at, &candidates, &round, criteria);
-        round.own_filter_gains = gains;
-        // What looks like a small effect may be a base that another start would have fitted better.
-        if restarts < criteria.acceptance.most_restarts
-            && let Some(better) =
-                next.as_ref().and_then(|next| better_start(&disturbances, current, next, criteria))
-        {
-            restarts += 1;
-            let rest = localise(&better, criteria);
-            match &mut best {
-                Some(best) => *best = (better, rest),
-                None => (base, places) = (better, rest),
-            }
-            continue;
-        }
-        let refused =
-            next.as_ref().map_or(Some(Stop::NoFinalist), |next| why_not(&at, next, &round, criteria));
-        let gain = next.as_ref().map_or(0.0, |next| current.evidence_cost() - next.evidence_cost());
-        rounds.push(if rounds.is_empty() { round } else { round.lighter() });
-        let next = match (refused, next) {
-            (None, Some(next)) => next,
-            (refused, _) => break refused.unwrap_or(Stop::NoFinalist),
-        };
-        accepted.push(gain);
-        let rest = localise(&next, criteria);
-        best = Some((next, rest));
-    };
+    let climb = Climb { case, alignments, library, disturbances, criteria, progress };
+    let mut path = Path::new(base, places);
+    climb.go_on(&mut path, criteria.acceptance.most_restarts);
+    climb.try_rival(&mut path);
+    let Path { base, places, best, rounds, stop, .. } = path;
     let (best, rest, lost_without) = match best {
-        Some(best) => delete_backwards((case, alignments), &disturbances, criteria, best),
+        Some(best) => delete_backwards((case, alignments), &climb.disturbances, criteria, best),
         None => {
             let start = &base.fitted.fit.theta;
-            let best = frozen::freeze(base.case, &base.fitted.shape, &disturbances, start, base.tolerance);
+            let shape = &base.fitted.shape;
+            let best = frozen::freeze(base.case, shape, &climb.disturbances, start, base.tolerance);
             (best, places.clone(), Vec::new())
         }
     };
     Selection { base, best, rounds, stop, places, rest, lost_without }
+}
+
+/// How far a selection has come.
+struct Path<'a> {
+    base: FrozenFit<'a>,
+    places: Vec<PlaceEvidence>,
+    best: Option<(FrozenFit<'a>, Vec<PlaceEvidence>)>,
+    rounds: Vec<Round>,
+    /// Evidence that each effect gained when it was accepted.
+    accepted: Vec<f64>,
+    stop: Stop,
+    /// The second best of the first round, if it did nearly as well beside a gross misfit.
+    rival: Option<FrozenFit<'a>>,
+}
+
+impl<'a> Path<'a> {
+    fn new(base: FrozenFit<'a>, places: Vec<PlaceEvidence>) -> Self {
+        let (rounds, accepted) = (Vec::new(), Vec::new());
+        Self { base, places, best: None, rounds, accepted, stop: Stop::NoFinalist, rival: None }
+    }
+
+    /// The model so far, and what freeing places gains over it.
+    fn standing(&self) -> (&FrozenFit<'a>, &[PlaceEvidence]) {
+        self.best.as_ref().map_or((&self.base, &self.places[..]), |(frozen, rest)| (frozen, &rest[..]))
+    }
+
+    /// Evidence that is left to gain above innovations that cost `white`.
+    fn excess(&self, white: f64) -> f64 {
+        let (frozen, _) = self.standing();
+        (frozen.evidence_cost() - white).max(0.0)
+    }
+}
+
+/// What a selection climbs with.
+struct Climb<'s, 'a> {
+    case: &'a Case,
+    alignments: &'a Alignments,
+    library: Vec<Candidate>,
+    disturbances: DisturbanceModel,
+    criteria: &'s Criteria,
+    progress: &'s (dyn Fn(&'static str) + Sync),
+}
+
+impl<'a> Climb<'_, 'a> {
+    /// Takes one effect after the other into the model, until there is a reason to stop.
+    fn go_on(&self, path: &mut Path<'a>, mut restarts: usize) {
+        let (case, criteria, disturbances) = (self.case, self.criteria, &self.disturbances);
+        path.stop = loop {
+            if path.accepted.len() == criteria.acceptance.most_effects {
+                break Stop::EnoughEffects;
+            }
+            let (current, rest) = path.standing();
+            // Every candidate is tried once; on top of a model that leaves nothing there is nothing to try.
+            if !path.rounds.is_empty() && is_quiet(current, rest, &criteria.localisation) {
+                break Stop::Quiet;
+            }
+            if !path.rounds.is_empty() && is_hopeless(current, &path.places, rest, criteria) {
+                break Stop::Hopeless;
+            }
+            let candidates = remaining(&self.library, current, path.rounds.last());
+            if candidates.is_empty() {
+                break Stop::NoCandidate;
+            }
+            let at = Standpoint { current, rest, accepted: &path.accepted };
+            let mut round = try_all(current, &candidates, criteria, self.progress);
+            let (finalists, gains) =
+                refit_finalists((case, self.alignments), disturbances, &at, &candidates, &round, criteria);
+            round.own_filter_gains = gains;
+            let mut finalists = finalists.into_iter();
+            let next = finalists.next();
+            // What looks like a small effect may be a base that another start would have fitted better.
+            if restarts > 0
+                && let Some(better) =
+                    next.as_ref().and_then(|next| better_start(disturbances, current, next, criteria))
+            {
+                restarts -= 1;
+                let rest = localise(&better, criteria);
+                match &mut path.best {
+                    Some(best) => *best = (better, rest),
+                    None => (path.base, path.places) = (better, rest),
+                }
+                continue;
+            }
+            let refused =
+                next.as_ref().map_or(Some(Stop::NoFinalist), |next| why_not(&at, next, &round, criteria));
+            let gain = |next: &FrozenFit| current.evidence_cost() - next.evidence_cost();
+            let gained = next.as_ref().map_or(0.0, gain);
+            let rival = (path.accepted.is_empty() && current.tolerance >= criteria.pursuit.gross_tolerance)
+                .then(|| finalists.find(|other| last_id(other) != next.as_ref().and_then(last_id)))
+                .flatten()
+                .filter(|rival| gain(rival) > criteria.pursuit.rival_share * gained);
+            path.rounds.push(if path.rounds.is_empty() { round } else { round.lighter() });
+            let next = match (refused, next) {
+                (None, Some(next)) => next,
+                (refused, _) => break refused.unwrap_or(Stop::NoFinalist),
+            };
+            path.rival = path.rival.take().or(rival);
+            path.accepted.push(gained);
+            let rest = localise(&next, criteria);
+            path.best = Some((next, rest));
+        };
+    }
+
+    /// Climbs again from the rival of the first effect, and takes what is found if it leaves less: where two things are wrong at
+    /// once, the effect that gains most alone need not be one of them.
+    fn try_rival(&self, path: &mut Path<'a>) {
+        let Some(rival) = path.rival.take() else { return };
+        let (current, rest) = path.standing();
+        if is_quiet(current, rest, &self.criteria.localisation) {
+            return;
+        }
+        let white = self.white_cost(current);
+        let (excess, number) = (path.excess(white), path.accepted.len());
+        let later = path.rounds.split_off(1);
+        let gained = path.base.evidence_cost() - rival.evidence_cost();
+        let rest = localise(&rival, self.criteria);
+        let best = path.best.replace((rival, rest));
+        let accepted = std::mem::replace(&mut path.accepted, vec![gained]);
+        let stop = path.stop;
+        self.go_on(path, 0);
+        let more = path.accepted.len().saturating_sub(number);
+        let allowed = self.criteria.acceptance.left_by_more.powi(more as i32);
+        if path.excess(white) >= allowed * excess {
+            path.rounds.truncate(1);
+            path.rounds.extend(later);
+            (path.best, path.accepted, path.stop) = (best, accepted, stop);
+        }
+    }
+}
+
+impl Climb<'_, '_> {
+    /// What innovations of `frozen` would cost if a filter that tolerates no error of the model made them white.
+    fn white_cost(&self, frozen: &FrozenFit) -> f64 {
+        let built = frozen.fitted.shape.build(&frozen.fitted.fit.theta);
+        let strict = Whitening::new(frozen.case, &built, &self.disturbances.tolerant(0));
+        0.5 * frozen.fitted.residuals.len() as f64 + strict.half_log_determinant()
+    }
+}
+
+/// Id of the effect that was taken last.
+fn last_id(frozen: &FrozenFit) -> Option<&'static str> {
+    frozen.fitted.shape.effects.last().map(|effect| effect.spec.id)
 }
 
 /// The candidates that `current` does not hold yet, started from where the round `before` left them.
