@@ -33,9 +33,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let started = Instant::now();
     let criteria = Criteria::default();
     let alignments = Alignments::default();
-    let base = selection::calibrate(&case);
+    let mut base = selection::calibrate(&case);
+    let heard = selection::heard(&base, &criteria);
+    let case = heard.as_ref().unwrap_or(&case);
+    if heard.is_some() {
+        base = selection::calibrate(case);
+    }
+    println!("{:.1} s  noise {:.4?}", started.elapsed().as_secs_f64(), case.noise);
     let places = selection::localise(&base, &criteria);
-    let selection = selection::select((&case, &alignments), base, places, &without, &criteria, &|_| ());
+    let selection = selection::select((case, &alignments), base, places, &without, &criteria, &|_| ());
     let names = |frozen: &FrozenFit| {
         let ids: Vec<&str> = frozen.fitted.shape.effects.iter().map(|e| e.spec.id).collect();
         ids.join(" + ")

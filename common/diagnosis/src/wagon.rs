@@ -61,7 +61,14 @@ pub fn diagnose(case: &Case, options: &Options, progress: &(dyn Fn(&'static str)
     let alignments = Alignments::default();
 
     // Calibrate: fit the nuisances alone. All that follows is measured against this model.
-    let base = selection::calibrate(case);
+    let mut base = selection::calibrate(case);
+
+    // Listen: take the noise of the sensors from the recordings, and calibrate again if it is not as the vehicle file says.
+    let heard = selection::heard(&base, &criteria);
+    let case = heard.as_ref().unwrap_or(case);
+    if heard.is_some() {
+        base = selection::calibrate(case);
+    }
 
     // Localise: let one place of the equations err after the other. Where that gains most, the model is wrong, whatever the
     // cause; a cause that cannot act there will have to explain itself.

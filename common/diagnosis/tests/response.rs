@@ -1,5 +1,6 @@
 //! The response of a frozen filter's innovations to a small change of the model, against running the filter again.
 
+use railgrip_diagnosis::data::noise::SensorNoise;
 use railgrip_diagnosis::data::case::{Case, Columns, Run};
 use railgrip_diagnosis::fit::candidate::Fitted;
 use railgrip_diagnosis::fit::linearisation::Linearisation;
@@ -83,7 +84,8 @@ fn stop() -> Run {
 
 fn case() -> Case {
     let vehicle: VehicleParameters = toml::from_str(VEHICLE).expect("vehicle");
-    Case { vehicle, fit: vec![stop()], holdout: Vec::new(), notes: Vec::new() }
+    let noise = SensorNoise::of_file(&vehicle.sensors);
+    Case { vehicle, fit: vec![stop()], holdout: Vec::new(), noise, notes: Vec::new() }
 }
 
 /// Over every effect that has a neutral strength and acts on this run, with the most tolerant filter, for which the

@@ -126,7 +126,7 @@ fn outputs_that_were_not_measured_have_no_innovation_and_leave_the_others_alone(
     let built = shape.build(&shape.start());
     let white = |run: &Run| {
         let mut white = Vec::new();
-        let predictor = Predictor::new(&built, run, &case.vehicle, &DisturbanceModel::default());
+        let predictor = Predictor::new(&built, run, &case, &DisturbanceModel::default());
         predictor.residuals(&built, run, &mut white);
         white
     };

@@ -1,5 +1,6 @@
 //! A case in memory: the nominal vehicle and the runs, with what a simulation needs at each sample prepared once.
 
+use crate::data::noise::SensorNoise;
 use railgrip_vehicle::fast::{self, Motion, SampleInput};
 use railgrip_vehicle::{RailClass, VehicleParameters};
 use std::ops::Range;
@@ -102,6 +103,8 @@ pub struct Case {
     pub fit: Vec<Run>,
     /// Runs only to predict, by name.
     pub holdout: Vec<Run>,
+    /// Noise of each output.
+    pub noise: [SensorNoise; OUTPUTS],
     /// What was mended in the recordings and assumed about them, in sentences.
     pub notes: Vec<String>,
 }

@@ -1,6 +1,7 @@
 //! Reading the runs of a case.
 
 use crate::data::case::{Case, Columns, Run, WHEELSETS};
+use crate::data::noise::SensorNoise;
 use railgrip_recording::{Mending, Place, Recording, RecordingError, RunFile, runs_in};
 use railgrip_vehicle::{RailClass, VehicleParameters};
 use std::path::{Path, PathBuf};
@@ -68,7 +69,8 @@ pub fn load(folder: &Path, vehicle: VehicleParameters) -> Result<Case, CaseError
                 .to_owned(),
         );
     }
-    Ok(Case { vehicle, fit, holdout, notes })
+    let noise = SensorNoise::of_file(&vehicle.sensors);
+    Ok(Case { vehicle, fit, holdout, noise, notes })
 }
 
 /// The recordings of a folder in regular parts. Each note is told with the folder and the run that it is about.

@@ -3,4 +3,5 @@
 pub mod align;
 pub mod case;
 pub mod load;
+pub mod noise;
 pub mod units;

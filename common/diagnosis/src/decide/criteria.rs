@@ -14,6 +14,8 @@
 /// All thresholds. [`Criteria::default`] is what a diagnosis uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Criteria {
+    /// How noisy the sensors are.
+    pub hearing: Hearing,
     /// How far candidates are pursued.
     pub pursuit: Pursuit,
     /// Which of them are effects.
@@ -30,6 +32,24 @@ pub struct Criteria {
     pub confidence: ConfidenceModel,
     /// What the report says of parameters, signals and regions.
     pub report: ReportLimits,
+}
+
+/// When the vehicle file is not believed about the noise of the sensors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hearing {
+    /// Evidence that another level or colour must gain. Set by hand: as [`Acceptance::gain`].
+    pub least_gain: f64,
+    /// Tolerance up to which the calibrated model is right enough to tell noise from what it misses. Set by hand: below
+    /// [`Pursuit::gross_tolerance`].
+    pub most_tolerance: usize,
+    /// Samples of the recordings that are listened to. Effort.
+    pub samples: usize,
+}
+
+impl Default for Hearing {
+    fn default() -> Self {
+        Self { least_gain: 30.0, most_tolerance: 1, samples: 20_000 }
+    }
 }
 
 /// How far candidates and flexible discrepancies are pursued: what is given up here cannot be named later.

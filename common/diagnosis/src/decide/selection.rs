@@ -7,7 +7,9 @@ use crate::decide::acceptance::{Stop, is_hopeless, is_quiet, why_not};
 use crate::decide::criteria::Criteria;
 use crate::decide::round::{Round, Standpoint, refit_finalists, start_from, try_all};
 use crate::fit::aligned;
+use crate::data::noise::SensorNoise;
 use crate::fit::frozen::{self, FrozenFit};
+use crate::fit::hearing;
 use crate::fit::objective::Whitening;
 use crate::model::candidates::{self, Candidate};
 use crate::model::parameters::{FittedEffect, Shape};
@@ -38,6 +40,32 @@ pub struct Selection<'a> {
 pub fn calibrate(case: &Case) -> FrozenFit<'_> {
     let shape = Shape::nominal(case);
     frozen::freeze(case, &shape, &DisturbanceModel::default(), &shape.start(), TOLERANCES.len() - 1)
+}
+
+/// The case with the noise of its sensors as the recordings show it, where the vehicle file says something less likely and
+/// the calibrated model `base` is right enough to tell.
+pub fn heard(base: &FrozenFit, criteria: &Criteria) -> Option<Case> {
+    if base.tolerance > criteria.hearing.most_tolerance {
+        return None;
+    }
+    let noise = hearing::listen(base, &criteria.hearing)?;
+    let file = SensorNoise::of_file(&base.case.vehicle.sensors);
+    let mut heard = Case { noise, ..base.case.clone() };
+    for j in [0, 1] {
+        let what = ["vehicle speed", "wheelset speeds"][j];
+        let times = noise[j].level() / file[j].level();
+        let share = (noise[j].coloured / noise[j].level()).powi(2);
+        let colour = match share > 0.0 {
+            true => format!(", {:.0} % of its variance lasting about {:.2} s", 100.0 * share, noise[j].time_s),
+            false => ", white".to_owned(),
+        };
+        if noise[j] != file[j] {
+            heard.notes.push(format!(
+                "the noise of {what} was taken from the recordings: {times:.2} times what the vehicle file says{colour}"
+            ));
+        }
+    }
+    Some(heard)
 }
 
 /// Frees each place of the equations on top of a frozen fit; the likeliest first.

@@ -4,6 +4,7 @@ pub mod aligned;
 pub mod candidate;
 pub mod discrepancies;
 pub mod frozen;
+pub mod hearing;
 pub mod linearisation;
 pub mod objective;
 pub mod solver;

@@ -22,7 +22,7 @@ pub struct Whitening<'a> {
 impl<'a> Whitening<'a> {
     /// Freezes the filter at `built`.
     pub fn new(case: &'a Case, built: &Built, disturbances: &DisturbanceModel) -> Self {
-        let freeze = |run| Predictor::new(built, run, &case.vehicle, disturbances);
+        let freeze = |run| Predictor::new(built, run, case, disturbances);
         let predictors = case.fit.iter().map(freeze).collect();
         let mut end = 0;
         let ends = case.fit.iter().map(|run| {
@@ -30,10 +30,9 @@ impl<'a> Whitening<'a> {
             end
         });
         let tolerant = disturbances.tolerance.is_large();
-        let sigma = sigmas(&case.vehicle.sensors);
         let samples = case.fit.iter().flat_map(|run| &run.samples);
         let missing = samples.flat_map(|sample| (0..OUTPUTS).filter(|j| !sample.measured[*j]));
-        let missing = missing.map(|j| 0.5 + sigma[j].ln()).sum();
+        let missing = missing.map(|j| 0.5 + case.noise[j].white.ln()).sum();
         Self { runs: &case.fit, predictors, ends: ends.collect(), tolerant, missing }
     }
 

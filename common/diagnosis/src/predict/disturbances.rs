@@ -4,13 +4,18 @@
 //! the simulated motion and disturbances are the best estimate, the [`Gaussian`](railgrip_filter::core::Gaussian) is the belief
 //! about their error. Its mean is zero, because each correction is at once made in the simulation.
 
-use crate::data::case::{OUTPUTS, WHEELSETS};
-use nalgebra::SMatrix;
+use crate::data::case::{Case, OUTPUTS, WHEELSETS};
+use crate::data::noise::SensorNoise;
+use nalgebra::{SMatrix, SVector};
 use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion};
-use railgrip_vehicle::{GRAVITY_M_S2, Loading, VehicleParameters};
+use railgrip_vehicle::{GRAVITY_M_S2, Loading};
 
-/// States of the filter: speeds, pad frictions, wind.
+/// States of the wagon in the filter: speeds, pad frictions, wind.
 pub(crate) const STATES: usize = OUTPUTS + WHEELSETS + 1;
+/// The same and the coloured part of each sensor's noise.
+pub(crate) const COLOURED: usize = STATES + OUTPUTS;
+/// What of them decays from sample to sample: pad frictions, wind, coloured noise.
+pub(crate) const DECAYING: usize = COLOURED - OUTPUTS;
 
 /// Whitened innovations beyond this many sigma are outliers: they count linearly, not by their square (Huber).
 pub const OUTLIER_SIGMA: f64 = 4.0;
@@ -69,10 +74,13 @@ impl DisturbanceModel {
 }
 
 impl DisturbanceModel {
-    /// What is left of each disturbance (pads, wind) after a sample.
-    pub(crate) fn decay(&self, dt_s: f64) -> [f64; WHEELSETS + 1] {
-        let mut decay = [(-dt_s / self.pad_time_s).exp(); WHEELSETS + 1];
+    /// What is left of each disturbance (pads, wind, coloured noise) after a sample.
+    pub(crate) fn decay(&self, dt_s: f64, sensors: &[SensorNoise; OUTPUTS]) -> [f64; DECAYING] {
+        let mut decay = [(-dt_s / self.pad_time_s).exp(); DECAYING];
         decay[WHEELSETS] = (-dt_s / self.gust_time_s).exp();
+        for (decay, noise) in decay[WHEELSETS + 1..].iter_mut().zip(sensors) {
+            *decay = (-dt_s / noise.time_s).exp();
+        }
         decay
     }
 }
@@ -124,7 +132,7 @@ pub(crate) fn derivatives(
     motion: &Motion,
     disturbance: &Disturbance,
     loading: &Loading,
-    decay: &[f64; WHEELSETS + 1],
+    decay: &[f64; DECAYING],
 ) -> SMatrix<f64, STATES, STATES> {
     let slopes = wagon.slopes(motion, loading);
     let mut derivatives = SMatrix::zeros();
@@ -140,34 +148,62 @@ pub(crate) fn derivatives(
         }
         derivatives[(row, WIND)] = slopes.by_force[row] * by_wind;
     }
-    for (i, decay) in decay.iter().enumerate() {
+    for (i, decay) in decay.iter().enumerate().take(WHEELSETS + 1) {
         derivatives[(OUTPUTS + i, OUTPUTS + i)] = *decay;
     }
     derivatives
 }
 
+/// The first `N` rows and columns of a matrix of all states, `N` being [`STATES`] where no noise is coloured.
+pub(crate) fn leading<const N: usize>(whole: &SMatrix<f64, COLOURED, COLOURED>) -> SMatrix<f64, N, N> {
+    SMatrix::from_fn(|i, j| if i < COLOURED && j < COLOURED { whole[(i, j)] } else { 0.0 })
+}
+
+/// Derivatives of the wagon's states as those of `N` states, with the decay of coloured noise where it is among them.
+pub(crate) fn widened<const N: usize>(
+    narrow: &SMatrix<f64, STATES, STATES>,
+    decay: &[f64; DECAYING],
+) -> SMatrix<f64, N, N> {
+    SMatrix::from_fn(|i, j| match (i < STATES && j < STATES, i == j && i < COLOURED) {
+        (true, _) => narrow[(i, j)],
+        (false, true) => decay[i - OUTPUTS],
+        (false, false) => 0.0,
+    })
+}
+
+/// How the outputs are observed: speeds, and coloured noise where it is among the states.
+pub(crate) fn observed<const N: usize>() -> SMatrix<f64, OUTPUTS, N> {
+    SMatrix::from_fn(|i, j| if j == i || j == STATES + i { 1.0 } else { 0.0 })
+}
+
 /// Covariances of the filter of a vehicle: of the first error, of the noise of one sample, of the sensors.
 pub(crate) struct Noise {
-    pub(crate) start: SMatrix<f64, STATES, STATES>,
-    pub(crate) process: SMatrix<f64, STATES, STATES>,
+    pub(crate) start: SMatrix<f64, COLOURED, COLOURED>,
+    pub(crate) process: SMatrix<f64, COLOURED, COLOURED>,
     pub(crate) sensor: SMatrix<f64, OUTPUTS, OUTPUTS>,
 }
 
 impl Noise {
-    /// `decay` is what is left of each disturbance (pads, wind) after a sample of `dt_s`.
+    /// `decay` is what is left of each disturbance (pads, wind, coloured noise) after a sample of `dt_s`.
     pub(crate) fn new(
-        vehicle: &VehicleParameters,
+        case: &Case,
         disturbances: &DisturbanceModel,
         dt_s: f64,
-        decay: &[f64; WHEELSETS + 1],
+        decay: &[f64; DECAYING],
     ) -> Self {
+        let vehicle = &case.vehicle;
         let sensors = &vehicle.sensors;
         let (speed, wheel) = (sensors.speed_sigma_m_s, sensors.wheel_speed_sigma_rad_s);
-        let mut sensor = SMatrix::from_diagonal_element(wheel.powi(2));
-        sensor[(0, 0)] = speed.powi(2);
-        let mut start = SMatrix::<f64, STATES, STATES>::zeros();
+        let sensor = SMatrix::from_diagonal(&SVector::from(case.noise.map(|noise| noise.white.powi(2))));
+        let mut start = SMatrix::<f64, COLOURED, COLOURED>::zeros();
         let mut process = start;
-        start.fixed_view_mut::<OUTPUTS, OUTPUTS>(0, 0).copy_from(&sensor);
+        for (j, noise) in case.noise.iter().enumerate() {
+            start[(j, j)] = noise.level().powi(2);
+            let coloured = noise.coloured.powi(2);
+            start[(STATES + j, STATES + j)] = coloured;
+            let decay = decay[WHEELSETS + 1 + j];
+            process[(STATES + j, STATES + j)] = coloured * (1.0 - decay * decay);
+        }
         let pressing =
             vehicle.brake.friction_coefficient * vehicle.brake.radius_m * sensors.pressing_force_sigma_n;
         let load_n = vehicle.body.mass_kg * GRAVITY_M_S2 / WHEELSETS as f64;

@@ -5,15 +5,16 @@ use crate::data::case::{Case, OUTPUTS, Run, Sample, WHEELSETS};
 use crate::model::discrepancy::{Place, Scope};
 use crate::model::parameters::Built;
 use crate::predict::disturbances::{
-    DisturbanceModel, Noise, STATES, WIND, derivatives, of_measured, robust_cost,
+    COLOURED, DECAYING, DisturbanceModel, Noise, STATES, WIND, derivatives, leading, observed, of_measured,
+    robust_cost, widened,
 };
 use nalgebra::{SMatrix, SVector};
 use railgrip_filter::core::Gaussian;
 use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion};
 
-/// States of the wagon's filter and the disturbance.
-const WIDE: usize = STATES + 1;
-type State = SMatrix<f64, WIDE, WIDE>;
+/// States of the wagon's filter and the disturbance, and the same with coloured noise before it: the disturbance is the last.
+const PLAIN_WIDE: usize = STATES + 1;
+const COLOURED_WIDE: usize = COLOURED + 1;
 
 /// Samples over which derivatives are held: they change slowly beside the sampling.
 const DERIVATIVES_HELD: usize = 3;
@@ -52,29 +53,40 @@ pub(crate) fn costs(
     freed: &LocalDisturbance,
     stretch_s: f64,
 ) -> Vec<f64> {
-    let of = |run| Filter::new(case, built, run, disturbances, freed).costs(stretch_s);
+    let coloured = case.noise.iter().any(|noise| noise.coloured > 0.0);
+    let of = |run| {
+        if coloured {
+            Filter::<COLOURED_WIDE>::new(case, built, run, disturbances, freed).costs(stretch_s)
+        } else {
+            Filter::<PLAIN_WIDE>::new(case, built, run, disturbances, freed).costs(stretch_s)
+        }
+    };
     case.fit.iter().flat_map(of).collect()
 }
 
-struct Filter<'a> {
+struct Filter<'a, const N: usize> {
     run: &'a Run,
     wagon: FastWagon<'a>,
     freed: &'a LocalDisturbance,
     mass_kg: f64,
     inertia_kg_m2: f64,
-    decay: [f64; WHEELSETS + 2],
-    process: State,
+    decay: [f64; DECAYING],
+    /// Decay of the disturbance.
+    own_decay: f64,
+    process: SMatrix<f64, N, N>,
     sensor: SMatrix<f64, OUTPUTS, OUTPUTS>,
     /// Belief about the error of what follows, see [`crate::predict::disturbances`].
-    error: Gaussian<WIDE>,
-    derivatives: State,
+    error: Gaussian<N>,
+    derivatives: SMatrix<f64, N, N>,
     motion: Motion,
     disturbance: Disturbance,
     local: f64,
+    /// The coloured part of each sensor's noise.
+    colour: [f64; OUTPUTS],
     hidden: Vec<f64>,
 }
 
-impl<'a> Filter<'a> {
+impl<'a, const N: usize> Filter<'a, N> {
     fn new(
         case: &Case,
         built: &'a Built,
@@ -84,34 +96,35 @@ impl<'a> Filter<'a> {
     ) -> Self {
         let vehicle = &case.vehicle;
         let own = (-run.dt_s / freed.time_s).exp();
-        let shared = disturbances.decay(run.dt_s);
-        let noise = Noise::new(vehicle, disturbances, run.dt_s, &shared);
-        let widen = |narrow: &SMatrix<f64, STATES, STATES>, last: f64| {
-            let mut wide = State::zeros();
-            wide.fixed_view_mut::<STATES, STATES>(0, 0).copy_from(narrow);
-            wide[(STATES, STATES)] = last;
+        let decay = disturbances.decay(run.dt_s, &case.noise);
+        let noise = Noise::new(case, disturbances, run.dt_s, &decay);
+        let widen = |whole: &SMatrix<f64, COLOURED, COLOURED>, last: f64| {
+            let mut wide = leading::<N>(whole);
+            wide.row_mut(N - 1).fill(0.0);
+            wide.column_mut(N - 1).fill(0.0);
+            wide[(N - 1, N - 1)] = last;
             wide
         };
         let variance = freed.amplitude.powi(2);
         let wagon = FastWagon::new(&built.model, built.adhesion(run.rail), run.dt_s);
         let first = &run.samples[0];
         let hidden = wagon.start_hidden(&first.outputs, &first.input);
-        let mut decay = [own; WHEELSETS + 2];
-        decay[..=WHEELSETS].copy_from_slice(&shared);
         Self {
             run,
             freed,
             mass_kg: vehicle.body.mass_kg,
             inertia_kg_m2: vehicle.wheelset.inertia_kg_m2,
             decay,
+            own_decay: own,
             process: widen(&noise.process, variance * (1.0 - own * own)),
             sensor: noise.sensor,
             error: Gaussian { mean: SVector::zeros(), covariance: widen(&noise.start, variance) },
-            derivatives: State::identity(),
+            derivatives: SMatrix::identity(),
             motion: wagon.start_motion(&first.measured_motion(), &first.input, &hidden),
             wagon,
             disturbance: Disturbance::default(),
             local: 0.0,
+            colour: [0.0; OUTPUTS],
             hidden,
         }
     }
@@ -138,24 +151,25 @@ impl<'a> Filter<'a> {
     }
 
     /// What the sensors should read at a sample, and its derivatives.
-    fn expected(&self, sample: &Sample) -> ([f64; OUTPUTS], SMatrix<f64, OUTPUTS, WIDE>) {
+    fn expected(&self, sample: &Sample) -> ([f64; OUTPUTS], SMatrix<f64, OUTPUTS, N>) {
         let reading = self.wagon.read(&self.motion, &sample.input, &self.hidden);
-        let mut observe = SMatrix::<f64, OUTPUTS, WIDE>::identity();
-        let mut expected = reading;
+        let mut observe = observed::<N>();
+        observe.column_mut(N - 1).fill(0.0);
+        let mut expected: [f64; OUTPUTS] = std::array::from_fn(|j| reading[j] + self.colour[j]);
         match self.freed.place {
             Place::SpeedSensor => {
-                observe[(0, STATES)] = 1.0;
+                observe[(0, N - 1)] = 1.0;
                 expected[0] += self.local;
             }
             Place::WheelSensor => {
                 for i in 0..WHEELSETS {
-                    observe[(1 + i, STATES)] = self.freed.on(i);
+                    observe[(1 + i, N - 1)] = self.freed.on(i);
                     expected[1 + i] += self.freed.on(i) * self.local;
                 }
             }
             Place::WheelScale => {
                 for i in 0..WHEELSETS {
-                    observe[(1 + i, STATES)] = self.freed.on(i) * reading[1 + i];
+                    observe[(1 + i, N - 1)] = self.freed.on(i) * reading[1 + i];
                     expected[1 + i] += self.freed.on(i) * self.local * reading[1 + i];
                 }
             }
@@ -178,7 +192,10 @@ impl<'a> Filter<'a> {
             self.disturbance.pad[i] += change[OUTPUTS + i];
         }
         self.disturbance.wind_m_s += change[WIND];
-        self.local += change[STATES];
+        self.local += change[N - 1];
+        if N == COLOURED_WIDE {
+            (0..OUTPUTS).for_each(|j| self.colour[j] += change[STATES + j]);
+        }
         let white = gain.whitened(&innovation);
         white.into_iter().map(robust_cost).sum::<f64>() + gain.half_log_determinant
     }
@@ -192,7 +209,10 @@ impl<'a> Filter<'a> {
             self.disturbance.pad[i] *= self.decay[i];
         }
         self.disturbance.wind_m_s *= self.decay[WHEELSETS];
-        self.local *= self.decay[WHEELSETS + 1];
+        self.local *= self.own_decay;
+        for (colour, decay) in self.colour.iter_mut().zip(&self.decay[WHEELSETS + 1..]) {
+            *colour *= decay;
+        }
     }
 
     /// One sample on, with the disturbance at its place.
@@ -228,7 +248,7 @@ impl<'a> Filter<'a> {
     }
 
     /// Derivatives of the next state.
-    fn derivatives(&self, sample: &Sample) -> State {
+    fn derivatives(&self, sample: &Sample) -> SMatrix<f64, N, N> {
         let (freed, local) = (self.freed, self.local);
         let mut disturbance = self.disturbance;
         let mut adhesion_factor = 1.0;
@@ -239,16 +259,13 @@ impl<'a> Filter<'a> {
         }
         let wagon = self.wagon.on_adhesion(adhesion_factor);
         let loading = wagon.loading_at(&self.motion, &sample.input, &disturbance, &self.hidden);
-        let (shared, _) = self.decay.split_at(WHEELSETS + 1);
-        let shared = std::array::from_fn(|i| shared[i]);
-        let narrow = derivatives(&wagon, &self.motion, &disturbance, &loading, &shared);
-        let mut wide = State::zeros();
-        wide.fixed_view_mut::<STATES, STATES>(0, 0).copy_from(&narrow);
-        wide[(STATES, STATES)] = self.decay[WHEELSETS + 1];
+        let narrow = derivatives(&wagon, &self.motion, &disturbance, &loading, &self.decay);
+        let mut wide = widened::<N>(&narrow, &self.decay);
+        wide[(N - 1, N - 1)] = self.own_decay;
         let slopes = wagon.slopes(&self.motion, &loading);
         for row in 0..OUTPUTS {
             let sum = |of: &dyn Fn(usize) -> f64| (0..WHEELSETS).map(of).sum::<f64>();
-            wide[(row, STATES)] = match freed.place {
+            wide[(row, N - 1)] = match freed.place {
                 Place::PadFriction => sum(&|i| freed.on(i) * narrow[(row, OUTPUTS + i)]),
                 Place::Adhesion => {
                     sum(&|i| slopes.by_adhesion[row][i] * loading.adhesion_peak[i] / adhesion_factor)

@@ -7,22 +7,23 @@
 //! innovations are as smooth in the parameters as the laws, and under the nominal model they are white with unit
 //! variance (prediction-error method with a fixed predictor; Ljung, System Identification, chapter 7).
 
-use crate::data::case::{OUTPUTS, Run, Sample, WHEELSETS};
+use crate::data::case::{Case, OUTPUTS, Run, Sample, WHEELSETS};
 use crate::model::parameters::Built;
-use crate::predict::disturbances::{DisturbanceModel, Noise, STATES, WIND, derivatives, of_measured};
+use crate::predict::disturbances::{
+    COLOURED, DECAYING, DisturbanceModel, Noise, STATES, WIND, derivatives, leading, observed, of_measured, widened,
+};
 use nalgebra::{SMatrix, SVector};
 use railgrip_filter::core::{Gaussian, JointGain};
-use railgrip_vehicle::VehicleParameters;
 use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion};
 
 /// Gain and whitening of one sample.
-pub(super) type Gain = JointGain<STATES, OUTPUTS>;
+pub(super) type Gain = JointGain<COLOURED, OUTPUTS>;
 
 /// Frozen filter of one run.
 #[derive(Clone, Debug)]
 pub struct Predictor {
     pub(super) gains: Vec<Gain>,
-    pub(super) decay: [f64; WHEELSETS + 1],
+    pub(super) decay: [f64; DECAYING],
     /// Whether the filter corrects so much that its wheelsets are thrown off rolling at every sample.
     pub(crate) tolerant: bool,
     /// Half the log-determinants of all innovation covariances.
@@ -31,31 +32,40 @@ pub struct Predictor {
 
 impl Predictor {
     /// Runs the filter over `run` at `built` and keeps its gains.
-    pub fn new(
+    pub fn new(built: &Built, run: &Run, case: &Case, disturbances: &DisturbanceModel) -> Self {
+        if case.noise.iter().any(|noise| noise.coloured > 0.0) {
+            Self::with_states::<COLOURED>(built, run, case, disturbances)
+        } else {
+            Self::with_states::<STATES>(built, run, case, disturbances)
+        }
+    }
+
+    fn with_states<const N: usize>(
         built: &Built,
         run: &Run,
-        vehicle: &VehicleParameters,
+        case: &Case,
         disturbances: &DisturbanceModel,
     ) -> Self {
         let tolerant = disturbances.tolerance.is_large();
         let wagon = wagon(built, run, tolerant);
-        let decay = disturbances.decay(run.dt_s);
-        let noise = Noise::new(vehicle, disturbances, run.dt_s, &decay);
-        let observe = SMatrix::<f64, OUTPUTS, STATES>::identity();
-        let mut error = Gaussian { mean: SVector::zeros(), covariance: noise.start };
+        let decay = disturbances.decay(run.dt_s, &case.noise);
+        let noise = Noise::new(case, disturbances, run.dt_s, &decay);
+        let process = leading::<N>(&noise.process);
+        let observe = observed::<N>();
+        let mut error = Gaussian { mean: SVector::zeros(), covariance: leading::<N>(&noise.start) };
         let mut filter = Filter::start(run, &wagon);
         let mut gains = Vec::with_capacity(run.len());
         for (k, sample) in run.samples.iter().enumerate() {
             let (observe, sensor) = of_measured(&sample.measured, &observe, &noise.sensor);
-            let gain = error.condition(&observe, &sensor).unwrap_or_else(Gain::undefined);
+            let gain = error.condition(&observe, &sensor).map_or_else(Gain::undefined, embedded);
             gains.push(gain);
             let innovation = filter.innovation(&wagon, sample);
             filter.correct(&gain, &innovation);
             if k + 1 == run.len() {
                 break;
             }
-            let along = filter.derivatives(&wagon, sample, &decay);
-            error.predict(SVector::zeros(), &along, &noise.process);
+            let along = widened::<N>(&filter.derivatives(&wagon, sample, &decay), &decay);
+            error.predict(SVector::zeros(), &along, &process);
             filter.predict(&wagon, sample, &decay);
         }
         let half_log_determinant = gains.iter().map(|gain| gain.half_log_determinant).sum();
@@ -79,6 +89,15 @@ impl Predictor {
     }
 }
 
+/// The gain of a filter of fewer states as that of one with all.
+fn embedded<const N: usize>(gain: JointGain<N, OUTPUTS>) -> Gain {
+    JointGain {
+        gain: SMatrix::from_fn(|i, j| if i < N { gain.gain[(i, j)] } else { 0.0 }),
+        whitening: gain.whitening,
+        half_log_determinant: gain.half_log_determinant,
+    }
+}
+
 /// The wagon of a filter over `run`, see [`FastWagon::quick`].
 pub(super) fn wagon<'a>(built: &'a Built, run: &Run, tolerant: bool) -> FastWagon<'a> {
     let wagon = FastWagon::new(&built.model, built.adhesion(run.rail), run.dt_s);
@@ -92,6 +111,8 @@ pub(super) const CLAMP: f64 = 1e4;
 pub(super) struct Filter {
     pub(super) motion: Motion,
     pub(super) disturbance: Disturbance,
+    /// The coloured part of each sensor's noise.
+    pub(super) colour: [f64; OUTPUTS],
     pub(super) hidden: Vec<f64>,
 }
 
@@ -100,12 +121,17 @@ impl Filter {
         let first = &run.samples[0];
         let hidden = wagon.start_hidden(&first.outputs, &first.input);
         let motion = wagon.start_motion(&first.measured_motion(), &first.input, &hidden);
-        Self { motion, disturbance: Disturbance::default(), hidden }
+        Self { motion, disturbance: Disturbance::default(), colour: [0.0; OUTPUTS], hidden }
     }
 
     fn innovation(&self, wagon: &FastWagon, sample: &Sample) -> [f64; OUTPUTS] {
+        sample.innovation(&self.reading(wagon, sample))
+    }
+
+    /// What the sensors should read, coloured noise included.
+    pub(super) fn reading(&self, wagon: &FastWagon, sample: &Sample) -> [f64; OUTPUTS] {
         let reading = wagon.read(&self.motion, &sample.input, &self.hidden);
-        sample.innovation(&reading)
+        std::array::from_fn(|j| reading[j] + self.colour[j])
     }
 
     pub(super) fn correct(&mut self, gain: &Gain, innovation: &[f64; OUTPUTS]) {
@@ -117,14 +143,20 @@ impl Filter {
             self.disturbance.pad[i] += change[OUTPUTS + i];
         }
         self.disturbance.wind_m_s += change[WIND];
+        for j in 0..OUTPUTS {
+            self.colour[j] += change[STATES + j];
+        }
     }
 
-    pub(super) fn predict(&mut self, wagon: &FastWagon, sample: &Sample, decay: &[f64; WHEELSETS + 1]) {
+    pub(super) fn predict(&mut self, wagon: &FastWagon, sample: &Sample, decay: &[f64; DECAYING]) {
         wagon.step(&mut self.motion, &sample.input, &self.disturbance, &mut self.hidden);
         for i in 0..WHEELSETS {
             self.disturbance.pad[i] *= decay[i];
         }
         self.disturbance.wind_m_s *= decay[WHEELSETS];
+        for j in 0..OUTPUTS {
+            self.colour[j] *= decay[WHEELSETS + 1 + j];
+        }
     }
 
     /// Derivatives of the next state.
@@ -132,7 +164,7 @@ impl Filter {
         &self,
         wagon: &FastWagon,
         sample: &Sample,
-        decay: &[f64; WHEELSETS + 1],
+        decay: &[f64; DECAYING],
     ) -> SMatrix<f64, STATES, STATES> {
         let loading = wagon.loading_at(&self.motion, &sample.input, &self.disturbance, &self.hidden);
         derivatives(wagon, &self.motion, &self.disturbance, &loading, decay)

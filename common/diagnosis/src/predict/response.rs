@@ -16,7 +16,7 @@
 
 use crate::data::case::{OUTPUTS, Run, WHEELSETS};
 use crate::model::parameters::Built;
-use crate::predict::disturbances::{STATES, WIND};
+use crate::predict::disturbances::{COLOURED, STATES, WIND};
 use crate::predict::one_step::{CLAMP, Filter, Predictor, wagon};
 use railgrip_vehicle::fast::{Disturbance, Motion};
 use railgrip_vehicle::{Constants, Loading, Slopes};
@@ -61,7 +61,7 @@ impl<'a> Path<'a> {
         for (k, (sample, gain)) in run.samples.iter().zip(&predictor.gains).enumerate() {
             let before = filter.motion;
             let reading = wagon.read(&before, &sample.input, &filter.hidden);
-            let innovation = sample.innovation(&reading);
+            let innovation = sample.innovation(&filter.reading(&wagon, sample));
             filter.correct(gain, &innovation);
             let after = filter.motion;
             let loading = wagon.loading_at(&after, &sample.input, &filter.disturbance, &filter.hidden);
@@ -91,7 +91,7 @@ impl<'a> Path<'a> {
         let first = &run.samples[0];
         let mut hidden = wagon.start_hidden(&first.outputs, &first.input);
         let start = wagon.start_motion(&first.measured_motion(), &first.input, &hidden);
-        let mut change = [0.0; STATES];
+        let mut change = [0.0; COLOURED];
         for j in 0..OUTPUTS {
             change[j] = start.state[j] - self.points[0].before.state[j];
         }
@@ -102,13 +102,13 @@ impl<'a> Path<'a> {
         {
             let reading = wagon.read(&point.before, &sample.input, &hidden);
             let other: [f64; OUTPUTS] = std::array::from_fn(|j| {
-                if sample.measured[j] { point.reading[j] - reading[j] - change[j] } else { 0.0 }
+                if sample.measured[j] { point.reading[j] - reading[j] - change[j] - change[STATES + j] } else { 0.0 }
             });
             let innovation: [f64; OUTPUTS] = std::array::from_fn(|j| point.innovation[j] + other[j]);
             let white = gain.whitened(&innovation);
             out.extend(white.map(|white| if white.is_finite() { white.clamp(-CLAMP, CLAMP) } else { CLAMP }));
             let correction = gain.correction(&other);
-            (0..STATES).for_each(|i| change[i] += correction[i]);
+            (0..COLOURED).for_each(|i| change[i] += correction[i]);
             if k + 1 == self.points.len() {
                 break;
             }
@@ -148,7 +148,7 @@ impl Point {
     }
 
     /// The change one sample later.
-    fn carried(&self, change: &[f64; STATES], driven: &[f64; OUTPUTS], decay: &[f64]) -> [f64; STATES] {
+    fn carried(&self, change: &[f64; COLOURED], driven: &[f64; OUTPUTS], decay: &[f64]) -> [f64; COLOURED] {
         let slopes = &self.slopes;
         // A change of pad friction is relative to the disturbed level.
         let torque = |i: usize| {
@@ -157,7 +157,7 @@ impl Point {
         };
         let torques: [f64; WHEELSETS] = std::array::from_fn(torque);
         let force = self.by_wind * change[WIND];
-        let mut next = [0.0; STATES];
+        let mut next = [0.0; COLOURED];
         for j in 0..OUTPUTS {
             let speeds: f64 = (0..OUTPUTS).map(|i| slopes.by_speed[j][i] * change[i]).sum();
             let pads: f64 = (0..WHEELSETS).map(|i| slopes.by_torque[j][i] * torques[i]).sum();
