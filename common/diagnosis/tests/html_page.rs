@@ -162,6 +162,8 @@ fn wagon_report() -> Report {
             term: "brake_friction".to_owned(),
             confidence: 0.94,
             p: None,
+            score: None,
+            rivals: Vec::new(),
             equivalent: vec!["brake_friction_speed".to_owned()],
             parameters: BTreeMap::from([(
                 "alpha_per_k".to_owned(),

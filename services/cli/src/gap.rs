@@ -17,7 +17,7 @@ use railgrip_vehicle::effects::{CATALOGUE, EffectSpec};
 use serde_json::{Value, json};
 
 use crate::output::say;
-use crate::{CliError, blind, gap_compare, gap_prepare};
+use crate::{CliError, blind, gap_calibrate, gap_compare, gap_prepare};
 
 /// Diagnose the gap between simulator and recordings.
 #[derive(Debug, clap::Args)]
@@ -36,6 +36,8 @@ enum Command {
     Prepare(gap_prepare::Args),
     /// List the effects that can be found
     Effects(EffectsArgs),
+    /// Learn from simulated cases how probable findings are
+    Calibrate(gap_calibrate::Args),
     /// Score the diagnosis on simulated cases whose effect is withheld
     Blind(blind::Args),
 }
@@ -87,6 +89,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
             effects(args);
             Ok(())
         }
+        Command::Calibrate(args) => gap_calibrate::run(args),
         Command::Blind(args) => blind::run(args),
     }
 }

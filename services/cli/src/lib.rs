@@ -22,6 +22,7 @@ mod estimate;
 mod estimate_columns;
 mod experiment;
 mod gap;
+mod gap_calibrate;
 mod gap_compare;
 mod gap_prepare;
 mod history;

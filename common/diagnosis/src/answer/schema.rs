@@ -142,10 +142,25 @@ pub struct FoundEffect {
     /// The same from the posterior over sets of effects; absent in reports without one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub p: Option<f64>,
+    /// Log-odds before they were calibrated on simulated cases; absent where they are not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub score: Option<f64>,
     /// Ids that the data cannot tell from this one.
     pub equivalent: Vec<String>,
+    /// Candidates that come nearest to it, the nearest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rivals: Vec<Rival>,
     /// Fitted parameters by name; the unit is in the name.
     pub parameters: BTreeMap<String, ParameterEstimate>,
+}
+
+/// A candidate in the place of a named effect.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rival {
+    /// Id in the catalogue.
+    pub id: String,
+    /// Evidence that it gains, as a share of what the named effect gains.
+    pub share: f64,
 }
 
 /// A set of effects and how probable it is that just these are the cause.

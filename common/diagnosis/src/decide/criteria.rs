@@ -286,8 +286,8 @@ impl Default for Ties {
     }
 }
 
-/// Log-odds that a named effect is right, as a sum. Set by hand from some forty simulated cases whose answer is known, not
-/// fitted; `railgrip gap blind` prints how often verdicts at each confidence are right.
+/// Score of a named effect: log-odds that it is right, as a sum. Set by hand from some forty simulated cases whose answer is
+/// known; what becomes a probability of it is fitted, see [`posterior`](crate::decide::posterior).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConfidenceModel {
     /// Log-odds of an effect without rival that explains everything and gains [`Self::usual_gain`].
@@ -312,8 +312,6 @@ pub struct ConfidenceModel {
     pub log_gain_limits: [f64; 2],
     /// Log-odds lost by a further effect at the place of one before it: it may mend that one's form.
     pub at_same_place: f64,
-    /// Smallest and largest confidence that is ever stated.
-    pub limits: [f64; 2],
 }
 
 impl Default for ConfidenceModel {
@@ -330,7 +328,6 @@ impl Default for ConfidenceModel {
             usual_gain: 300.0,
             log_gain_limits: [-2.0, 1.0],
             at_same_place: 1.5,
-            limits: [0.1, 0.985],
         }
     }
 }

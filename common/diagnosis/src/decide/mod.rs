@@ -11,6 +11,7 @@ pub mod confidence;
 pub mod criteria;
 pub mod evidence;
 pub mod mending;
+pub mod posterior;
 pub mod round;
 pub mod selection;
 pub mod significance;

@@ -227,6 +227,8 @@ mod tests {
             term: String::new(),
             confidence: 0.9,
             p: None,
+            score: None,
+            rivals: Vec::new(),
             equivalent: Vec::new(),
             parameters: parameters.collect::<BTreeMap<_, _>>(),
         }

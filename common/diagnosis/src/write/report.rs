@@ -2,13 +2,14 @@
 
 use crate::answer::schema::Regime;
 use crate::answer::schema::{
-    Candidate, FoundEffect, Gap, HoldoutGap, Location, ParameterEstimate, Report, RunGap, SCHEMA, SignalGap,
+    Candidate, FoundEffect, Gap, HoldoutGap, Location, ParameterEstimate, Report, Rival, RunGap, SCHEMA, SignalGap,
     SignalShare, ThreeGaps, Unexplained, Verdict,
 };
 use crate::data::case::{Case, OUTPUT_NAMES, OUTPUTS};
 use crate::decide::confidence::{self, Standing};
 use crate::decide::criteria::Criteria;
 use crate::decide::evidence::Judgement;
+use crate::decide::posterior::Calibration;
 use crate::decide::round::Gain;
 use crate::decide::selection::Selection;
 use crate::decide::verdict::Decision;
@@ -20,6 +21,9 @@ use crate::words::findings::AMBIENT_C;
 use crate::words::format::{plain, term};
 use crate::write::details;
 use crate::write::predictions::{self, Predicted};
+
+/// Rivals of an effect that are listed.
+const RIVALS: usize = 4;
 
 /// Writes the report but for its seconds. `fit` and `holdout` are what the three models predict, `regime` where the
 /// calibrated model's gap stands out, `seed` that of the bootstraps.
@@ -45,7 +49,7 @@ pub(crate) fn report(
         Verdict::Unknown => judgement.missing.as_ref().map(|m| m.discrepancy.term.name().to_owned()),
         _ => effects.first().map(|e| e.term.clone()),
     };
-    Report {
+    let mut report = Report {
         schema: SCHEMA.to_owned(),
         verdict,
         rule: rule.name.to_owned(),
@@ -72,7 +76,9 @@ pub(crate) fn report(
         verdict_set: Vec::new(),
         seconds: 0.0,
         notes: Vec::new(),
-    }
+    };
+    Calibration::shipped().settle(&mut report);
+    report
 }
 
 /// Gap of the calibrated model on each recording, whose parts count together.
@@ -120,6 +126,8 @@ fn effects(
                 .map(|(_, ratio)| *ratio)
                 .next()
                 .unwrap_or(0.0);
+            let rivals = rivals.iter().take(RIVALS);
+            let rivals = rivals.map(|(g, share)| Rival { id: g.id.to_owned(), share: *share }).collect();
             let gain = round.own_filter_gain(spec.id).unwrap_or(total);
             let range = shape.range_of(e);
             let intervals = details::intervals(selection, models, criteria.report.widening);
@@ -143,9 +151,11 @@ fn effects(
             let found = FoundEffect {
                 id: spec.id.to_owned(),
                 term: spec.term.name().to_owned(),
-                confidence: confidence::confidence(standing, &criteria.confidence),
+                confidence: f64::NAN,
                 p: None,
+                score: Some(confidence::score(standing, &criteria.confidence)),
                 equivalent,
+                rivals,
                 parameters,
             };
             // What counts most comes first, which need not be what was found first.

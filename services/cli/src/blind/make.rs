@@ -5,6 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use railgrip_diagnosis::decide::posterior::Truth;
 use railgrip_truth_plant::{
     FamilyCase, FamilyRecipe, Label,
     family::{Forms, effect, family_deck},
@@ -13,6 +14,7 @@ use railgrip_truth_plant::{
 use railgrip_vehicle::effects;
 use serde::{Deserialize, Serialize};
 
+use super::outcome::VISIBLE;
 use crate::CliError;
 use crate::sealed::{digest::digest_of_folder, files::cannot_write};
 
@@ -29,7 +31,7 @@ pub(super) struct Order {
 
 /// A case on disk: what the score needs to know about it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Made {
+pub(crate) struct Made {
     /// The answer.
     pub label: Label,
     /// Id that the diagnosis must do without.
@@ -39,6 +41,13 @@ pub(super) struct Made {
 }
 
 impl Made {
+    /// What was at work, for whoever learns from it.
+    pub(crate) fn truth(&self) -> Truth {
+        let visible = !self.label.effects.is_empty() && self.label.salience() >= VISIBLE;
+        let effects = self.nameable().into_iter().map(str::to_owned).collect();
+        Truth { effects, unknown: self.is_unknown(), visible }
+    }
+
     /// What a perfect diagnosis would name.
     pub(super) fn nameable(&self) -> Vec<&str> {
         let named = self.label.effects.iter().filter(|effect| effect.named);

@@ -33,7 +33,7 @@ use crate::sealed::{
     parallel::{parallel, progress, threads},
     seal::Sealed,
 };
-use make::Made;
+pub(crate) use make::Made;
 use outcome::Outcome;
 
 /// Makes the cases, seals the labels, has every case diagnosed, opens the labels and prints the score.

@@ -185,6 +185,8 @@ fn effects(findings: &Findings, rows: &[ParameterRow]) -> Vec<FoundEffect> {
         term: selected.spec.term.to_owned(),
         confidence: confidence(selected, findings.recovered, criteria),
         p: None,
+        score: None,
+        rivals: Vec::new(),
         equivalent: tied(selected, criteria).iter().map(|rival| rival.id.to_owned()).collect(),
         parameters: estimates::by_name(rows, selected.spec.id),
     };

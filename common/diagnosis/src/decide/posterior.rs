@@ -1,0 +1,377 @@
+//! Probabilities of sets of effects, from what a report found and how often such findings were right.
+//!
+//! The step from evidence to probability is fitted, not set: `railgrip gap calibrate` counts on cases of the truth plant how
+//! often a verdict holds a known effect, an unknown one or none, and how often a name at a score is right. The result is
+//! [`Calibration::shipped`], a small file with its provenance.
+//!
+//! # The model
+//! * A named effect with the score s (log-odds of [`confidence`](crate::decide::confidence)) is right with the probability
+//!   1 / (1 + exp(−(a + b s))), a and b of their own for the first name and for further ones (Platt's scaling).
+//! * Where it is wrong, one of its rivals is at work in its place, or nothing, or something that is not listed, with shares
+//!   counted on the cases. Rivals share theirs by the square of how near they came.
+//! * A verdict says with counted frequency that the truth holds none, known effects only, or an unknown one.
+
+use crate::answer::schema::{FoundEffect, PosteriorSet, Report, Verdict};
+use nalgebra::{Matrix2, Vector2};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Sets below this probability are not listed.
+const LEAST_LISTED: f64 = 0.01;
+/// Candidates that share what is left where no effect is named.
+const CANDIDATES: usize = 3;
+/// Share of the verdict sets that hold the truth.
+const HELD: f64 = 0.9;
+
+/// From a score to a probability.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scaling {
+    /// Log-odds at a score of zero.
+    pub offset: f64,
+    /// Log-odds for each unit of score.
+    pub slope: f64,
+}
+
+impl Scaling {
+    /// Probability at a score.
+    pub fn probability(&self, score: f64) -> f64 {
+        1.0 / (1.0 + (-(self.offset + self.slope * score)).exp())
+    }
+
+    /// The most likely scaling for names of which it is known whether they were right (Newton's method). A prior around the
+    /// score itself (offset 0 ± 2, slope 1 ± 0.5) keeps it sensible where there are few.
+    pub fn fit(names: &[(f64, bool)]) -> Self {
+        let (prior, precision) = (Vector2::new(0.0, 1.0), Matrix2::new(0.25, 0.0, 0.0, 4.0));
+        let mut at = prior;
+        for _ in 0..50 {
+            let mut gradient = precision * (at - prior);
+            let mut curvature = precision;
+            for &(score, right) in names {
+                let x = Vector2::new(1.0, score);
+                let p = 1.0 / (1.0 + (-at.dot(&x)).exp());
+                gradient += x * (p - f64::from(u8::from(right)));
+                curvature += x * x.transpose() * (p * (1.0 - p));
+            }
+            let Some(inverse) = curvature.try_inverse() else { break };
+            let step = inverse * gradient;
+            // A full step may overshoot where nearly all names are right.
+            at -= step * (2.0 / step.norm().max(2.0));
+            if step.norm() < 1e-10 {
+                break;
+            }
+        }
+        Self { offset: at[0], slope: at[1] }
+    }
+}
+
+/// What is at work where a name is wrong; shares that add up to one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WhenWrong {
+    /// One of the rivals that the report lists.
+    pub rival: f64,
+    /// Nothing in its place.
+    pub nothing: f64,
+    /// Something that is not listed.
+    pub other: f64,
+}
+
+/// What the truth holds where a verdict was given; shares that add up to one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Holds {
+    /// Nothing beyond tolerances that could be seen.
+    pub none: f64,
+    /// Effects that the library knows, and nothing else.
+    pub known: f64,
+    /// Something that the library does not know.
+    pub unknown: f64,
+}
+
+/// How findings become probabilities, and from which cases that was learnt.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Calibration {
+    /// Which cases it was learnt from.
+    pub provenance: String,
+    /// Their number.
+    pub cases: usize,
+    /// Sum of probabilities from which the fewest likeliest sets hold the truth in nine of ten of those cases.
+    pub set_level: f64,
+    /// The first name of a report.
+    pub first: Scaling,
+    /// Further names.
+    pub further: Scaling,
+    /// What is at work where the first name is wrong.
+    pub first_wrong: WhenWrong,
+    /// The same for further names.
+    pub further_wrong: WhenWrong,
+    /// What the truth holds, by verdict.
+    pub verdicts: BTreeMap<String, Holds>,
+}
+
+/// The calibration that is part of the program.
+const SHIPPED: &str = include_str!("calibration.toml");
+
+impl Calibration {
+    /// The calibration that is part of the program.
+    ///
+    /// # Panics
+    /// Never with the file as it is tested.
+    #[expect(clippy::expect_used, reason = "the file is compiled in, and a test reads it")]
+    pub fn shipped() -> Self {
+        toml::from_str(SHIPPED).expect("the calibration that is part of the program")
+    }
+
+    /// Writes the probabilities of names and of sets into a report.
+    pub fn settle(&self, report: &mut Report) {
+        for (index, effect) in report.effects.iter_mut().enumerate() {
+            let p = self.of_name(index, effect);
+            effect.confidence = p;
+            effect.p = Some(p);
+        }
+        report.posterior = self.sets(report);
+        report.verdict_set = fewest(&report.posterior, self.set_level);
+        for index in 0..report.effects.len() {
+            let id = report.effects[index].id.clone();
+            let holding = report.posterior.iter().filter(|set| set.effects.contains(&id));
+            let marginal: f64 = holding.map(|set| set.p).sum();
+            // Sets that are too rare to be listed hold it as well: never more than its own probability.
+            let p = marginal.min(report.effects[index].confidence);
+            report.effects[index].confidence = p;
+            report.effects[index].p = Some(p);
+        }
+    }
+
+    fn of_name(&self, index: usize, effect: &FoundEffect) -> f64 {
+        let scaling = if index == 0 { &self.first } else { &self.further };
+        effect.score.map_or(effect.confidence, |score| scaling.probability(score))
+    }
+
+    fn holds(&self, verdict: Verdict) -> Holds {
+        let even = Holds { none: 1.0 / 3.0, known: 1.0 / 3.0, unknown: 1.0 / 3.0 };
+        self.verdicts.get(verdict.name()).copied().unwrap_or(even)
+    }
+
+    /// Sets of effects and their probabilities, the likeliest first.
+    pub fn sets(&self, report: &Report) -> Vec<PosteriorSet> {
+        let holds = self.holds(report.verdict);
+        let mut sets = match report.verdict {
+            Verdict::Effects | Verdict::EffectsAndUnknown => self.around_names(report, holds),
+            Verdict::None | Verdict::Unknown => without_names(report, holds),
+        };
+        sets.sort_by(|a, b| b.p.total_cmp(&a.p).then_with(|| a.effects.cmp(&b.effects)));
+        sets.retain(|set| set.p >= LEAST_LISTED);
+        sets
+    }
+
+    /// Every name with its alternatives, independently of each other.
+    fn around_names(&self, report: &Report, holds: Holds) -> Vec<PosteriorSet> {
+        let mut sets: Vec<(Vec<String>, f64)> = vec![(Vec::new(), 1.0)];
+        for (index, effect) in report.effects.iter().enumerate() {
+            let wrong = if index == 0 { &self.first_wrong } else { &self.further_wrong };
+            let options = options(effect, self.of_name(index, effect), wrong);
+            sets = sets
+                .iter()
+                .flat_map(|(ids, p)| {
+                    options.iter().filter(|(id, _)| id.as_ref().is_none_or(|id| !ids.contains(id))).map(
+                        move |(id, share)| (ids.iter().chain(id).cloned().collect::<Vec<String>>(), p * share),
+                    )
+                })
+                .filter(|(_, p)| *p > 0.1 * LEAST_LISTED)
+                .collect();
+        }
+        let something = 1.0 - holds.none;
+        let unknown = holds.unknown / something.max(f64::MIN_POSITIVE);
+        let mut all: Vec<PosteriorSet> =
+            vec![PosteriorSet { effects: Vec::new(), unknown: false, p: holds.none }];
+        for (mut effects, p) in sets {
+            effects.sort();
+            for (unknown, share) in [(false, 1.0 - unknown), (true, unknown)] {
+                add(&mut all, PosteriorSet { effects: effects.clone(), unknown, p: p * share * something });
+            }
+        }
+        all
+    }
+}
+
+/// What may be at work in the place of one name, and how probable each is; what is not listed is left out.
+fn options(effect: &FoundEffect, right: f64, wrong: &WhenWrong) -> Vec<(Option<String>, f64)> {
+    let near = |id: &str| effect.rivals.iter().find(|rival| rival.id == id).map_or(0.5, |rival| rival.share);
+    // Ids that the data cannot tell from it share its probability by how near they came.
+    let whole = 1.0 + effect.equivalent.iter().map(|id| near(id).clamp(0.0, 1.0)).sum::<f64>();
+    let mut options = vec![(Some(effect.id.clone()), right / whole)];
+    for id in &effect.equivalent {
+        options.push((Some(id.clone()), right * near(id).clamp(0.0, 1.0) / whole));
+    }
+    let rivals = || effect.rivals.iter().filter(|rival| !effect.equivalent.contains(&rival.id));
+    let weight = |share: f64| share.max(0.0).powi(2);
+    let total: f64 = rivals().map(|rival| weight(rival.share)).sum();
+    for rival in rivals().filter(|_| total > 0.0) {
+        options.push((Some(rival.id.clone()), (1.0 - right) * wrong.rival * weight(rival.share) / total));
+    }
+    options.push((None, (1.0 - right) * wrong.nothing));
+    options
+}
+
+/// Where nothing is named, candidates share what known effects have, each half of the one before it.
+fn without_names(report: &Report, holds: Holds) -> Vec<PosteriorSet> {
+    let mut all = vec![
+        PosteriorSet { effects: Vec::new(), unknown: false, p: holds.none },
+        PosteriorSet { effects: Vec::new(), unknown: true, p: holds.unknown },
+    ];
+    let mut p = holds.known;
+    for candidate in report.candidates.iter().take(CANDIDATES) {
+        p *= 0.5;
+        all.push(PosteriorSet { effects: vec![candidate.id.clone()], unknown: false, p });
+    }
+    all
+}
+
+fn add(all: &mut Vec<PosteriorSet>, set: PosteriorSet) {
+    match all.iter_mut().find(|other| other.unknown == set.unknown && other.effects == set.effects) {
+        Some(other) => other.p += set.p,
+        None => all.push(set),
+    }
+}
+
+/// Indices of the fewest sets whose probabilities add up to `level`; all of them if they do not.
+fn fewest(sets: &[PosteriorSet], level: f64) -> Vec<usize> {
+    let mut sum = 0.0;
+    let mut taken = Vec::new();
+    for (index, set) in sets.iter().enumerate() {
+        if sum >= level {
+            break;
+        }
+        sum += set.p;
+        taken.push(index);
+    }
+    taken
+}
+
+/// What was at work in a case whose report is known.
+#[derive(Clone, Debug)]
+pub struct Truth {
+    /// Effects of the library that were at work.
+    pub effects: Vec<String>,
+    /// Whether something else was.
+    pub unknown: bool,
+    /// Whether any of it could be seen at all.
+    pub visible: bool,
+}
+
+impl Truth {
+    fn is(&self, set: &PosteriorSet) -> bool {
+        let nothing = set.effects.is_empty() && !set.unknown;
+        let mut effects = self.effects.clone();
+        effects.sort();
+        (nothing && !self.visible) || (set.unknown == self.unknown && set.effects == effects)
+    }
+}
+
+/// Learns a calibration from reports and what was at work in them.
+pub fn learn(cases: &[(Report, Truth)], provenance: String) -> Calibration {
+    let means = |effect: &FoundEffect, id: &String| effect.id == *id || effect.equivalent.contains(id);
+    let mut names: [Vec<(f64, bool)>; 2] = Default::default();
+    let mut wrong = [[1.0; 3]; 2];
+    let mut verdicts: BTreeMap<String, [f64; 3]> = BTreeMap::new();
+    for word in [Verdict::None, Verdict::Effects, Verdict::Unknown, Verdict::EffectsAndUnknown] {
+        verdicts.insert(word.name().to_owned(), [0.5; 3]);
+    }
+    for (report, truth) in cases {
+        for (index, effect) in report.effects.iter().enumerate() {
+            let further = usize::from(index > 0);
+            let right = truth.effects.iter().any(|id| means(effect, id));
+            names[further].extend(effect.score.map(|score| (score, right)));
+            if !right {
+                let unnamed = || truth.effects.iter().filter(|id| !report.effects.iter().any(|e| means(e, id)));
+                let rival = unnamed().any(|id| effect.rivals.iter().any(|rival| rival.id == *id));
+                let what = if rival { 0 } else { 1 + usize::from(unnamed().next().is_some()) };
+                wrong[further][what] += 1.0;
+            }
+        }
+        let class = match truth {
+            Truth { visible: false, .. } => 0,
+            Truth { unknown: true, .. } => 2,
+            Truth { effects, .. } => usize::from(!effects.is_empty()),
+        };
+        if let Some(counts) = verdicts.get_mut(report.verdict.name()) {
+            counts[class] += 1.0;
+        }
+    }
+    let shares = |counts: [f64; 3]| counts.map(|count| count / counts.iter().sum::<f64>());
+    let when_wrong = |counts| {
+        let [rival, nothing, other] = shares(counts);
+        WhenWrong { rival, nothing, other }
+    };
+    let holds = |counts| {
+        let [none, known, unknown] = shares(counts);
+        Holds { none, known, unknown }
+    };
+    let mut calibration = Calibration {
+        provenance,
+        cases: cases.len(),
+        set_level: HELD,
+        first: Scaling::fit(&names[0]),
+        further: Scaling::fit(&names[1]),
+        first_wrong: when_wrong(wrong[0]),
+        further_wrong: when_wrong(wrong[1]),
+        verdicts: verdicts.into_iter().map(|(word, counts)| (word, holds(counts))).collect(),
+    };
+    calibration.set_level = calibration.level_that_holds(cases, HELD);
+    calibration
+}
+
+impl Calibration {
+    /// The least level, in steps of a hundredth, at which verdict sets hold the truth in this share of cases.
+    fn level_that_holds(&self, cases: &[(Report, Truth)], share: f64) -> f64 {
+        let posteriors: Vec<(Vec<PosteriorSet>, &Truth)> =
+            cases.iter().map(|(report, truth)| (self.sets(report), truth)).collect();
+        let held = |level: f64| {
+            let holds = |(sets, truth): &&(Vec<PosteriorSet>, &Truth)| {
+                fewest(sets, level).into_iter().any(|index| truth.is(&sets[index]))
+            };
+            posteriors.iter().filter(holds).count() as f64 / posteriors.len().max(1) as f64
+        };
+        (50..100).map(|percent| f64::from(percent) / 100.0).find(|level| held(*level) >= share).unwrap_or(0.99)
+    }
+}
+
+/// How well the probabilities of some reports agree with what was at work.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Agreement {
+    /// Names that were given.
+    pub names: usize,
+    /// Expected calibration error of their probabilities: mean distance between stated and observed, in five bins.
+    pub calibration_error: f64,
+    /// Share of verdict sets that hold the truth.
+    pub sets_hold: f64,
+    /// Mean number of sets in a verdict set.
+    pub mean_size: f64,
+}
+
+/// Compares reports, settled with a calibration, with what was at work.
+pub fn agreement(cases: &[(Report, Truth)]) -> Agreement {
+    const BINS: usize = 5;
+    let mut bins = [(0.0, 0.0, 0.0); BINS];
+    for (report, truth) in cases {
+        for effect in &report.effects {
+            let right = truth.effects.iter().any(|id| *id == effect.id || effect.equivalent.contains(id));
+            let bin = &mut bins[((effect.confidence * BINS as f64) as usize).min(BINS - 1)];
+            *bin = (bin.0 + 1.0, bin.1 + effect.confidence, bin.2 + f64::from(u8::from(right)));
+        }
+    }
+    let names: f64 = bins.iter().map(|bin| bin.0).sum();
+    let error: f64 = bins.iter().map(|(_, stated, right)| (stated - right).abs()).sum();
+    let holds = cases.iter().filter(|(report, truth)| {
+        report.verdict_set.iter().filter_map(|index| report.posterior.get(*index)).any(|set| truth.is(set))
+    });
+    let number = cases.len().max(1) as f64;
+    Agreement {
+        names: names as usize,
+        calibration_error: error / names.max(1.0),
+        sets_hold: holds.count() as f64 / number,
+        mean_size: cases.iter().map(|(report, _)| report.verdict_set.len()).sum::<usize>() as f64 / number,
+    }
+}
