@@ -4,10 +4,10 @@
 //! discrepancies by place, and the test against chance.
 #![allow(clippy::print_stdout, reason = "a table for people")]
 
+use railgrip_diagnosis::data::align::Alignments;
 use railgrip_diagnosis::data::load;
 use railgrip_diagnosis::decide::criteria::Criteria;
 use railgrip_diagnosis::decide::round::{Gain, Round};
-use railgrip_diagnosis::data::align::Alignments;
 use railgrip_diagnosis::decide::{evidence, selection};
 use railgrip_diagnosis::fit::discrepancies::FittedDiscrepancy;
 use railgrip_diagnosis::fit::frozen::FrozenFit;

@@ -76,7 +76,8 @@ pub fn diagnose(case: &Case, options: &Options, progress: &(dyn Fn(&'static str)
 
     // Select: which effects of the library the recordings ask for. Each must gain more than chance and more than a mere
     // mending of the one before it; `selection.stop` says why no further one was taken.
-    let selection = selection::select((case, &alignments), base, places, &options.without, &criteria, progress);
+    let selection =
+        selection::select((case, &alignments), base, places, &options.without, &criteria, progress);
 
     // Judge: are they the answer, a part of it, or none? What they leave, and what a free curve would explain beside them or
     // instead of them, goes through the table of rules. Here a case becomes `unknown`.

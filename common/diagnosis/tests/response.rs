@@ -1,7 +1,7 @@
 //! The response of a frozen filter's innovations to a small change of the model, against running the filter again.
 
-use railgrip_diagnosis::data::noise::SensorNoise;
 use railgrip_diagnosis::data::case::{Case, Columns, Run};
+use railgrip_diagnosis::data::noise::SensorNoise;
 use railgrip_diagnosis::fit::candidate::Fitted;
 use railgrip_diagnosis::fit::linearisation::Linearisation;
 use railgrip_diagnosis::fit::objective::{Innovations, Objective, Whitening};

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use railgrip_diagnosis::answer::schema::Report;
 use railgrip_diagnosis::decide::posterior::{self, Calibration, Truth};
 
+use crate::CliError;
 use crate::blind::Made;
 use crate::output::say;
 use crate::sealed::files::write;
-use crate::CliError;
 
 /// Arguments of `railgrip gap calibrate`.
 #[derive(Debug, clap::Args)]
@@ -63,14 +63,21 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     ));
     if let Some(out) = &args.out {
         let text = toml::to_string_pretty(&calibration).map_err(CliError::failed)?;
-        write(out, &format!("# How findings become probabilities. Written by `railgrip gap calibrate`; not set by hand.\n{text}"))?;
+        write(
+            out,
+            &format!(
+                "# How findings become probabilities. Written by `railgrip gap calibrate`; not set by hand.\n{text}"
+            ),
+        )?;
     }
     Ok(())
 }
 
 /// The reports that exist of the cases of one file of labels.
 fn read(labels: &Path, reports: &Path, cases: &mut Vec<(Report, Truth)>) -> Result<(), CliError> {
-    let bad = |path: &Path, error: &dyn std::fmt::Display| CliError::bad_input(format!("{}: {error}", path.display()));
+    let bad = |path: &Path, error: &dyn std::fmt::Display| {
+        CliError::bad_input(format!("{}: {error}", path.display()))
+    };
     let file = File::open(labels).map_err(|error| bad(labels, &error))?;
     let made: Vec<Made> =
         serde_json::from_reader(std::io::BufReader::new(file)).map_err(|error| bad(labels, &error))?;

@@ -108,3 +108,50 @@ fn average_inputs(samples: &mut [Sample], half: f64) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::case::Columns;
+    use railgrip_vehicle::RailClass;
+
+    /// 20 s at 50 Hz; the wheelsets are read 0.2 s late, and their pressing force is a step.
+    fn late_run() -> Run {
+        let t_s: Vec<f64> = (0..1000).map(|k| 0.02 * f64::from(k)).collect();
+        let speed = |t: f64| 20.0 - 0.5 * t;
+        let of = |f: &dyn Fn(f64) -> f64| t_s.iter().map(|t| f(*t)).collect::<Vec<f64>>();
+        let columns = Columns {
+            v_m_s: of(&speed),
+            wheel_speed_rad_s: [of(&|t| 2.0 * speed(t - 0.2)), of(&|t| 2.0 * speed(t - 0.2))],
+            pressing_force_n: [of(&|t| if t < 10.0 { 0.0 } else { 1e4 }), of(&|_| 0.0)],
+            drive_torque_nm: [of(&|_| 0.0), of(&|_| 0.0)],
+            t_s,
+            ..Columns::default()
+        };
+        Run::new("late.dry".into(), RailClass::Dry, &columns)
+    }
+
+    #[test]
+    fn late_readings_stand_where_they_were_true() {
+        let run = late_run();
+        let aligned = run.aligned(&|_| Lateness { wheel_speed_s: 0.2, ..Lateness::default() });
+        for (k, sample) in aligned.samples.iter().enumerate() {
+            assert_eq!(sample.measured[1], k + 10 < run.len(), "sample {k}");
+            if sample.measured[1] {
+                assert!((sample.outputs[1] - 2.0 * sample.outputs[0]).abs() < 1e-9, "sample {k}");
+            }
+        }
+        assert_eq!(aligned.samples[7].outputs[0], run.samples[7].outputs[0], "vehicle speed is not late");
+    }
+
+    #[test]
+    fn a_mean_of_the_wheel_speed_is_answered_by_a_mean_of_the_force() {
+        let late = Lateness { wheel_speed_s: 0.2, wheel_speed_mean_s: 0.4, v_s: 0.0 };
+        let aligned = late_run().aligned(&|_| late);
+        let force = |k: usize| aligned.samples[k].input.pressing_force_n[0];
+        // The step at sample 500 becomes a ramp of 0.4 s around it.
+        assert_eq!((force(480), force(520)), (0.0, 1e4));
+        assert!((force(500) - 5.25e3).abs() < 1.0, "{}", force(500));
+        assert!((490..510).all(|k| force(k + 1) > force(k)));
+    }
+}

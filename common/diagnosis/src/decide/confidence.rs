@@ -51,8 +51,7 @@ pub struct Standing {
 pub fn score(standing: Standing, model: &ConfidenceModel) -> f64 {
     let Standing { recovered, left, rival, gain, at_same_place } = standing;
     let [least_log, most_log] = model.log_gain_limits;
-    model.base
-        + model.per_recovered * (recovered.max(model.least_recovered) - model.usual_recovered)
+    model.base + model.per_recovered * (recovered.max(model.least_recovered) - model.usual_recovered)
         - model.per_left * left.min(1.0)
         - model.per_rival * (rival - model.harmless_rival).max(0.0)
         + model.per_log_gain * (gain.max(1.0) / model.usual_gain).ln().clamp(least_log, most_log)

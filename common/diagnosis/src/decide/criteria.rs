@@ -39,16 +39,18 @@ pub struct Criteria {
 pub struct Hearing {
     /// Evidence that another level or colour must gain. Set by hand: as [`Acceptance::gain`].
     pub least_gain: f64,
-    /// Tolerance up to which the calibrated model is right enough to tell noise from what it misses. Set by hand: below
-    /// [`Pursuit::gross_tolerance`].
+    /// Tolerance up to which the calibrated model is right enough to tell noise from what it misses. Set by hand (plant).
     pub most_tolerance: usize,
+    /// Tolerance at most at which noise is told from what the model misses. Set by hand: below [`Pursuit::gross_tolerance`],
+    /// since a filter that corrects nearly everything at each sample knows little of noise.
+    pub strict_tolerance: usize,
     /// Samples of the recordings that are listened to. Effort.
     pub samples: usize,
 }
 
 impl Default for Hearing {
     fn default() -> Self {
-        Self { least_gain: 30.0, most_tolerance: 1, samples: 20_000 }
+        Self { least_gain: 30.0, most_tolerance: 2, strict_tolerance: 1, samples: 20_000 }
     }
 }
 

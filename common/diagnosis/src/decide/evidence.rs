@@ -33,11 +33,8 @@ pub fn judge(selection: &Selection, criteria: &Criteria, seed: u64) -> Judgement
         Chance::new(round, nuisances, &selection.best, &criteria.significance, seed)
     });
     let quiet = is_quiet(&selection.best, &selection.rest, &criteria.localisation);
-    let beside = if quiet {
-        Vec::new()
-    } else {
-        discrepancies::beside_effects(&selection.best, &criteria.pursuit)
-    };
+    let beside =
+        if quiet { Vec::new() } else { discrepancies::beside_effects(&selection.best, &criteria.pursuit) };
     let mut evidence =
         without_instead(selection, criteria, chance.as_ref().map_or(0.0, Chance::threshold), &beside);
     let likely = localise::likely(&selection.places, criteria.localisation.likely_share);

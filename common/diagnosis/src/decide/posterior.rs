@@ -124,7 +124,8 @@ impl Calibration {
         toml::from_str(SHIPPED).expect("the calibration that is part of the program")
     }
 
-    /// Writes the probabilities of names and of sets into a report.
+    /// Writes the probabilities of names and of sets into a report. A name's probability is that it, or an id which the report
+    /// calls equivalent, is at work.
     pub fn settle(&self, report: &mut Report) {
         for (index, effect) in report.effects.iter_mut().enumerate() {
             let p = self.of_name(index, effect);
@@ -133,15 +134,6 @@ impl Calibration {
         }
         report.posterior = self.sets(report);
         report.verdict_set = fewest(&report.posterior, self.set_level);
-        for index in 0..report.effects.len() {
-            let id = report.effects[index].id.clone();
-            let holding = report.posterior.iter().filter(|set| set.effects.contains(&id));
-            let marginal: f64 = holding.map(|set| set.p).sum();
-            // Sets that are too rare to be listed hold it as well: never more than its own probability.
-            let p = marginal.min(report.effects[index].confidence);
-            report.effects[index].confidence = p;
-            report.effects[index].p = Some(p);
-        }
     }
 
     fn of_name(&self, index: usize, effect: &FoundEffect) -> f64 {
@@ -176,7 +168,9 @@ impl Calibration {
                 .iter()
                 .flat_map(|(ids, p)| {
                     options.iter().filter(|(id, _)| id.as_ref().is_none_or(|id| !ids.contains(id))).map(
-                        move |(id, share)| (ids.iter().chain(id).cloned().collect::<Vec<String>>(), p * share),
+                        move |(id, share)| {
+                            (ids.iter().chain(id).cloned().collect::<Vec<String>>(), p * share)
+                        },
                     )
                 })
                 .filter(|(_, p)| *p > 0.1 * LEAST_LISTED)
@@ -285,7 +279,8 @@ pub fn learn(cases: &[(Report, Truth)], provenance: String) -> Calibration {
             let right = truth.effects.iter().any(|id| means(effect, id));
             names[further].extend(effect.score.map(|score| (score, right)));
             if !right {
-                let unnamed = || truth.effects.iter().filter(|id| !report.effects.iter().any(|e| means(e, id)));
+                let unnamed =
+                    || truth.effects.iter().filter(|id| !report.effects.iter().any(|e| means(e, id)));
                 let rival = unnamed().any(|id| effect.rivals.iter().any(|rival| rival.id == *id));
                 let what = if rival { 0 } else { 1 + usize::from(unnamed().next().is_some()) };
                 wrong[further][what] += 1.0;
@@ -334,7 +329,10 @@ impl Calibration {
             };
             posteriors.iter().filter(holds).count() as f64 / posteriors.len().max(1) as f64
         };
-        (50..100).map(|percent| f64::from(percent) / 100.0).find(|level| held(*level) >= share).unwrap_or(0.99)
+        (50..100)
+            .map(|percent| f64::from(percent) / 100.0)
+            .find(|level| held(*level) >= share)
+            .unwrap_or(0.99)
     }
 }
 
@@ -373,5 +371,139 @@ pub fn agreement(cases: &[(Report, Truth)]) -> Agreement {
         calibration_error: error / names.max(1.0),
         sets_hold: holds.count() as f64 / number,
         mean_size: cases.iter().map(|(report, _)| report.verdict_set.len()).sum::<usize>() as f64 / number,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::answer::schema::{Candidate, Gap, HoldoutGap, Location, Rival, ThreeGaps};
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    fn named(id: &str, score: f64, rivals: &[(&str, f64)]) -> FoundEffect {
+        FoundEffect {
+            id: id.into(),
+            term: "adhesion".into(),
+            confidence: f64::NAN,
+            p: None,
+            score: Some(score),
+            equivalent: Vec::new(),
+            rivals: rivals.iter().map(|(id, share)| Rival { id: (*id).into(), share: *share }).collect(),
+            parameters: BTreeMap::new(),
+        }
+    }
+
+    fn report(verdict: Verdict, effects: Vec<FoundEffect>) -> Report {
+        let candidate =
+            |id: &str| Candidate { id: id.into(), fit_gap: 1.0, cv_gain: 0.1, p_value: 0.5, converged: true };
+        Report {
+            schema: String::new(),
+            verdict,
+            rule: String::new(),
+            location: Location { term: None, signals: Vec::new(), regime: None, runs: Vec::new() },
+            effects,
+            posterior: Vec::new(),
+            verdict_set: Vec::new(),
+            carries_over: None,
+            candidates: ["grade", "headwind"].map(candidate).to_vec(),
+            gap: Gap {
+                fit: ThreeGaps { nominal: 3.0, calibrated: 2.0, extended: 1.0 },
+                holdout: HoldoutGap {
+                    nominal: 3.0,
+                    calibrated: 2.0,
+                    extended: 1.0,
+                    reduction: 0.5,
+                    reduction_ci95: [0.4, 0.6],
+                    by_signal: BTreeMap::new(),
+                },
+            },
+            unexplained: None,
+            next_run: None,
+            seconds: 0.0,
+            notes: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn probabilities_of_sets_are_a_distribution_and_the_verdict_set_is_the_fewest() {
+        let calibration = Calibration::shipped();
+        let names = || vec![named("a", 3.0, &[("c", 0.8), ("d", 0.2)]), named("b", 1.0, &[])];
+        for (verdict, effects) in [
+            (Verdict::Effects, names()),
+            (Verdict::EffectsAndUnknown, names()),
+            (Verdict::None, Vec::new()),
+            (Verdict::Unknown, Vec::new()),
+        ] {
+            let mut report = report(verdict, effects);
+            calibration.settle(&mut report);
+            let sum: f64 = report.posterior.iter().map(|set| set.p).sum();
+            assert!(sum <= 1.0 + 1e-12 && sum > 0.5, "{verdict:?}: {sum}");
+            assert!(report.posterior.windows(2).all(|pair| pair[0].p >= pair[1].p));
+            assert!(
+                report
+                    .effects
+                    .iter()
+                    .all(|e| (0.0..=1.0).contains(&e.confidence) && e.p == Some(e.confidence))
+            );
+            let held: f64 = report.verdict_set.iter().map(|index| report.posterior[*index].p).sum();
+            let last = report.verdict_set.last().map_or(0.0, |index| report.posterior[*index].p);
+            assert!(held - last < calibration.set_level, "{verdict:?}: one set too many");
+        }
+    }
+
+    #[test]
+    fn a_rival_that_came_near_is_the_first_alternative() {
+        let mut report = report(Verdict::Effects, vec![named("a", 0.5, &[("c", 0.9), ("d", 0.3)])]);
+        Calibration::shipped().settle(&mut report);
+        let p = |id: &str| {
+            report
+                .posterior
+                .iter()
+                .filter(|set| set.effects == [id] && !set.unknown)
+                .map(|set| set.p)
+                .sum::<f64>()
+        };
+        assert!(p("a") > p("c") && p("c") > 5.0 * p("d"), "{:?}", report.posterior);
+    }
+
+    /// Names that are right as often as a known scaling says: it is found again.
+    #[test]
+    fn a_scaling_is_learnt() {
+        let truth = Scaling { offset: -1.0, slope: 0.6 };
+        let mut random = Pcg64Mcg::seed_from_u64(5);
+        let names: Vec<(f64, bool)> = (0..4000)
+            .map(|_| {
+                let score = 6.0 * random.random::<f64>() - 1.0;
+                (score, random.random::<f64>() < truth.probability(score))
+            })
+            .collect();
+        let found = Scaling::fit(&names);
+        println!("{found:?}");
+        for score in [-1.0, 1.0, 3.0, 5.0] {
+            assert!((found.probability(score) - truth.probability(score)).abs() < 0.04, "{score}: {found:?}");
+        }
+    }
+
+    /// A score that overstates is brought down to how often it was right, and the verdict sets then hold the truth.
+    #[test]
+    fn learning_makes_stated_probabilities_true() {
+        let mut random = Pcg64Mcg::seed_from_u64(6);
+        let mut cases: Vec<(Report, Truth)> = (0..400)
+            .map(|_| {
+                let right = random.random::<f64>() < 0.7;
+                let effects = vec![named("a", 4.0, &[("c", 0.8)])];
+                let truth = if right { "a" } else { "c" };
+                let truth = Truth { effects: vec![truth.into()], unknown: false, visible: true };
+                (report(Verdict::Effects, effects), truth)
+            })
+            .collect();
+        let calibration = learn(&cases, "a test".into());
+        cases.iter_mut().for_each(|(report, _)| calibration.settle(report));
+        let agreement = agreement(&cases);
+        println!("{agreement:?}");
+        assert!(agreement.calibration_error < 0.03, "{agreement:?}");
+        assert!(agreement.sets_hold >= 0.9, "{agreement:?}");
+        assert_eq!(agreement.mean_size, 2.0);
     }
 }

@@ -3,11 +3,11 @@
 
 use crate::data::align::Alignments;
 use crate::data::case::Case;
+use crate::data::noise::SensorNoise;
 use crate::decide::acceptance::{Stop, is_hopeless, is_quiet, why_not};
 use crate::decide::criteria::Criteria;
 use crate::decide::round::{Round, Standpoint, refit_finalists, start_from, try_all};
 use crate::fit::aligned;
-use crate::data::noise::SensorNoise;
 use crate::fit::frozen::{self, FrozenFit};
 use crate::fit::hearing;
 use crate::fit::objective::Whitening;
@@ -45,10 +45,19 @@ pub fn calibrate(case: &Case) -> FrozenFit<'_> {
 /// The case with the noise of its sensors as the recordings show it, where the vehicle file says something less likely and
 /// the calibrated model `base` is right enough to tell.
 pub fn heard(base: &FrozenFit, criteria: &Criteria) -> Option<Case> {
-    if base.tolerance > criteria.hearing.most_tolerance {
+    let hearing = &criteria.hearing;
+    if base.tolerance > hearing.most_tolerance {
         return None;
     }
-    let noise = hearing::listen(base, &criteria.hearing)?;
+    let noise = if base.tolerance > hearing.strict_tolerance {
+        // Stronger noise than the file says looks like a model that is wrong at every sample.
+        let (shape, start) = (&base.fitted.shape, &base.fitted.fit.theta);
+        let disturbances = DisturbanceModel::default();
+        let strict = frozen::freeze(base.case, shape, &disturbances, start, hearing.strict_tolerance);
+        hearing::listen(&strict, base, hearing)?
+    } else {
+        hearing::listen(base, base, hearing)?
+    };
     let file = SensorNoise::of_file(&base.case.vehicle.sensors);
     let mut heard = Case { noise, ..base.case.clone() };
     for j in [0, 1] {
@@ -56,7 +65,9 @@ pub fn heard(base: &FrozenFit, criteria: &Criteria) -> Option<Case> {
         let times = noise[j].level() / file[j].level();
         let share = (noise[j].coloured / noise[j].level()).powi(2);
         let colour = match share > 0.0 {
-            true => format!(", {:.0} % of its variance lasting about {:.2} s", 100.0 * share, noise[j].time_s),
+            true => {
+                format!(", {:.0} % of its variance lasting about {:.2} s", 100.0 * share, noise[j].time_s)
+            }
             false => ", white".to_owned(),
         };
         if noise[j] != file[j] {
@@ -92,7 +103,7 @@ pub fn select<'a>(
     let library = candidates::all(case, without);
     let climb = Climb { case, alignments, library, disturbances, criteria, progress };
     let mut path = Path::new(base, places);
-    climb.go_on(&mut path, criteria.acceptance.most_restarts);
+    climb.go_on(&mut path, criteria.acceptance.most_restarts, 1);
     climb.try_rival(&mut path);
     let Path { base, places, best, rounds, stop, .. } = path;
     let (best, rest, lost_without) = match best {
@@ -150,7 +161,8 @@ struct Climb<'s, 'a> {
 
 impl<'a> Climb<'_, 'a> {
     /// Takes one effect after the other into the model, until there is a reason to stop.
-    fn go_on(&self, path: &mut Path<'a>, mut restarts: usize) {
+    /// A gross misfit that grows at its likeliest place is given up once there are `patience` effects.
+    fn go_on(&self, path: &mut Path<'a>, mut restarts: usize, patience: usize) {
         let (case, criteria, disturbances) = (self.case, self.criteria, &self.disturbances);
         path.stop = loop {
             if path.accepted.len() == criteria.acceptance.most_effects {
@@ -161,7 +173,7 @@ impl<'a> Climb<'_, 'a> {
             if !path.rounds.is_empty() && is_quiet(current, rest, &criteria.localisation) {
                 break Stop::Quiet;
             }
-            if !path.rounds.is_empty() && is_hopeless(current, &path.places, rest, criteria) {
+            if path.accepted.len() >= patience && is_hopeless(current, &path.places, rest, criteria) {
                 break Stop::Hopeless;
             }
             let candidates = remaining(&self.library, current, path.rounds.last());
@@ -224,7 +236,7 @@ impl<'a> Climb<'_, 'a> {
         let best = path.best.replace((rival, rest));
         let accepted = std::mem::replace(&mut path.accepted, vec![gained]);
         let stop = path.stop;
-        self.go_on(path, 0);
+        self.go_on(path, 0, 2);
         let more = path.accepted.len().saturating_sub(number);
         let allowed = self.criteria.acceptance.left_by_more.powi(more as i32);
         if path.excess(white) >= allowed * excess {
@@ -305,7 +317,8 @@ fn delete_backwards<'a>(
             reduced.as_ref().map_or(f64::INFINITY, |r| r.evidence_cost() - best.evidence_cost())
         };
         lost_without = reduced.iter().map(lost).collect();
-        let cheapest = reduced.into_iter().flatten().min_by(|a, b| a.evidence_cost().total_cmp(&b.evidence_cost()));
+        let cheapest =
+            reduced.into_iter().flatten().min_by(|a, b| a.evidence_cost().total_cmp(&b.evidence_cost()));
         match cheapest {
             Some(smaller) if smaller.evidence_cost() < best.evidence_cost() + criteria.acceptance.gain => {
                 best = smaller;

@@ -57,6 +57,12 @@ pub fn freeze<'a>(
     Some(best)
 }
 
+/// Whether the last effect of a shape makes some reading late by a sample or more.
+pub(crate) fn is_late(case: &Case, shape: &Shape, theta: &[f64]) -> bool {
+    let last = shape.effects.len().checked_sub(1);
+    last.is_some_and(|last| steps(case, &shape.effects[last], &theta[shape.range_of(last)]).is_some())
+}
+
 /// The recordings put right for all effects of `shape` that are [aligned](FittedEffect::is_aligned), as they are if there are
 /// none; `None` if no more can be kept.
 pub(crate) fn align<'a>(

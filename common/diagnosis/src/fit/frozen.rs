@@ -1,6 +1,7 @@
 //! Frozen fits: a model fitted with the one-step filter frozen at itself, at the tolerance that makes it most likely.
 
 use crate::data::case::Case;
+use crate::fit::aligned;
 use crate::fit::candidate::{FULL, Fitted, OPEN_LOOP, SHORT, close};
 use crate::fit::objective::{Innovations, Whitening};
 use crate::fit::solver::{self, Effort, Fit, Problem};
@@ -106,7 +107,13 @@ pub fn open_loop_trials(
     let mut all: Vec<(f64, usize, Shape, Vec<f64>)> =
         candidates.par_iter().enumerate().filter_map(best).collect();
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
-    all.truncate(count);
+    // What is late is hidden from all other fits: the best of its kind is always looked at.
+    let late = all.iter().skip(count).position(|(_, _, shape, theta)| aligned::is_late(case, shape, theta));
+    if let Some(late) = late {
+        all.swap(count, count + late);
+    }
+    let beyond = all.iter().take(count).all(|(_, _, shape, theta)| !aligned::is_late(case, shape, theta));
+    all.truncate(count + usize::from(beyond && late.is_some()));
     all.into_iter().map(|(_, i, shape, theta)| (i, shape, theta)).collect()
 }
 

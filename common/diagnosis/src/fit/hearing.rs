@@ -22,19 +22,25 @@ const SHARES: [f64; 3] = [0.3, 0.6, 0.85];
 /// Correlation times of the coloured part, s.
 const TIMES_S: [f64; 3] = [0.07, 0.15, 0.3];
 
-/// The noise of each output that makes the recordings most likely under `base`; `None` if that of the case is as likely.
-pub(crate) fn listen(base: &FrozenFit, criteria: &Hearing) -> Option<[SensorNoise; OUTPUTS]> {
+/// The noise of each output that makes the recordings most likely under `model`; `None` if that does not make them more likely
+/// than `base` is with the noise of the case.
+pub(crate) fn listen(
+    model: &FrozenFit,
+    base: &FrozenFit,
+    criteria: &Hearing,
+) -> Option<[SensorNoise; OUTPUTS]> {
     let case = some_of(base.case, criteria.samples);
-    let built = base.fitted.shape.build(&base.fitted.fit.theta);
-    let disturbances = DisturbanceModel::default().tolerant(base.tolerance);
-    let cost = |noise: &[SensorNoise; OUTPUTS]| {
+    let with = |frozen: &FrozenFit, noise: &[SensorNoise; OUTPUTS]| {
+        let built = frozen.fitted.shape.build(&frozen.fitted.fit.theta);
+        let disturbances = DisturbanceModel::default().tolerant(frozen.tolerance);
         let heard = Case { noise: *noise, ..case.clone() };
         let whitening = Whitening::new(&heard, &built, &disturbances);
         let residuals = whitening.residuals_of(&heard, &built);
         solver::cost_of(&residuals, OUTLIER_SIGMA) + whitening.half_log_determinant()
     };
-    let first = cost(&case.noise);
-    let (mut best, mut least) = (case.noise, first);
+    let cost = |noise: &[SensorNoise; OUTPUTS]| with(model, noise);
+    let first = with(base, &case.noise);
+    let (mut best, mut least) = (case.noise, cost(&case.noise));
     // The kinds of sensors hardly know of each other: twice around is enough.
     for _ in 0..2 {
         for kind in KINDS {
@@ -54,7 +60,11 @@ pub(crate) fn listen(base: &FrozenFit, criteria: &Hearing) -> Option<[SensorNois
 }
 
 /// The noise with one kind of sensors at each level.
-fn levels(case: &Case, noise: &[SensorNoise; OUTPUTS], kind: &std::ops::Range<usize>) -> Vec<[SensorNoise; OUTPUTS]> {
+fn levels(
+    case: &Case,
+    noise: &[SensorNoise; OUTPUTS],
+    kind: &std::ops::Range<usize>,
+) -> Vec<[SensorNoise; OUTPUTS]> {
     let file = SensorNoise::of_file(&case.vehicle.sensors);
     let at = |level: f64| {
         let mut noise = *noise;
@@ -69,12 +79,17 @@ fn levels(case: &Case, noise: &[SensorNoise; OUTPUTS], kind: &std::ops::Range<us
 }
 
 /// The noise with one kind of sensors in each colour, at its level.
-fn colours(_: &Case, noise: &[SensorNoise; OUTPUTS], kind: &std::ops::Range<usize>) -> Vec<[SensorNoise; OUTPUTS]> {
+fn colours(
+    _: &Case,
+    noise: &[SensorNoise; OUTPUTS],
+    kind: &std::ops::Range<usize>,
+) -> Vec<[SensorNoise; OUTPUTS]> {
     let of = |share: f64, time_s: f64| {
         let mut noise = *noise;
         for j in kind.clone() {
             let level = noise[j].level();
-            noise[j] = SensorNoise { white: level * (1.0 - share).sqrt(), coloured: level * share.sqrt(), time_s };
+            noise[j] =
+                SensorNoise { white: level * (1.0 - share).sqrt(), coloured: level * share.sqrt(), time_s };
         }
         noise
     };

@@ -116,11 +116,12 @@ pub(super) fn sigmas_of(case: &Case, shape: &Shape, theta: &[f64], range: Range<
     solver::linearise(&problem, shape.parameters(), &mut fit);
     let (_, curvature) = solver::assemble(shape.parameters(), &fit.theta, &fit.blocks);
     let scales: Vec<f64> = shape.parameters().iter().map(|p| p.scale).collect();
-    let scaled = curvature.map_with_location(|i, j, value| {
-        value * scales[i] * scales[j] + if i == j { 1.0 } else { 0.0 }
-    });
+    let scaled = curvature
+        .map_with_location(|i, j, value| value * scales[i] * scales[j] + if i == j { 1.0 } else { 0.0 });
     let inverse = scaled.try_inverse();
-    range.map(|i| inverse.as_ref().map_or(1.0, |inverse| inverse[(i, i)].max(0.0).sqrt()) * scales[i]).collect()
+    range
+        .map(|i| inverse.as_ref().map_or(1.0, |inverse| inverse[(i, i)].max(0.0).sqrt()) * scales[i])
+        .collect()
 }
 
 /// Gap on the runs to fit on, with every window beyond three times the median counted as that.

@@ -10,7 +10,8 @@
 use crate::data::case::{Case, OUTPUTS, Run, Sample, WHEELSETS};
 use crate::model::parameters::Built;
 use crate::predict::disturbances::{
-    COLOURED, DECAYING, DisturbanceModel, Noise, STATES, WIND, derivatives, leading, observed, of_measured, widened,
+    COLOURED, DECAYING, DisturbanceModel, Noise, STATES, WIND, derivatives, leading, observed, of_measured,
+    widened,
 };
 use nalgebra::{SMatrix, SVector};
 use railgrip_filter::core::{Gaussian, JointGain};

@@ -102,7 +102,11 @@ impl<'a> Path<'a> {
         {
             let reading = wagon.read(&point.before, &sample.input, &hidden);
             let other: [f64; OUTPUTS] = std::array::from_fn(|j| {
-                if sample.measured[j] { point.reading[j] - reading[j] - change[j] - change[STATES + j] } else { 0.0 }
+                if sample.measured[j] {
+                    point.reading[j] - reading[j] - change[j] - change[STATES + j]
+                } else {
+                    0.0
+                }
             });
             let innovation: [f64; OUTPUTS] = std::array::from_fn(|j| point.innovation[j] + other[j]);
             let white = gain.whitened(&innovation);

@@ -2,8 +2,8 @@
 
 use crate::answer::schema::Regime;
 use crate::answer::schema::{
-    Candidate, FoundEffect, Gap, HoldoutGap, Location, ParameterEstimate, Report, Rival, RunGap, SCHEMA, SignalGap,
-    SignalShare, ThreeGaps, Unexplained, Verdict,
+    Candidate, FoundEffect, Gap, HoldoutGap, Location, ParameterEstimate, Report, Rival, RunGap, SCHEMA,
+    SignalGap, SignalShare, ThreeGaps, Unexplained, Verdict,
 };
 use crate::data::case::{Case, OUTPUT_NAMES, OUTPUTS};
 use crate::decide::confidence::{self, Standing};

@@ -1,0 +1,84 @@
+//! The diagnosis on wagons of the family of plants: what once went wrong on plants that it had not met.
+//!
+//! A case is chosen by what the plant is (wheelsets, rate, noise), never by what the diagnosis says of it.
+#![allow(clippy::print_stdout, reason = "tests print what they measure")]
+
+use railgrip_diagnosis::answer::schema::{Report, Verdict};
+use railgrip_diagnosis::data::load;
+use railgrip_diagnosis::wagon::{Options, diagnose};
+use railgrip_truth_plant::Label;
+use railgrip_truth_plant::family::{FamilyCase, FamilyRecipe, FormSet, OrderedEffect};
+
+/// The first case of a set from `seed` on, with these effects, whose plant is as asked for.
+fn first(seed: u64, set: FormSet, effects: &[(&str, f64)], fits: impl Fn(&Label) -> bool) -> FamilyCase {
+    let ordered = |(id, strength): &(&str, f64)| OrderedEffect {
+        id: (*id).to_owned(),
+        form: None,
+        strength: *strength,
+    };
+    let effects: Vec<OrderedEffect> = effects.iter().map(ordered).collect();
+    (seed..seed + 400)
+        .map(|seed| {
+            let recipe = FamilyRecipe { name: format!("case{seed}"), seed, set, effects: effects.clone() };
+            FamilyCase::make(&recipe).expect("the plant knows these effects")
+        })
+        .find(|case| fits(&case.label))
+        .expect("such a plant among four hundred")
+}
+
+/// Two wheelsets, a rate that keeps the test short, and this kind of noise.
+fn small(label: &Label, noise: &str) -> bool {
+    label.plant.as_ref().is_some_and(|plant| {
+        let short = plant.wheelsets == 2 && plant.rate_hz <= 50.0 && plant.fit_runs <= 6;
+        short && plant.noise.iter().any(|kind| kind == noise)
+    })
+}
+
+fn answer(case: &FamilyCase) -> Report {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path().join("case");
+    case.write(&at, None).expect("the case is written");
+    let vehicle = std::fs::read_to_string(at.join("vehicle.toml")).expect("vehicle.toml");
+    let case_read = load::load(&at, toml::from_str(&vehicle).expect("vehicle")).expect("a case");
+    let options = Options { case: "family".into(), seed: 1, ..Options::default() };
+    let report = diagnose(&case_read, &options, &|_| ()).report;
+    let label = &case.label;
+    println!(
+        "{} {:?}, gap {:.1} over {:.1}: {} by {}, {:?}, holdout {:.2} -> {:.2}, {:?}",
+        label.case,
+        label.plant.as_ref().map(|plant| (&plant.noise, plant.rate_hz, &plant.set)),
+        label.gap_calibrated.holdout,
+        label.gap_without_the_effect.holdout,
+        report.verdict.name(),
+        report.rule,
+        report.effects.iter().map(|e| (e.id.as_str(), e.confidence)).collect::<Vec<_>>(),
+        report.gap.holdout.calibrated,
+        report.gap.holdout.extended,
+        report.notes,
+    );
+    report
+}
+
+/// Coloured noise once made every case without an effect `unknown`.
+#[test]
+fn coloured_noise_is_no_effect() {
+    for set in [FormSet::A, FormSet::C] {
+        let report = answer(&first(150, set, &[], |label| small(label, "coloured")));
+        assert_eq!(report.verdict, Verdict::None);
+        assert!(report.notes.iter().any(|note| note.contains("noise")), "{:?}", report.notes);
+    }
+}
+
+/// A clock that drifts unsettles any filter that believes it; the recordings are put right for it.
+#[test]
+fn a_drifting_clock_is_found_and_carries_over() {
+    let case = first(300, FormSet::B, &[("clock_skew", 2.0)], |label| {
+        small(label, "white") && label.salience() > 3.0
+    });
+    let report = answer(&case);
+    assert!(report.effects.first().is_some_and(|e| e.id == "clock_skew"), "{:?}", report.effects);
+    assert_eq!(report.carries_over, Some(true));
+    let (gap, floor) = (&report.gap.holdout, case.label.gap_without_the_effect.holdout);
+    let closure = (gap.calibrated - gap.extended) / (gap.calibrated - floor);
+    assert!(closure > 0.5, "closes {closure:.2} of what is above the floor of {floor:.2}");
+}
