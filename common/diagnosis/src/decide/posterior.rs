@@ -43,6 +43,15 @@ impl Scaling {
     /// score itself (offset 0 ± 2, slope 1 ± 0.5) keeps it sensible where there are few.
     pub fn fit(names: &[(f64, bool)]) -> Self {
         let (prior, precision) = (Vector2::new(0.0, 1.0), Matrix2::new(0.25, 0.0, 0.0, 4.0));
+        // Minus the log of the posterior.
+        let cost = |at: &Vector2<f64>| {
+            let off = at - prior;
+            let of = |&(score, right): &(f64, bool)| {
+                let along = at[0] + at[1] * score;
+                (if right { -along } else { along }).exp().ln_1p()
+            };
+            0.5 * off.dot(&(precision * off)) + names.iter().map(of).sum::<f64>()
+        };
         let mut at = prior;
         for _ in 0..50 {
             let mut gradient = precision * (at - prior);
@@ -54,9 +63,13 @@ impl Scaling {
                 curvature += x * x.transpose() * (p * (1.0 - p));
             }
             let Some(inverse) = curvature.try_inverse() else { break };
-            let step = inverse * gradient;
-            // A full step may overshoot where nearly all names are right.
-            at -= step * (2.0 / step.norm().max(2.0));
+            // A full step overshoots where nearly all probabilities are near 0 or 1: halved until it leads down.
+            let mut step = inverse * gradient;
+            let before = cost(&at);
+            while cost(&(at - step)) > before && step.norm() > 1e-10 {
+                step *= 0.5;
+            }
+            at -= step;
             if step.norm() < 1e-10 {
                 break;
             }
