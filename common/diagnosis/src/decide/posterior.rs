@@ -1,8 +1,9 @@
 //! Probabilities of sets of effects, from what a report found and how often such findings were right.
 //!
-//! The step from evidence to probability is fitted, not set: `railgrip gap calibrate` counts on cases of the truth plant how
+//! The step from evidence to probability is meant to be fitted, not set: `railgrip gap calibrate` counts on cases of the truth plant how
 //! often a verdict holds a known effect, an unknown one or none, and how often a name at a score is right. The result is
-//! [`Calibration::shipped`], a small file with its provenance.
+//! a small file with its provenance. [`Calibration::shipped`] is the one in the program, whose provenance says whether it was
+//! learnt.
 //!
 //! # The model
 //! * A named effect with the score s (log-odds of [`confidence`](crate::decide::confidence)) is right with the probability
