@@ -4,7 +4,8 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use railgrip_diagnosis::answer::schema::Report;
-use railgrip_diagnosis::decide::posterior::{self, Calibration, Truth};
+use railgrip_diagnosis::decide::learning::{self, Truth};
+use railgrip_diagnosis::decide::posterior::Calibration;
 
 use crate::CliError;
 use crate::blind::Made;
@@ -45,13 +46,13 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         return Err(CliError::bad_input("no report of any of these cases was found"));
     }
     let calibration = match args.out {
-        Some(_) => posterior::learn(&cases, args.provenance.clone()),
+        Some(_) => learning::learn(&cases, args.provenance.clone()),
         None => Calibration::shipped(),
     };
     for (report, _) in &mut cases {
         calibration.settle(report);
     }
-    let agreement = posterior::agreement(&cases);
+    let agreement = learning::agreement(&cases);
     say(&format!(
         "{} cases, {} names: calibration error {:.3}, verdict sets hold the truth in {:.1} %, mean size {:.2}{}",
         cases.len(),

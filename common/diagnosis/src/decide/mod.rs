@@ -3,13 +3,15 @@
 //! [`criteria`] holds every threshold. [`selection`] goes in rounds ([`round`]) and takes an effect by [`acceptance`], which
 //! asks of a further one whether it only mends those before it ([`mending`]). [`evidence`] gathers what the verdict rests on,
 //! among it what chance would gain ([`significance`]); [`verdict`] decides by a table of rules; [`confidence`] says how sure
-//! each named effect is. [`baselines`] are two simpler ways to rank effects, to compare with.
+//! each named effect is, [`posterior`] how probable sets of them are, which [`learning`] takes from cases with known answers.
+//! [`baselines`] are two simpler ways to rank effects, to compare with.
 
 pub mod acceptance;
 pub mod baselines;
 pub mod confidence;
 pub mod criteria;
 pub mod evidence;
+pub mod learning;
 pub mod mending;
 pub mod posterior;
 pub mod round;

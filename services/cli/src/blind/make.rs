@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use railgrip_diagnosis::decide::posterior::Truth;
+use railgrip_diagnosis::decide::learning::Truth;
 use railgrip_truth_plant::{
     FamilyCase, FamilyRecipe, Label,
     family::{Forms, effect, family_deck},

@@ -1,0 +1,169 @@
+//! Learning how probable findings are, from reports on cases of which it is known what was at work.
+
+use crate::answer::schema::{FoundEffect, PosteriorSet, Report, Verdict};
+use crate::decide::posterior::{Calibration, Holds, Scaling, WhenWrong, fewest};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Share of the verdict sets that hold the truth.
+const HELD: f64 = 0.9;
+
+/// What was at work in a case whose report is known.
+#[derive(Clone, Debug)]
+pub struct Truth {
+    /// Effects of the library that were at work.
+    pub effects: Vec<String>,
+    /// Whether something else was.
+    pub unknown: bool,
+    /// Whether any of it could be seen at all.
+    pub visible: bool,
+}
+
+impl Truth {
+    fn is(&self, set: &PosteriorSet) -> bool {
+        let nothing = set.effects.is_empty() && !set.unknown;
+        let mut effects = self.effects.clone();
+        effects.sort();
+        (nothing && !self.visible) || (set.unknown == self.unknown && set.effects == effects)
+    }
+}
+
+/// Learns a calibration from reports and what was at work in them.
+pub fn learn(cases: &[(Report, Truth)], provenance: String) -> Calibration {
+    let means = |effect: &FoundEffect, id: &String| effect.id == *id || effect.equivalent.contains(id);
+    let mut names: [Vec<(f64, bool)>; 2] = Default::default();
+    let mut wrong = [[1.0; 3]; 2];
+    let mut verdicts: BTreeMap<String, [f64; 3]> = BTreeMap::new();
+    for word in [Verdict::None, Verdict::Effects, Verdict::Unknown, Verdict::EffectsAndUnknown] {
+        verdicts.insert(word.name().to_owned(), [0.5; 3]);
+    }
+    for (report, truth) in cases {
+        for (index, effect) in report.effects.iter().enumerate() {
+            let further = usize::from(index > 0);
+            let right = truth.effects.iter().any(|id| means(effect, id));
+            names[further].extend(effect.score.map(|score| (score, right)));
+            if !right {
+                let unnamed =
+                    || truth.effects.iter().filter(|id| !report.effects.iter().any(|e| means(e, id)));
+                let rival = unnamed().any(|id| effect.rivals.iter().any(|rival| rival.id == *id));
+                let what = if rival { 0 } else { 1 + usize::from(unnamed().next().is_some()) };
+                wrong[further][what] += 1.0;
+            }
+        }
+        let class = match truth {
+            Truth { visible: false, .. } => 0,
+            Truth { unknown: true, .. } => 2,
+            Truth { effects, .. } => usize::from(!effects.is_empty()),
+        };
+        if let Some(counts) = verdicts.get_mut(report.verdict.name()) {
+            counts[class] += 1.0;
+        }
+    }
+    let shares = |counts: [f64; 3]| counts.map(|count| count / counts.iter().sum::<f64>());
+    let when_wrong = |counts| {
+        let [rival, nothing, other] = shares(counts);
+        WhenWrong { rival, nothing, other }
+    };
+    let holds = |counts| {
+        let [none, known, unknown] = shares(counts);
+        Holds { none, known, unknown }
+    };
+    let mut calibration = Calibration {
+        provenance,
+        cases: cases.len(),
+        set_level: HELD,
+        first: Scaling::fit(&names[0]),
+        further: Scaling::fit(&names[1]),
+        first_wrong: when_wrong(wrong[0]),
+        further_wrong: when_wrong(wrong[1]),
+        verdicts: verdicts.into_iter().map(|(word, counts)| (word, holds(counts))).collect(),
+    };
+    calibration.set_level = calibration.level_that_holds(cases, HELD);
+    calibration
+}
+
+impl Calibration {
+    /// The least level, in steps of a hundredth, at which verdict sets hold the truth in this share of cases.
+    fn level_that_holds(&self, cases: &[(Report, Truth)], share: f64) -> f64 {
+        let posteriors: Vec<(Vec<PosteriorSet>, &Truth)> =
+            cases.iter().map(|(report, truth)| (self.sets(report), truth)).collect();
+        let held = |level: f64| {
+            let holds = |(sets, truth): &&(Vec<PosteriorSet>, &Truth)| {
+                fewest(sets, level).into_iter().any(|index| truth.is(&sets[index]))
+            };
+            posteriors.iter().filter(holds).count() as f64 / posteriors.len().max(1) as f64
+        };
+        (50..100)
+            .map(|percent| f64::from(percent) / 100.0)
+            .find(|level| held(*level) >= share)
+            .unwrap_or(0.99)
+    }
+}
+
+/// How well the probabilities of some reports agree with what was at work.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Agreement {
+    /// Names that were given.
+    pub names: usize,
+    /// Expected calibration error of their probabilities: mean distance between stated and observed, in five bins.
+    pub calibration_error: f64,
+    /// Share of verdict sets that hold the truth.
+    pub sets_hold: f64,
+    /// Mean number of sets in a verdict set.
+    pub mean_size: f64,
+}
+
+/// Compares reports, settled with a calibration, with what was at work.
+pub fn agreement(cases: &[(Report, Truth)]) -> Agreement {
+    const BINS: usize = 5;
+    let mut bins = [(0.0, 0.0, 0.0); BINS];
+    for (report, truth) in cases {
+        for effect in &report.effects {
+            let right = truth.effects.iter().any(|id| *id == effect.id || effect.equivalent.contains(id));
+            let bin = &mut bins[((effect.confidence * BINS as f64) as usize).min(BINS - 1)];
+            *bin = (bin.0 + 1.0, bin.1 + effect.confidence, bin.2 + f64::from(u8::from(right)));
+        }
+    }
+    let names: f64 = bins.iter().map(|bin| bin.0).sum();
+    let error: f64 = bins.iter().map(|(_, stated, right)| (stated - right).abs()).sum();
+    let holds = cases.iter().filter(|(report, truth)| {
+        report.verdict_set.iter().filter_map(|index| report.posterior.get(*index)).any(|set| truth.is(set))
+    });
+    let number = cases.len().max(1) as f64;
+    Agreement {
+        names: names as usize,
+        calibration_error: error / names.max(1.0),
+        sets_hold: holds.count() as f64 / number,
+        mean_size: cases.iter().map(|(report, _)| report.verdict_set.len()).sum::<usize>() as f64 / number,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::decide::posterior::tests::{named, report};
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    /// A score that overstates is brought down to how often it was right, and the verdict sets then hold the truth.
+    #[test]
+    fn learning_makes_stated_probabilities_true() {
+        let mut random = Pcg64Mcg::seed_from_u64(6);
+        let mut cases: Vec<(Report, Truth)> = (0..400)
+            .map(|_| {
+                let right = random.random::<f64>() < 0.7;
+                let effects = vec![named("a", 4.0, &[("c", 0.8)])];
+                let truth = if right { "a" } else { "c" };
+                let truth = Truth { effects: vec![truth.into()], unknown: false, visible: true };
+                (report(Verdict::Effects, effects), truth)
+            })
+            .collect();
+        let calibration = learn(&cases, "a test".into());
+        cases.iter_mut().for_each(|(report, _)| calibration.settle(report));
+        let agreement = agreement(&cases);
+        println!("{agreement:?}");
+        assert!(agreement.calibration_error < 0.03, "{agreement:?}");
+        assert!(agreement.sets_hold >= 0.9, "{agreement:?}");
+        assert_eq!(agreement.mean_size, 2.0);
+    }
+}
