@@ -1,7 +1,7 @@
 //! Noise of the sensors: level and colour.
 
-use crate::data::case::OUTPUTS;
 use railgrip_vehicle::Sensors;
+use railgrip_vehicle::fast::SPEEDS;
 
 /// Noise of one output: a white part and a part with the correlation of a first-order lag.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +21,7 @@ impl SensorNoise {
     }
 
     /// What a vehicle file says of its sensors.
-    pub fn of_file(sensors: &Sensors) -> [Self; OUTPUTS] {
+    pub fn of_file(sensors: &Sensors) -> [Self; SPEEDS] {
         let wheel = Self::white(sensors.wheel_speed_sigma_rad_s);
         [Self::white(sensors.speed_sigma_m_s), wheel, wheel]
     }

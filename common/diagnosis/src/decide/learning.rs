@@ -50,8 +50,10 @@ pub fn learn(cases: &[(Report, Truth)], provenance: String) -> Calibration {
                 wrong[further][what] += 1.0;
             }
         }
+        let named = |id: &String| report.effects.iter().any(|effect| means(effect, id));
         let class = match truth {
-            Truth { visible: false, .. } => 0,
+            // What was named rightly was seen after all.
+            Truth { visible: false, effects, .. } if !effects.iter().any(named) => 0,
             Truth { unknown: true, .. } => 2,
             Truth { effects, .. } => usize::from(!effects.is_empty()),
         };

@@ -62,8 +62,14 @@ pub fn instead_of_effects(
         .collect();
     if base.tolerance >= pursuit.gross_tolerance {
         let candidates: Vec<Candidate> = discrepancies.iter().map(|f| f.candidate.clone()).collect();
-        let strict =
-            frozen::open_loop_trials(case, &base.fitted, &candidates, &[], pursuit.discrepancies_finished);
+        let strict = frozen::open_loop_trials(
+            case,
+            &base.fitted,
+            &candidates,
+            &[],
+            pursuit.discrepancies_finished,
+            &|_, _| false,
+        );
         let settle = |(i, shape, theta): &(usize, Shape, Vec<f64>)| {
             let frozen = frozen::freeze_upwards(case, shape, &disturbances, theta, base.tolerance);
             settled(&discrepancies[*i], frozen)

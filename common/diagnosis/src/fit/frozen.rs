@@ -1,7 +1,6 @@
 //! Frozen fits: a model fitted with the one-step filter frozen at itself, at the tolerance that makes it most likely.
 
 use crate::data::case::Case;
-use crate::fit::aligned;
 use crate::fit::candidate::{FULL, Fitted, OPEN_LOOP, SHORT, close};
 use crate::fit::objective::{Innovations, Whitening};
 use crate::fit::solver::{self, Effort, Fit, Problem};
@@ -76,7 +75,7 @@ pub fn freeze_upwards<'a>(
 }
 
 /// Short fits of all candidates on open-loop windows, each from its first start and from where `led` says: indices, shapes and
-/// parameters of the best `count`.
+/// parameters of the best `count`, and of the best that is `wanted` if it is not among them.
 ///
 /// Where the model is grossly wrong, a tolerant filter follows the measurements so closely that a late or smoothed sensor in
 /// its feedback unsettles it, and a form that is not quite right looks like any other. Open loop there is no feedback, and
@@ -87,6 +86,7 @@ pub fn open_loop_trials(
     candidates: &[Candidate],
     led: &[Option<FittedEffect>],
     count: usize,
+    wanted: &dyn Fn(&Shape, &[f64]) -> bool,
 ) -> Vec<(usize, Shape, Vec<f64>)> {
     let shape = &current.shape;
     let (problem, base) = windows::reweighted(case, shape, &current.fit.theta);
@@ -107,13 +107,12 @@ pub fn open_loop_trials(
     let mut all: Vec<(f64, usize, Shape, Vec<f64>)> =
         candidates.par_iter().enumerate().filter_map(best).collect();
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // What is late is hidden from all other fits: the best of its kind is always looked at.
-    let late = all.iter().skip(count).position(|(_, _, shape, theta)| aligned::is_late(case, shape, theta));
-    if let Some(late) = late {
-        all.swap(count, count + late);
+    let first = all.iter().position(|(_, _, shape, theta)| wanted(shape, theta));
+    let beyond = first.filter(|first| *first >= count);
+    if let Some(first) = beyond {
+        all.swap(count, first);
     }
-    let beyond = all.iter().take(count).all(|(_, _, shape, theta)| !aligned::is_late(case, shape, theta));
-    all.truncate(count + usize::from(beyond && late.is_some()));
+    all.truncate(count + usize::from(beyond.is_some()));
     all.into_iter().map(|(_, i, shape, theta)| (i, shape, theta)).collect()
 }
 

@@ -4,12 +4,9 @@ use serde::Serialize;
 
 use super::{
     answer::{Answer, Named},
-    make::Made,
+    make::{Made, VISIBLE},
     rankings::Rankings,
 };
-
-/// Salience from which an effect can be seen at all.
-pub(super) const VISIBLE: f64 = 1.1;
 
 /// A case with its answer.
 #[derive(Debug, Clone, Serialize)]

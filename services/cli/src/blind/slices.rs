@@ -5,7 +5,8 @@ use std::{collections::BTreeMap, fmt::Write as _};
 use railgrip_truth_plant::label::PlantOf;
 use serde::Serialize;
 
-use super::outcome::{Outcome, Rate, VISIBLE};
+use super::make::VISIBLE;
+use super::outcome::{Outcome, Rate};
 
 /// One row of a table of slices.
 #[derive(Debug, Clone, Serialize)]
