@@ -172,8 +172,9 @@ fn on_path(name: &str) -> Option<PathBuf> {
 /// A test: its name, what it needs, and its function.
 pub type Test = (&'static str, &'static [&'static Requirement], fn());
 
-/// Runs the tests of a file as the built-in harness would, with the same arguments and exit codes.
-pub fn run(tests: &[Test]) -> ExitCode {
+/// Runs the tests of a file as the built-in harness would, with the same arguments and exit codes; no more than `at_once` of
+/// them beside each other (`None`: as many as the machine has cores), unless the command line or `RUST_TEST_THREADS` says it.
+pub fn run(tests: &[Test], at_once: Option<usize>) -> ExitCode {
     let required = std::env::var(REQUIRE).unwrap_or_default();
     if let Some(name) = required.split(',').find(|name| !is_name(name)) {
         let known: Vec<&str> = ALL.iter().map(|known| known.name).collect();
@@ -181,7 +182,10 @@ pub fn run(tests: &[Test]) -> ExitCode {
         return ExitCode::from(2);
     }
     let trials = tests.iter().map(|(name, needs, function)| trial(name, needs, *function, &required));
-    libtest_mimic::run(&Arguments::from_args(), trials.collect()).exit_code()
+    let mut arguments = Arguments::from_args();
+    let told = std::env::var("RUST_TEST_THREADS").ok().and_then(|text| text.parse().ok());
+    arguments.test_threads = arguments.test_threads.or(told).or(at_once);
+    libtest_mimic::run(&arguments, trials.collect()).exit_code()
 }
 
 fn is_name(name: &str) -> bool {
@@ -204,13 +208,17 @@ fn trial(name: &str, needs: &'static [&'static Requirement], function: fn(), req
     })
 }
 
-/// The `main` of a test file: its test functions, each with the requirements that it needs.
+/// The `main` of a test file: its test functions, each with the requirements that it needs. `at_once = 1;` in front is for
+/// tests that each take a machine of their own: a train and a browser.
 #[macro_export]
 macro_rules! tests {
-    ($($name:ident: [$($need:ident),* $(,)?]),+ $(,)?) => {
+    (at_once = $at_once:expr; $($name:ident: [$($need:ident),* $(,)?]),+ $(,)?) => {
         fn main() -> std::process::ExitCode {
             const TESTS: &[$crate::Test] = &[$((stringify!($name), &[$(&$crate::$need),*], $name)),+];
-            $crate::run(TESTS)
+            $crate::run(TESTS, $at_once.into())
         }
+    };
+    ($($name:ident: [$($need:ident),* $(,)?]),+ $(,)?) => {
+        $crate::tests! { at_once = None; $($name: [$($need),*]),+ }
     };
 }

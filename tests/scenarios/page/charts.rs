@@ -9,8 +9,8 @@ const DESK: Look = Look { width: 1440, height: 900, dark: false };
 const DRAWN: &str = "document.querySelectorAll('.chart canvas').length === 2 && \
                      /Data for [1-9]/.test(document.getElementById('trend-state').textContent)";
 
-/// The younger end of 900 s holds figures for at least 40 s.
-const STORED_40_S: &str = "(() => { const found = /Data for (\\d+)/.exec(document.getElementById('trend-state').textContent); \
+/// The younger end of 900 s holds figures for at least 40 s, in fine steps: a whole minute would also stand for its first second.
+const STORED_40_S: &str = "(() => { const found = /in steps of \\d+ s. Data for (\\d+)/.exec(document.getElementById('trend-state').textContent); \
                            return found && Number(found[1]) >= 5; })()";
 
 pub fn charts_are_zoomed_compared_shared_and_saved() {

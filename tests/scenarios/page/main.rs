@@ -21,6 +21,7 @@ use paper::*;
 use readers::*;
 
 railgrip_requirements::tests! {
+    at_once = 1;
     the_pages_load_say_everything_in_words_and_renew_themselves: [CHROMIUM],
     old_data_say_so_loudly_and_an_alert_is_acknowledged_with_the_keyboard: [CHROMIUM],
     the_page_outlives_the_service: [CHROMIUM],

@@ -136,12 +136,16 @@
     return body;
   }
 
-  /** What every wagon has for the range; where the fine steps are gone by age, coarser ones. */
+  /**
+   * What every wagon has for the range; where the fine steps are gone by age, coarser ones. A range that ends now has lost
+   * nothing to age: where it is empty, the train is young, and a whole minute would stand for its first seconds.
+   */
   async function fetched(asked) {
     const fields = [...new Set([...state.charts.values()].flatMap(({ spec }) => spec.lines.map((line) => line.field)))];
     const first = await historyOf(own, asked, fields);
     const coarser_s = COARSER_S.find((step_s) => step_s > asked.step_s);
-    if (!first.samples.some((count) => count > 0) && coarser_s && (asked.to_s - asked.from_s) / coarser_s >= 2) {
+    const old = asked.to_s < Date.now() / 1000 - coarser_s;
+    if (!first.samples.some((count) => count > 0) && old && (asked.to_s - asked.from_s) / coarser_s >= 2) {
       const again = { step_s: coarser_s, from_s: Math.floor(asked.from_s / coarser_s) * coarser_s, to_s: Math.ceil(asked.to_s / coarser_s) * coarser_s };
       const found = await fetched(again);
       if (found.get(own).samples.some((count) => count > 0)) return found;
