@@ -18,7 +18,7 @@ const TESTS: &[Test] = &[
 ];
 
 fn main() -> ExitCode {
-    let Some(folder) = std::env::var_os(FOLDER) else { return run(TESTS) };
+    let Some(folder) = std::env::var_os(FOLDER) else { return run(TESTS, None) };
     println!("{MOUNTED}");
     match std::env::args().nth(1).as_deref() {
         Some("full") => full_disk(Path::new(&folder)),
