@@ -21,7 +21,7 @@ const TESTS: &[Test] =
     &[("nothing_acknowledged_is_lost_over_many_kills", &[], nothing_acknowledged_is_lost_over_many_kills)];
 
 fn main() -> ExitCode {
-    let Some(database) = std::env::var_os(DATABASE) else { return run(TESTS) };
+    let Some(database) = std::env::var_os(DATABASE) else { return run(TESTS, None) };
     let from = std::env::args().nth(1).and_then(|text| text.parse().ok());
     write_for_ever(Path::new(&database), from.expect("the second to begin with"));
 }
