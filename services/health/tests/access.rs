@@ -6,6 +6,8 @@
 )]
 
 use railgrip_health::access::{self, Access, Role, tokens};
+use railgrip_health::alerts::Symptom;
+use railgrip_health::api::grade::Grade;
 use railgrip_health::api::router;
 use railgrip_health::shared::Shared;
 use railgrip_health::store::Store;
@@ -31,6 +33,7 @@ struct Service {
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
     certificate: Option<String>,
+    shared: Shared,
 }
 
 impl Service {
@@ -60,7 +63,7 @@ impl Service {
         let mut store = Store::new(&settings);
         let shared = Shared::new(store.snapshot(NOW), || NOW);
         let access = Access::open(&settings).unwrap();
-        let router = access::guard(router(shared), &access);
+        let router = access::guard(router(shared.clone()), &access);
         let (stop, stopped) = oneshot::channel();
         let (sender, receiver) = channel();
         let thread = std::thread::spawn(move || {
@@ -72,7 +75,7 @@ impl Service {
             });
         });
         let address = receiver.recv().unwrap();
-        Self { folder, address, stop: Some(stop), thread: Some(thread), certificate }
+        Self { folder, address, stop: Some(stop), thread: Some(thread), certificate, shared }
     }
 
     fn file(&self, name: &str) -> PathBuf {
@@ -117,6 +120,20 @@ impl Service {
         let socket = TcpStream::connect(self.address).unwrap();
         socket.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
         socket
+    }
+
+    /// Raises an alert and gives its number.
+    fn raise(&self) -> u64 {
+        let book = self.shared.latest().book.clone();
+        let mut book = book.lock();
+        for half in 0..20 {
+            let ns = half * 500_000_000;
+            let now = Stamp { unix_ns: NOW.unix_ns + ns as i64, monotonic_ns: NOW.monotonic_ns + ns };
+            let symptom = Symptom { wagon: 1, wheelset: Some(2), rule: "brake_friction" };
+            book.judge(symptom, Grade::Act, "far too low", now);
+            book.settle(now);
+        }
+        book.list()[0].id
     }
 
     fn audit(&self) -> String {
@@ -220,6 +237,40 @@ fn tokens_open_what_their_role_allows_and_are_rotated_without_a_restart() {
     };
     assert!(found("worker", 404) && found("reader", 403), "{lines:?}");
     assert!(lines.iter().any(|line| line["status"] == 401 && line["event"] == "refused"));
+}
+
+#[test]
+fn whoever_shows_a_token_acts_under_its_name() {
+    let service = Service::start("", true);
+    let file = service.file("tokens.toml");
+    let kim = tokens::add(&file, "kim", Role::Acknowledge, None).unwrap();
+    let bearer = format!("Bearer {kim}");
+    let headers = [("authorization", bearer.as_str())];
+    assert!(within(PATIENCE, || service.get("/api/v1/train", &headers).0 == 200));
+    let (_, _, told) = service.get("/api/v1/identity", &headers);
+    assert_eq!(told, r#"{"name":"kim","role":"acknowledge"}"#);
+    // Another's name in the body, or none at all, changes nothing.
+    for body in [r#"{"by":"boss","text":"squeals"}"#, r#"{"text":"squeals"}"#] {
+        let (status, _, told) = service.post("/api/v1/wagons/1/notes", &headers, body);
+        let told: Value = serde_json::from_str(&told).unwrap();
+        assert_eq!((status, &told["notes"][0]["by"]), (200, &Value::from("kim")), "{told}");
+    }
+    let id = service.raise();
+    for (act, body) in [
+        ("acknowledge", r#"{"by":"boss"}"#),
+        ("unacknowledge", "{}"),
+        ("silence", r#"{"by":"boss","why":"known","duration_s":3600}"#),
+        ("unsilence", "{}"),
+    ] {
+        let (status, _, told) = service.post(&format!("/api/v1/alerts/{id}/{act}"), &headers, body);
+        let told: Value = serde_json::from_str(&told).unwrap();
+        let last = told["history"].as_array().unwrap().last().unwrap();
+        assert_eq!((status, &last["by"]), (200, &Value::from("kim")), "{act}: {told}");
+    }
+    let open = Service::start("", false);
+    assert_eq!(open.get("/api/v1/identity", &[]).2, r#"{"name":null,"role":"admin"}"#);
+    let (status, _, told) = open.post("/api/v1/wagons/1/notes", &[], r#"{"text":"squeals"}"#);
+    assert!(status == 422 && told.contains("`by`"), "without tokens people sign themselves: {told}");
 }
 
 #[test]

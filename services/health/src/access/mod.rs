@@ -34,6 +34,7 @@ mod session;
 mod stall;
 mod tls;
 pub mod tokens;
+pub(crate) mod whoami;
 
 pub use control::Access;
 pub use error::AccessError;

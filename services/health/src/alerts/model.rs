@@ -233,7 +233,7 @@ pub struct AlertList {
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AcknowledgeRequest {
-    /// Who, for example a name or a role.
+    /// Who, for example a name or a role. Where the request comes with a token, the token's name stands in its place.
     #[schema(min_length = 1, max_length = 100, pattern = "words")]
     pub by: String,
     /// What they say.
@@ -246,7 +246,7 @@ pub struct AcknowledgeRequest {
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SilenceRequest {
-    /// Who, for example a name or a role.
+    /// Who, for example a name or a role. Where the request comes with a token, the token's name stands in its place.
     #[schema(min_length = 1, max_length = 100, pattern = "words")]
     pub by: String,
     /// Why.

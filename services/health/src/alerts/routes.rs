@@ -2,6 +2,7 @@
 
 use super::model::{AcknowledgeRequest, Alert, AlertList, AlertState, SilenceRequest};
 use super::operator::Refusal;
+use crate::access::Identity;
 use crate::api::grade::Grade;
 use crate::api::problem::Problem;
 use crate::history::routes::wagon;
@@ -9,11 +10,11 @@ use crate::shared::Shared;
 use crate::store::Snapshot;
 use crate::web::pages::{MOST, Page, link};
 use crate::web::query::{parameters, refuse, value};
-use axum::Json;
 use axum::body::Bytes;
 use axum::extract::{Path, RawQuery, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
+use axum::{Extension, Json};
 use serde::de::DeserializeOwned;
 use std::sync::Arc;
 
@@ -125,9 +126,10 @@ enum Changed {
 pub(crate) async fn acknowledge(
     State(shared): State<Shared>,
     Path(id): Path<String>,
+    identity: Option<Extension<Identity>>,
     body: Bytes,
 ) -> Result<Json<Alert>, Problem> {
-    let (id, request) = (number(&id)?, parse::<AcknowledgeRequest>(&body)?);
+    let (id, request) = (number(&id)?, signed::<AcknowledgeRequest>(&body, identity.as_deref())?);
     let now = shared.now();
     change(&shared, move |snapshot| snapshot.book.lock().acknowledge(id, request, now)).await
 }
@@ -140,9 +142,10 @@ pub(crate) async fn acknowledge(
 pub(crate) async fn unacknowledge(
     State(shared): State<Shared>,
     Path(id): Path<String>,
+    identity: Option<Extension<Identity>>,
     body: Bytes,
 ) -> Result<Json<Alert>, Problem> {
-    let (id, request) = (number(&id)?, parse::<AcknowledgeRequest>(&body)?);
+    let (id, request) = (number(&id)?, signed::<AcknowledgeRequest>(&body, identity.as_deref())?);
     let now = shared.now();
     change(&shared, move |snapshot| snapshot.book.lock().unacknowledge(id, request, now)).await
 }
@@ -155,9 +158,10 @@ pub(crate) async fn unacknowledge(
 pub(crate) async fn silence(
     State(shared): State<Shared>,
     Path(id): Path<String>,
+    identity: Option<Extension<Identity>>,
     body: Bytes,
 ) -> Result<Json<Alert>, Problem> {
-    let (id, request) = (number(&id)?, parse::<SilenceRequest>(&body)?);
+    let (id, request) = (number(&id)?, signed::<SilenceRequest>(&body, identity.as_deref())?);
     let now = shared.now();
     change(&shared, move |snapshot| snapshot.book.lock().silence(id, request, now)).await
 }
@@ -170,9 +174,10 @@ pub(crate) async fn silence(
 pub(crate) async fn unsilence(
     State(shared): State<Shared>,
     Path(id): Path<String>,
+    identity: Option<Extension<Identity>>,
     body: Bytes,
 ) -> Result<Json<Alert>, Problem> {
-    let (id, request) = (number(&id)?, parse::<AcknowledgeRequest>(&body)?);
+    let (id, request) = (number(&id)?, signed::<AcknowledgeRequest>(&body, identity.as_deref())?);
     let now = shared.now();
     change(&shared, move |snapshot| snapshot.book.lock().unsilence(id, request, now)).await
 }
@@ -185,9 +190,10 @@ pub(crate) async fn unsilence(
 pub(crate) async fn shelve(
     shared: State<Shared>,
     id: Path<String>,
+    identity: Option<Extension<Identity>>,
     body: Bytes,
 ) -> Result<Json<Alert>, Problem> {
-    silence(shared, id, body).await
+    silence(shared, id, identity, body).await
 }
 
 /// The old path of `/api/v1/alerts/{id}/unsilence`.
@@ -198,9 +204,10 @@ pub(crate) async fn shelve(
 pub(crate) async fn unshelve(
     shared: State<Shared>,
     id: Path<String>,
+    identity: Option<Extension<Identity>>,
     body: Bytes,
 ) -> Result<Json<Alert>, Problem> {
-    unsilence(shared, id, body).await
+    unsilence(shared, id, identity, body).await
 }
 
 /// Makes a change where waiting for the disk is allowed, then shows it to whoever asks next.
@@ -227,9 +234,15 @@ fn number(id: &str) -> Result<u64, Problem> {
     id.parse().map_err(|_| Problem::new(StatusCode::NOT_FOUND, detail()))
 }
 
-fn parse<T: DeserializeOwned>(body: &[u8]) -> Result<T, Problem> {
-    serde_json::from_slice(body).map_err(|error| {
+/// The body as a request. Whoever shows a token is called as it is, so that nobody acts in another's name.
+fn signed<T: DeserializeOwned>(body: &[u8], identity: Option<&Identity>) -> Result<T, Problem> {
+    let wrong = |error: serde_json::Error| {
         let status = if error.is_data() { StatusCode::UNPROCESSABLE_ENTITY } else { StatusCode::BAD_REQUEST };
         Problem::new(status, format!("the body is not the JSON that is expected: {error}"))
-    })
+    };
+    let mut body: serde_json::Value = serde_json::from_slice(body).map_err(wrong)?;
+    if let (Some(fields), Some(name)) = (body.as_object_mut(), identity.and_then(Identity::vouched_name)) {
+        fields.insert("by".to_owned(), name.into());
+    }
+    serde_json::from_value(body).map_err(wrong)
 }

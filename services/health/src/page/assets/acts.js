@@ -1,5 +1,16 @@
 "use strict";
 // Operator actions: a button opens the dialog, the dialog sends, the stream shows the result.
+
+let whoAmI = null;
+/** Whoever shows a token is called as it is: the field for the name then holds that, and nothing else. */
+async function sign(input) {
+  whoAmI ??= fetch("/api/v1/identity").then((answer) => (answer.ok ? answer.json() : {}), () => ({}));
+  const { name } = await whoAmI;
+  if (!name) return;
+  input.value = name;
+  input.readOnly = true;
+}
+
 {
   const get = (id) => document.getElementById(id);
   const dialog = get("act-dialog");
@@ -36,6 +47,7 @@
     get("act-silence").hidden = asked.act !== "silence";
     get("act-error").textContent = "";
     get("act-by").value = remembered();
+    sign(get("act-by"));
     dialog.showModal();
     (get("act-by").value ? get("act-note") : get("act-by")).focus();
   });

@@ -76,6 +76,7 @@
 
   if (list && form) {
     form.addEventListener("submit", send);
+    form.addEventListener("focusin", () => sign(get("note-by")), { once: true });
     load();
   }
 }
