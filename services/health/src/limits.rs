@@ -1,8 +1,8 @@
-//! The limits that the pages draw beside the figures: those by which the indicators are judged.
+//! What the pages show of the config: the limits by which the indicators are judged, and who is notified.
 
 use railgrip_indicators::train::capability::FullBraking;
 use railgrip_indicators::{INDICATORS, IndicatorSettings, IndicatorSpec, Limit, Nominal, Table};
-use railgrip_settings::{CapabilitySettings, TrainSettings};
+use railgrip_settings::{CapabilitySettings, ReceiverSettings, TrainSettings, WagonSettings};
 use std::path::PathBuf;
 
 /// The limits of one train.
@@ -16,6 +16,10 @@ pub struct Limits {
     pub settings: IndicatorSettings,
     /// What full braking is, and the adhesion map.
     pub capability: Option<CapabilitySettings>,
+    /// What a vehicle is remembered by, wagon 1 first: its number, or its name where it has none.
+    vehicles: Vec<String>,
+    /// Who is notified of alerts.
+    pub receivers: Vec<ReceiverSettings>,
     /// The config file, where there is one.
     pub file: Option<PathBuf>,
 }
@@ -28,6 +32,8 @@ impl Default for Limits {
             nominal: Vec::new(),
             settings: IndicatorSettings::default(),
             capability: None,
+            vehicles: Vec::new(),
+            receivers: Vec::new(),
             file: None,
         }
     }
@@ -43,6 +49,8 @@ impl Limits {
             nominal: nominal.collect(),
             settings: settings.indicators,
             capability: Some(settings.capability.clone()),
+            vehicles: settings.wagons.iter().map(remembered_by).collect(),
+            receivers: settings.notify.receivers.clone(),
             file: settings.file.is_file().then(|| settings.file.clone()),
         }
     }
@@ -59,8 +67,18 @@ impl Limits {
         spec.limit.map(|limit| limit(&self.settings, nominal))
     }
 
+    /// What the vehicle at a place is remembered by.
+    pub(crate) fn vehicle(&self, wagon: u32) -> Option<&str> {
+        Some(self.vehicles.get((wagon as usize).checked_sub(1)?)?.as_str())
+    }
+
     /// What full braking is; zeros where that is not known.
     pub(crate) fn full_braking(&self) -> FullBraking {
         self.capability.as_ref().map(CapabilitySettings::full_braking).unwrap_or_default()
     }
+}
+
+/// A number however it is written; the name of a wagon without one belongs to its place in the train.
+fn remembered_by(wagon: &WagonSettings) -> String {
+    wagon.vehicle_number.as_ref().map_or_else(|| wagon.name.clone(), |number| number.key().to_owned())
 }

@@ -182,6 +182,32 @@ async fn a_bad_brake_becomes_one_alert_with_advice() {
 }
 
 #[tokio::test]
+async fn nothing_is_called_well_while_an_alert_is_active() {
+    let mut store = sound_train();
+    for tenth in 0..60 {
+        let now = later(f64::from(tenth) * 0.1);
+        for wagon in 1..=8 {
+            let mut health = health(wagon, now);
+            if wagon == 5 && tenth < 40 {
+                BRAKE_FRICTION.put_wheelset(&mut health, 1, indicator(0.2, Grade::Act, "far too low: 0.200"));
+                health.grade = Grade::Act.code();
+            }
+            assert!(store.receive_health(wagon, &health, now).is_some());
+        }
+        store.snapshot(now);
+    }
+    let (router, _) = serve(&mut store, later(6.0));
+    let train = get_json(&router, "/api/v1/train").await;
+    assert_eq!(train["grade"], "ok", "the figures are well again");
+    assert_eq!(get_json(&router, "/api/v1/alerts").await["alerts"][0]["active"], true);
+    let (_, _, page) = get(&router, "/").await;
+    assert!(page.contains("1 alert is active") && page.contains("verdict g-act"), "{page}");
+    assert!(!page.contains("All wagons are well"));
+    let (_, _, well) = get(&serve(&mut sound_train(), NOW).0, "/").await;
+    assert!(well.contains("All wagons are well"));
+}
+
+#[tokio::test]
 async fn errors_are_problems() {
     let (router, _) = serve(&mut sound_train(), NOW);
     for (path, status, words) in [

@@ -5,15 +5,91 @@ use axum::body::Body;
 use axum::http::{Request, StatusCode, header};
 use http_body_util::BodyExt;
 use railgrip_health::api::router;
+use railgrip_health::history::{History, columns, consist};
+use railgrip_health::limits::Limits;
 use railgrip_health::shared::Shared;
 use railgrip_health::store::Store;
 use railgrip_messages::Stamp;
 use railgrip_settings::{Overrides, TrainSettings};
 use serde_json::{Value, json};
 use std::path::Path;
+use std::sync::Arc;
 use tower::ServiceExt;
 
 const NOW: Stamp = Stamp { unix_ns: 1_772_366_400_000_000_000, monotonic_ns: 100_000_000_000 };
+
+/// A train of two vehicles in this order.
+fn consist(folder: &Path, numbers: [&str; 2]) -> Shared {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let text = format!(
+        "schema = 1\n[train]\nname = \"t\"\nwagons = 2\nvehicle = \"{}\"\n[source]\nkind = \"stdin\"\n\
+         [[wagon]]\nnumber = \"{}\"\n[[wagon]]\nnumber = \"{}\"\n",
+        root.join("config/vehicle.toml").display(),
+        numbers[0],
+        numbers[1]
+    );
+    let settings = TrainSettings::parse(&folder.join("train.toml"), &text, &Overrides::default()).unwrap();
+    let shared = Shared::new(Store::new(&settings).snapshot(NOW), || NOW);
+    shared.judge_by(Limits::of(&settings));
+    shared.notes().keep(folder.join("notes.jsonl"));
+    let history = History::new(folder.join("history.db"), 2);
+    shared.remember(Arc::new(history.of_vehicles(consist::numbers(&settings))));
+    shared
+}
+
+/// Twenty days of pad friction, an hour a point.
+fn follows(folder: &Path, numbers: [&str; 2], of_day: impl Fn(f64) -> f32) {
+    let all = columns::all(2);
+    let names = columns::stored(&all);
+    let names: Vec<_> = names.iter().map(|(name, keep)| (name.as_str(), *keep)).collect();
+    let mut kept = railgrip_history::Store::open(&folder.join("history.db"), &names).unwrap();
+    let numbers: Vec<_> = numbers.into_iter().map(railgrip_settings::VehicleNumber::new).collect();
+    let order = consist::Consist::enter(&kept, &numbers).unwrap();
+    let at = names.iter().position(|(name, _)| *name == "brake_friction").unwrap();
+    for hour in 0..20 * 24 {
+        let mut row = vec![f32::NAN; names.len()];
+        // A little noise, so that a trend has an interval.
+        row[at] = of_day(f64::from(hour) / 24.0) + 1e-4 * (hour % 3) as f32;
+        let unix_s = NOW.unix_ns.div_euclid(1_000_000_000) - 3600 * (20 * 24 - i64::from(hour)) + 60;
+        for place in 1..=2 {
+            kept.push(order.id(place), unix_s, &row).unwrap();
+        }
+    }
+    kept.flush(true).unwrap();
+}
+
+async fn pad_trend(shared: &Shared, wagon: u32) -> Value {
+    let (status, told) = ask(shared, &format!("/api/v1/wagons/{wagon}/trends"), None).await;
+    assert_eq!(status, StatusCode::OK, "{told}");
+    let trends = told["trends"].as_array().unwrap();
+    trends.iter().find(|trend| trend["indicator"] == "brake_friction").unwrap().clone()
+}
+
+#[tokio::test]
+async fn new_pads_begin_their_trend_anew_and_it_follows_the_vehicle() {
+    let folder = tempfile::tempdir().unwrap();
+    let numbers = ["51 80 21-75 019-3", "51 80 21-75 020-1"];
+    // The pads fall by 0.004 a day for 15 days; the new ones, noted five days ago, stay where they are.
+    follows(folder.path(), numbers, |day| 0.36 - 0.004 * day.min(15.0) as f32);
+    let before = consist(folder.path(), numbers);
+    let old = pad_trend(&before, 1).await;
+    assert!(old["verdict"] == "falling" && old["span_days"].as_f64() > Some(19.0), "{old}");
+    let changed_at = NOW.unix_ns - 5 * 86_400 * 1_000_000_000;
+    let note = json!({"vehicle": "518021750193", "at": railgrip_health::time::rfc3339(changed_at), "by": "kim", "kind": "pads_changed", "text": "new"});
+    std::fs::write(folder.path().join("notes.jsonl"), format!("{note}\n")).unwrap();
+    let after = consist(folder.path(), numbers);
+    let new = pad_trend(&after, 1).await;
+    assert!(new["verdict"] == "no_trend" && new["remaining_days"].is_null(), "{new}");
+    let days = new["span_days"].as_f64().unwrap();
+    assert!((4.8..=5.0).contains(&days) && new["points"].as_u64() > Some(100), "five days of hours: {new}");
+    assert_eq!(pad_trend(&after, 2).await["verdict"], "falling", "the other vehicle keeps its past");
+    // The train is turned round, and the numbers are written otherwise: the note runs with its vehicle.
+    let turned = consist(folder.path(), ["518021750201", "518021750193"]);
+    assert_eq!(pad_trend(&turned, 2).await["verdict"], "no_trend");
+    assert_eq!(pad_trend(&turned, 1).await["verdict"], "falling");
+    let (_, told) = ask(&turned, "/api/v1/wagons/2/notes", None).await;
+    assert_eq!(told["notes"][0]["by"], "kim");
+}
 
 fn shared() -> Shared {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/railgrip.toml");

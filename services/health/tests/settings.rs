@@ -103,3 +103,102 @@ async fn what_the_file_would_be_refused_for_changes_nothing() {
     assert_eq!(std::fs::read_to_string(&file).unwrap(), CONFIG);
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "nothing is left beside the file");
 }
+
+#[tokio::test]
+async fn a_receiver_is_added_changed_and_removed_in_the_file() {
+    const PATH: &str = "/api/v1/settings/receivers";
+    let folder = tempfile::tempdir().unwrap();
+    let file = config(folder.path());
+    let night = "\n[[receiver]]\nkind = \"webhook\"\nname = \"night\"\nurl = \"https://night.example/T0/word\"\ntoken_file = \"night.token\"\n";
+    std::fs::write(&file, CONFIG.to_owned() + night).unwrap();
+    let shared = shared(&file);
+    let states = |text: &str| -> Vec<String> {
+        let list: Value = serde_json::from_str(text).unwrap();
+        let one = |one: &Value| {
+            format!(
+                "{} {} {} now {} next {}",
+                one["name"], one["address"], one["grade"], one["now"], one["next"]
+            )
+            .replace('"', "")
+        };
+        list["receivers"].as_array().unwrap().iter().map(one).collect()
+    };
+    let (status, before) = ask(&shared, PATH, None).await;
+    assert_eq!(status, StatusCode::OK);
+    assert_eq!(states(&before), ["night https://night.example watch now true next true"]);
+    assert!(!before.contains("word"), "the path of an address may be a secret: {before}");
+
+    let add = json!({"name": "depot", "kind": "mqtt", "host": "broker", "grade": "act", "by": "kim", "why": "trial"});
+    let (status, after) = ask(&shared, PATH, Some(&add)).await;
+    assert_eq!(status, StatusCode::OK, "{after}");
+    let told =
+        ["night https://night.example watch now true next true", "depot broker:1883 act now false next true"];
+    assert_eq!(states(&after), told);
+    let change = json!({"name": "night", "grade": "act", "by": "lee", "why": "too many"});
+    assert_eq!(ask(&shared, PATH, Some(&change)).await.0, StatusCode::OK);
+    let text = std::fs::read_to_string(&file).unwrap();
+    for line in [
+        "# receiver depot added by kim at 2026-03-01T12:00:00.000Z: trial\n[[receiver]]\nkind = \"mqtt\"\nname = \"depot\"\n",
+        "# receiver night changed by lee at 2026-03-01T12:00:00.000Z: too many\n[[receiver]]\nkind = \"webhook\"\nname = \"night\"\n",
+        "token_file = \"night.token\"\ngrade = \"act\"\n",
+        "# since the trial in May\nshare_watch = 0.3\n",
+    ] {
+        assert!(text.contains(line), "{line}\nin\n{text}");
+    }
+    let (_, page) = ask(&shared, "/settings", None).await;
+    for needed in
+        ["from the next start on", "data-receiver=\"depot\"", "data-secret", "wait for the next start"]
+    {
+        assert!(page.contains(needed), "{needed}");
+    }
+    let remove = json!({"name": "night", "remove": true, "by": "kim", "why": "moved"});
+    let (status, after) = ask(&shared, PATH, Some(&remove)).await;
+    assert_eq!(status, StatusCode::OK);
+    let told = [
+        "depot broker:1883 act now false next true",
+        "night https://night.example watch now true next false",
+    ];
+    assert_eq!(states(&after), told);
+    let settings = TrainSettings::load(Some(&file), &Overrides::default()).unwrap();
+    assert_eq!(settings.notify.receivers.len(), 1, "the next start reads what was written");
+}
+
+#[tokio::test]
+async fn a_receiver_that_a_start_would_refuse_is_not_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = config(folder.path());
+    let shared = shared(&file);
+    for (change, status, said) in [
+        (
+            json!({"name": "a", "kind": "webhook", "url": "depot", "by": "kim", "why": "x"}),
+            422,
+            "receiver.1.url",
+        ),
+        (json!({"name": "a", "kind": "webhook", "by": "kim", "why": "x"}), 422, "url"),
+        (
+            json!({"name": "a", "kind": "mqtt", "host": "b", "topic": "a/#", "by": "kim", "why": "x"}),
+            422,
+            "topic",
+        ),
+        (
+            json!({"name": "a", "kind": "mqtt", "host": "b", "url": "http://b", "by": "kim", "why": "x"}),
+            422,
+            "url",
+        ),
+        (json!({"name": "a", "url": "http://b", "by": "kim", "why": "x"}), 422, "kind"),
+        (json!({"name": "a", "kind": "pigeon", "by": "kim", "why": "x"}), 422, "pigeon"),
+        (
+            json!({"name": "a", "kind": "mqtt", "host": "b", "token_file": "t", "by": "kim", "why": "x"}),
+            422,
+            "token_file",
+        ),
+        (json!({"name": "a", "kind": "mqtt", "host": "b", "why": "x"}), 422, "`by`"),
+        (json!({"name": "a\nb", "kind": "mqtt", "host": "b", "by": "kim", "why": "x"}), 422, "`name`"),
+        (json!({"name": "a", "remove": true, "by": "kim", "why": "x"}), 404, "[[receiver]] `a`"),
+    ] {
+        let (found, problem) = ask(&shared, "/api/v1/settings/receivers", Some(&change)).await;
+        assert!(found.as_u16() == status && problem.contains(said), "{change}: {found} {problem}");
+    }
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), CONFIG);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "nothing is left beside the file");
+}

@@ -37,6 +37,8 @@ pub fn router(shared: Shared) -> axum::Router {
         .routes(routes!(wagons::routes::wagon))
         .routes(routes!(notes::routes::notes, notes::routes::add_note))
         .routes(routes!(settings::routes::settings, settings::routes::change_setting))
+        .routes(routes!(settings::receiver_routes::receivers, settings::receiver_routes::change))
+        .routes(routes!(crate::access::whoami::identity))
         .routes(routes!(history::routes::history))
         .routes(routes!(trends::routes::trends))
         .routes(routes!(history::routes::overview))

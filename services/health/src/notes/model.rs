@@ -17,7 +17,7 @@ pub enum NoteKind {
 /// Something that somebody wrote down about a vehicle.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 pub struct Note {
-    /// Name of the vehicle.
+    /// Number of the vehicle, letters and digits alone; its name where it has no number.
     pub vehicle: String,
     /// When, RFC 3339.
     pub at: String,
@@ -35,7 +35,7 @@ pub struct Note {
 pub struct NoteList {
     /// Where in the train it runs.
     pub wagon: u32,
-    /// Its name.
+    /// Its number, letters and digits alone; its name where it has no number.
     pub vehicle: String,
     /// Since when trends of pad friction count; `null` where no change of pads is noted.
     pub pads_changed_at: Option<String>,

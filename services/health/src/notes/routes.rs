@@ -36,8 +36,11 @@ fn list(shared: &Shared, wagon: u32) -> NoteList {
     NoteList { wagon, pads_changed_at: book.pads_changed(&vehicle), notes: book.of(&vehicle), vehicle }
 }
 
-/// Name of the vehicle that runs at this place.
+/// What the vehicle that runs at this place is remembered by: its number, or its name where it has none.
 pub(crate) fn vehicle(shared: &Shared, wagon: u32) -> String {
+    if let Some(vehicle) = shared.limits().vehicle(wagon) {
+        return vehicle.to_owned();
+    }
     let snapshot = shared.latest();
     let row = snapshot.wagons.iter().find(|row| row.id == wagon);
     row.map(|row| row.name.clone()).unwrap_or_default()

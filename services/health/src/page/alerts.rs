@@ -145,6 +145,11 @@ fn home(alert: &Alert) -> String {
     if alert.wagon == 0 { "/".to_owned() } else { format!("/wagons/{}", alert.wagon) }
 }
 
+/// An alert in one line: where, what, and why.
+pub(super) fn in_short(alert: &Alert) -> String {
+    format!("{}, {}: {}", place(alert), named(&alert.cause), reword(&alert.reason))
+}
+
 /// Where it is: `Wagon 3, wheelset 2`, `Wagons 1–8`, or `Whole train` where no wagon is named.
 fn place(alert: &Alert) -> String {
     match alert.scope {

@@ -83,7 +83,7 @@ static ASSETS: LazyLock<Vec<Asset>> = LazyLock::new(|| {
             "wagon.js",
             "notes.js"
         ),
-        asset!("settings.js", "text/javascript; charset=utf-8", "settings.js"),
+        asset!("settings.js", "text/javascript; charset=utf-8", "settings.js", "receivers.js"),
         asset!("uPlot.iife.min.js", "text/javascript; charset=utf-8", "vendor/uPlot.iife.min.js"),
         asset!("grades.svg", "image/svg+xml", "grades.svg"),
         asset!("icon.svg", "image/svg+xml", "icon.svg"),

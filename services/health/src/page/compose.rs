@@ -2,7 +2,7 @@
 
 use super::kind::{Page, Part};
 use super::{alerts, frame, meaning, settings, train, wagon};
-use crate::settings::routes::list;
+use crate::settings::{receiver_routes, routes::list};
 use crate::shared::Shared;
 use crate::store::Snapshot;
 use crate::words::{say, t};
@@ -25,7 +25,10 @@ pub(super) fn document(page: Page, shared: &Shared, snapshot: &Snapshot) -> Mark
     let (title, body) = match page {
         Page::Train => (t("Train").to_owned(), train::body(shared, snapshot)),
         Page::Alerts => (t("Alerts").to_owned(), alerts::body(shared, snapshot)),
-        Page::Settings => (t("Thresholds").to_owned(), settings::body(&list(shared))),
+        Page::Settings => {
+            let body = settings::body(&list(shared), &receiver_routes::list(shared));
+            (t("Thresholds and receivers").to_owned(), body)
+        }
         Page::Meaning => (t("What the figures mean").to_owned(), meaning::body(shared.limits())),
         Page::Wagon(id) => {
             (say("Wagon {number}", &[("number", &id)]), wagon::body(id, shared.limits(), snapshot))

@@ -168,7 +168,7 @@ fn footer(shared: &Shared, snapshot: &Snapshot) -> Markup {
             nav aria-label=(t("Data")) {
                 a href="/api/v1/train" { (t("train")) } a href="/api/v1/wagons" { (t("wagons")) } a href="/api/v1/alerts" { (t("alerts")) }
                 a href="/metrics" { (t("metrics")) } a href="/docs" { (t("interface")) }
-                a href="/settings" { (t("thresholds")) }
+                a href="/settings" { (t("thresholds and receivers")) }
                 @for (language, name) in Language::ALL { @if language != spoken() { a href={ "?lang=" (language.tag()) } hreflang=(language.tag()) lang=(language.tag()) data-lang=(language.tag()) { (name) } } }
             }
             @if snapshot.taken.age_s(shared.now().monotonic_ns) > STUCK_S { p { (t("The service has stopped updating its data.")) } }

@@ -1,5 +1,5 @@
 //! The pages for people: the train at `/`, a wagon at `/wagons/{id}`, the alerts at `/alerts`, and what
-//! every figure means at `/indicators`, and the thresholds at `/settings`.
+//! every figure means at `/indicators`, thresholds and receivers at `/settings`.
 //!
 //! # Terms
 //! * **part** – a piece of a page that renews itself: an element with an `id`, rendered here and nowhere else.
@@ -21,6 +21,7 @@ mod meaning;
 mod notes;
 mod outlook;
 mod paper;
+mod receivers;
 mod settings;
 mod stopping;
 mod train;

@@ -1,24 +1,26 @@
-//! The thresholds: what holds, what the next start will bring, and the way to change one.
+//! Thresholds and receivers: what holds, what the next start will bring, and the way to change one.
 
+use super::receivers;
 use super::words::number;
-use crate::settings::model::{Setting, SettingList};
+use crate::settings::model::{ReceiverSettingList, Setting, SettingList};
 use crate::words::{reword, say, t};
 use maud::{Markup, html};
 
 /// The page's content.
-pub(super) fn body(list: &SettingList) -> Markup {
+pub(super) fn body(list: &SettingList, told: &ReceiverSettingList) -> Markup {
     html! {
-        h1 .page { (t("Thresholds")) }
+        h1 .page { (t("Thresholds and receivers")) }
         p {
             @match &list.file {
                 Some(file) => { code { (file) } ": " (t("Role admin may change them here: the whole file is checked, and a comment says who, when and why.")) }
                 None => { (t("The built-in config holds. Start with a config file to change them here.")) }
             }
         }
-        @if list.waits_for_start { p .loud { (t("Marked values wait for the next start of the processes.")) } }
+        @if list.waits_for_start || told.waits_for_start { p .loud { (t("Marked values wait for the next start of the processes.")) } }
+        (receivers::card(told))
         section .card aria-labelledby="h-settings" {
             h2 #h-settings { (t("By which indicators are computed and judged")) }
-            div .scroll { table #settings {
+            div .scroll { table #settings .settings {
                 thead { tr {
                     th scope="col" { (t("Setting")) } th scope="col" { (t("Says")) } th scope="col" { (t("Now")) } th scope="col" { (t("Allowed")) }
                     @if list.file.is_some() { th scope="col" { (t("Change")) } }
@@ -26,6 +28,7 @@ pub(super) fn body(list: &SettingList) -> Markup {
                 tbody { @for setting in &list.settings { (row(setting, list.file.is_some())) } }
             } }
         }
+        (receivers::dialog())
         dialog #setting-dialog aria-labelledby="setting-title" {
             form method="dialog" {
                 h2 #setting-title { (t("Change a threshold")) }
@@ -49,13 +52,13 @@ fn row(setting: &Setting, may_change: bool) -> Markup {
     html! {
         tr {
             th scope="row" { code { (setting.key) } }
-            td { (reword(&setting.words)) }
-            td {
+            td .wide { (reword(&setting.words)) }
+            td data-label=(t("Now")) {
                 b { (told(setting.value)) }
                 @if setting.value != setting.default { " (" (t("default")) " " (told(setting.default)) ")" }
                 @if let Some(next) = waits { " " mark { (t("next start:")) " " (told(next)) } }
             }
-            td { (say("{low} to {high}", &[("low", &told(setting.range[0])), ("high", &told(setting.range[1]))])) }
+            td data-label=(t("Allowed")) { (say("{low} to {high}", &[("low", &told(setting.range[0])), ("high", &told(setting.range[1]))])) }
             @if may_change {
                 td {
                     button type="button" .quiet data-setting=(setting.key) data-value=(waits.unwrap_or(setting.value))

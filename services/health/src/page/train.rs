@@ -18,7 +18,7 @@ const ROOMY: usize = 16;
 
 pub(super) fn parts(shared: &Shared, snapshot: &Snapshot) -> Vec<Part> {
     let mut parts = vec![
-        Part::new("verdict", verdict(&snapshot.train)),
+        Part::new("verdict", verdict(snapshot)),
         Part::new("facts", facts(snapshot)),
         Part::new("todo", alerts::todo(snapshot)),
     ];
@@ -31,7 +31,7 @@ pub(super) fn parts(shared: &Shared, snapshot: &Snapshot) -> Vec<Part> {
 
 pub(super) fn body(shared: &Shared, snapshot: &Snapshot) -> Markup {
     html! {
-        div .lead { (verdict(&snapshot.train)) (facts(snapshot)) }
+        div .lead { (verdict(snapshot)) (facts(snapshot)) }
         section .card aria-labelledby="h-train" {
             div .heading { h2 #h-train { (t("Wagons")) } (legend()) }
             (drawing(snapshot, None))
@@ -56,16 +56,34 @@ pub(super) fn body(shared: &Shared, snapshot: &Snapshot) -> Markup {
     }
 }
 
-/// One sentence about the train.
-fn verdict(train: &TrainView) -> Markup {
+/// One sentence about the train. An active alert outlasts what raised it, so that it speaks where the figures are well again:
+/// what stands here and what stands below never contradict each other.
+fn verdict(snapshot: &Snapshot) -> Markup {
+    let train = &snapshot.train;
+    let lasting = snapshot.alerts.alerts.iter().filter(|alert| alert.active);
+    let lasting = lasting.max_by_key(|alert| alert.grade_now).filter(|_| train.grade < Grade::Watch);
+    let grade = lasting.map_or(train.grade, |alert| alert.grade_now.max(Grade::Watch));
     html! {
-        div #verdict class={ "verdict g-" (train.grade.word()) } {
-            (icon(train.grade))
+        div #verdict class={ "verdict g-" (grade.word()) } {
+            (icon(grade))
             div {
-                h1 { (headline(train)) }
-                p { (sentence(&train.reason)) }
+                @if let Some(alert) = lasting {
+                    h1 { (active(snapshot)) }
+                    p { (alerts::in_short(alert)) }
+                } @else {
+                    h1 { (headline(train)) }
+                    p { (sentence(&train.reason)) }
+                }
             }
         }
+    }
+}
+
+/// How many alerts are active, whether somebody took care of them or not.
+fn active(snapshot: &Snapshot) -> String {
+    match snapshot.alerts.alerts.iter().filter(|alert| alert.active).count() {
+        1 => t("1 alert is active").to_owned(),
+        count => say("{count} alerts are active", &[("count", &count)]),
     }
 }
 

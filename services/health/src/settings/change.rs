@@ -1,26 +1,9 @@
 //! One number of the config file, changed in place.
 
+use super::file::{CHANGED, ChangeError, document, noted, rewrite};
 use railgrip_indicators::IndicatorSettings;
-use railgrip_settings::{Overrides, SettingsError, TrainSettings};
 use std::path::Path;
-use toml_edit::{DocumentMut, Item, Table, value};
-
-/// Why a setting was not changed.
-#[derive(Debug, thiserror::Error)]
-pub enum ChangeError {
-    /// There is no such setting.
-    #[error("there is no setting `{0}` below [indicators]; GET /api/v1/settings lists them")]
-    Unknown(String),
-    /// The file that would come of it is refused.
-    #[error("{0}")]
-    Refused(SettingsError),
-    /// The file is not written as TOML tables that can be edited.
-    #[error("{0}")]
-    Form(String),
-    /// The file cannot be read or written.
-    #[error("{0}")]
-    Disk(#[from] std::io::Error),
-}
+use toml_edit::{Item, Table, value};
 
 /// Changes `key` (dotted, below `[indicators]`) in the config file to `new`, with `note` as a comment above it. Everything
 /// else in the file stays as it is.
@@ -32,16 +15,12 @@ pub fn change(file: &Path, key: &str, new: f64, note: &str) -> Result<(), Change
     let known = IndicatorSettings::default().entries().into_iter().any(|entry| entry.key == key);
     let (table, name) =
         key.split_once('.').filter(|_| known).ok_or_else(|| ChangeError::Unknown(key.to_owned()))?;
-    let text = std::fs::read_to_string(file)?;
-    let edited = edit(&text, table, name, new, note)?;
-    TrainSettings::parse(file, &edited, &Overrides::default()).map_err(ChangeError::Refused)?;
-    write_whole(file, &edited)?;
-    Ok(())
+    rewrite(file, |text| edit(text, table, name, new, note))
 }
 
 fn edit(text: &str, table: &str, name: &str, new: f64, note: &str) -> Result<String, ChangeError> {
     let form = |words: String| ChangeError::Form(words);
-    let mut document: DocumentMut = text.parse().map_err(|error| form(format!("{error}")))?;
+    let mut document = document(text)?;
     let no_table = || form(format!("[indicators.{table}] is no table"));
     let implicit = || {
         let mut table = Table::new();
@@ -68,45 +47,17 @@ fn edit(text: &str, table: &str, name: &str, new: f64, note: &str) -> Result<Str
             inner.insert(name, item);
         }
     }
-    let above = |before: &str| format!("{}# {note}\n", without_older(before));
     if let Some(mut key) = inner.key_mut(name) {
         let before = key.leaf_decor().prefix().and_then(|raw| raw.as_str()).unwrap_or_default().to_owned();
-        key.leaf_decor_mut().set_prefix(above(&before));
+        key.leaf_decor_mut().set_prefix(noted(&before, CHANGED, note));
     }
     Ok(document.to_string())
-}
-
-/// Beginning of the comments that changes leave.
-pub(crate) const CHANGED: &str = "changed from ";
-
-/// The lines before a key without the comment of the change before this one: the audit log keeps them all.
-fn without_older(before: &str) -> String {
-    before
-        .split_inclusive('\n')
-        .filter(|line| !line.trim_start().trim_start_matches('#').trim_start().starts_with(CHANGED))
-        .collect()
-}
-
-/// Writes beside the file and renames, so that it is whole at any time, also after a power cut.
-fn write_whole(file: &Path, text: &str) -> std::io::Result<()> {
-    let mut name = file.file_name().unwrap_or_default().to_owned();
-    name.push(".new");
-    let beside = file.with_file_name(name);
-    let write = || {
-        let mut new = std::fs::File::create(&beside)?;
-        std::io::Write::write_all(&mut new, text.as_bytes())?;
-        new.set_permissions(std::fs::metadata(file)?.permissions())?;
-        new.sync_all()?;
-        std::fs::rename(&beside, file)
-    };
-    write().inspect_err(|_| {
-        let _ = std::fs::remove_file(&beside);
-    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use railgrip_settings::{Overrides, TrainSettings};
 
     const FILE: &str = "# the train\n[indicators.brake_friction]\n# after the trial of May\nratio_watch_low = 0.85 # was 0.8\n\n[alerts]\nraise_after_s = 3.0\n";
 

@@ -1,33 +1,18 @@
 //! Requests about settings: look, change one.
 
-use super::change::{CHANGED, ChangeError, change};
+use super::asked;
+use super::change::change;
+use super::file::CHANGED;
 use super::model::{Setting, SettingList, SettingRequest};
 use crate::access::Identity;
 use crate::api::problem::Problem;
 use crate::shared::Shared;
-use crate::time::rfc3339;
 use axum::body::Bytes;
 use axum::extract::State;
-use axum::http::StatusCode;
 use axum::{Extension, Json};
 use railgrip_indicators::IndicatorSettings;
 use railgrip_settings::{Overrides, TrainSettings};
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
-
-/// Changes come one after the other: each reads the file that the one before it wrote.
-static CHANGING: Mutex<()> = Mutex::new(());
-
-impl From<ChangeError> for Problem {
-    fn from(error: ChangeError) -> Self {
-        let status = match error {
-            ChangeError::Unknown(_) => StatusCode::NOT_FOUND,
-            ChangeError::Refused(_) | ChangeError::Form(_) => StatusCode::UNPROCESSABLE_ENTITY,
-            ChangeError::Disk(_) => StatusCode::SERVICE_UNAVAILABLE,
-        };
-        Self::new(status, error.to_string())
-    }
-}
 
 /// The numbers by which indicators are computed and judged.
 #[utoipa::path(get, path = "/api/v1/settings", tag = "service",
@@ -82,36 +67,16 @@ pub(crate) async fn change_setting(
     identity: Option<Extension<Identity>>,
     body: Bytes,
 ) -> Result<Json<SettingList>, Problem> {
-    let request: SettingRequest = serde_json::from_slice(&body).map_err(|error| {
-        let status = if error.is_data() { StatusCode::UNPROCESSABLE_ENTITY } else { StatusCode::BAD_REQUEST };
-        Problem::new(status, format!("the body is not the JSON that is expected: {error}"))
-    })?;
-    let vouched = identity.as_ref().and_then(|Extension(identity)| identity.vouched_name());
-    let by = line("by", vouched.or(request.by.as_deref()).unwrap_or_default(), 100)?;
-    let why = line("why", &request.why, 500)?;
-    let no_file = || Problem::new(StatusCode::CONFLICT, "there is no config file: the built-in config holds");
-    let file = shared.limits().file.clone().filter(|file| file.is_file()).ok_or_else(no_file)?;
-    let at = rfc3339(shared.now().unix_ns);
-    let changed = tokio::task::spawn_blocking(move || {
-        let _turn = CHANGING.lock().unwrap_or_else(PoisonError::into_inner);
-        let before = of_file(&file).unwrap_or_default().entries();
+    let request: SettingRequest = asked::parse(&body)?;
+    let signed = asked::signed(&shared, identity.as_deref(), request.by.as_deref(), &request.why)?;
+    asked::in_turn(&shared, move |file| {
+        let before = of_file(file).unwrap_or_default().entries();
         let before = before.into_iter().find(|entry| entry.key == request.key).map_or(f64::NAN, |e| e.value);
-        let note = format!("{CHANGED}{before} by {by} at {at}: {why}");
-        change(&file, &request.key, request.value, &note)?;
+        let note = format!("{CHANGED}{before} {signed}");
+        change(file, &request.key, request.value, &note)?;
         tracing::info!("{}: {} is {}, {note}", file.display(), request.key, request.value);
-        Ok::<(), ChangeError>(())
-    });
-    let failed = |detail: String| Problem::new(StatusCode::INTERNAL_SERVER_ERROR, detail);
-    changed.await.map_err(|error| failed(error.to_string()))??;
+        Ok(())
+    })
+    .await?;
     Ok(Json(list(&shared)))
-}
-
-/// One line of text: a comment must not end before its end.
-fn line(key: &str, text: &str, most: usize) -> Result<String, Problem> {
-    let text = text.trim();
-    if (1..=most).contains(&text.chars().count()) && !text.chars().any(char::is_control) {
-        return Ok(text.to_owned());
-    }
-    let detail = format!("`{key}` must be one line of 1 to {most} characters");
-    Err(Problem::new(StatusCode::UNPROCESSABLE_ENTITY, detail))
 }

@@ -1,5 +1,26 @@
 "use strict";
 // Changes a threshold: a button opens the dialog, the dialog sends, the page loads again with what the file now says.
+
+/** Posts a change; the page loads again if it was taken, else the reason is shown. */
+async function sendChange(path, request, button, error) {
+  button.disabled = true;
+  try {
+    const headers = { "content-type": "application/json" };
+    const answer = await fetch(path, { method: "POST", headers, body: JSON.stringify(request) });
+    if (answer.ok) {
+      location.reload();
+      return;
+    }
+    const said = await answer.json().catch(() => ({}));
+    const detail = said.detail || W.act.status(answer.status);
+    error.textContent = answer.status === 403 ? W.act.mayOnlyRead(detail) : W.act.refused(detail);
+  } catch {
+    error.textContent = W.act.unreachable;
+  } finally {
+    button.disabled = false;
+  }
+}
+
 {
   const get = (id) => document.getElementById(id);
   const dialog = get("setting-dialog");
@@ -13,33 +34,19 @@
     get("setting-value").value = button.dataset.value;
     get("setting-why").value = "";
     get("setting-error").textContent = "";
+    sign(get("setting-by"));
     dialog.showModal();
     get("setting-value").focus();
   });
 
   if (dialog) {
     get("setting-cancel").addEventListener("click", () => dialog.close());
-    dialog.addEventListener("submit", async (event) => {
+    dialog.addEventListener("submit", (event) => {
       event.preventDefault();
       const request = { key, value: Number(get("setting-value").value), why: get("setting-why").value.trim() };
       const by = get("setting-by").value.trim();
       if (by) request.by = by;
-      get("setting-send").disabled = true;
-      try {
-        const headers = { "content-type": "application/json" };
-        const answer = await fetch("/api/v1/settings", { method: "POST", headers, body: JSON.stringify(request) });
-        if (answer.ok) {
-          location.reload();
-          return;
-        }
-        const said = await answer.json().catch(() => ({}));
-        const detail = said.detail || W.act.status(answer.status);
-        get("setting-error").textContent = answer.status === 403 ? W.act.mayOnlyRead(detail) : W.act.refused(detail);
-      } catch {
-        get("setting-error").textContent = W.act.unreachable;
-      } finally {
-        get("setting-send").disabled = false;
-      }
+      sendChange("/api/v1/settings", request, get("setting-send"), get("setting-error"));
     });
   }
 }

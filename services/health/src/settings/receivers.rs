@@ -1,0 +1,222 @@
+//! Receivers of alerts in the config file: added, changed and removed in place.
+//!
+//! What a secret goes with stays under the file's own rule: files with tokens and passwords are named in the config file only,
+//! and a receiver that has one keeps its address here, so that no page can send a secret elsewhere.
+
+use super::file::{ChangeError, RECEIVER, document, noted, rewrite};
+use super::model::{ReceiverKind, ReceiverRequest};
+use std::path::Path;
+use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, Value, value};
+
+/// Keys that make up the address of a receiver.
+const ADDRESS: [&str; 3] = ["url", "host", "port"];
+/// Keys that name a file with a secret.
+const SECRETS: [&str; 2] = ["token_file", "password_file"];
+
+/// Does to `file` what `request` asks for. `note` says who, when and why; it becomes the comment above the receiver, or at the
+/// end of the file where one is removed. Everything else in the file stays as it is.
+///
+/// # Errors
+/// A receiver that is not there, what the check of the whole file refuses, or a file that cannot be read or written. The file
+/// is then as before.
+pub fn change_receiver(file: &Path, request: &ReceiverRequest, note: &str) -> Result<(), ChangeError> {
+    rewrite(file, |text| edit(text, request, note))
+}
+
+fn edit(text: &str, request: &ReceiverRequest, note: &str) -> Result<String, ChangeError> {
+    let mut document = document(text)?;
+    if let Some(old) = document.get("delivery").and_then(Item::as_table_like)
+        && (old.contains_key("webhook") || old.contains_key("mqtt"))
+    {
+        return form(
+            "the file names receivers in its old form, [delivery]; write them as [[receiver]] to change them here",
+        );
+    }
+    let receivers = receivers(&mut document)?;
+    let names = pin_names(receivers);
+    let at = names.iter().position(|name| *name == request.name);
+    let word = match (at, request.remove) {
+        (None, true) => return Err(ChangeError::NoReceiver(request.name.clone())),
+        (Some(at), true) => {
+            receivers.remove(at);
+            "removed"
+        }
+        (Some(at), false) => {
+            let Some(table) = receivers.get_mut(at) else { return form("the receiver is no table") };
+            replace(table, request)?;
+            let before = table.decor().prefix().and_then(|raw| raw.as_str()).unwrap_or_default().to_owned();
+            table.decor_mut().set_prefix(noted(&before, RECEIVER, &line(request, "changed", note)));
+            return Ok(document.to_string());
+        }
+        (None, false) => {
+            let mut table = Table::new();
+            let Some(kind) = request.kind else { return form("a new receiver needs its `kind`") };
+            table.insert("kind", value(kind.word()));
+            table.insert("name", value(&request.name));
+            set(&mut table, request);
+            table.decor_mut().set_prefix(noted("\n", RECEIVER, &line(request, "added", note)));
+            receivers.push(table);
+            return Ok(document.to_string());
+        }
+    };
+    let end = document.trailing().as_str().unwrap_or_default().to_owned();
+    document.set_trailing(format!("{end}# {}\n", line(request, word, note)));
+    Ok(document.to_string())
+}
+
+fn line(request: &ReceiverRequest, word: &str, note: &str) -> String {
+    format!("{RECEIVER}{} {word} {note}", request.name)
+}
+
+fn form<T>(words: &str) -> Result<T, ChangeError> {
+    Err(ChangeError::Form(words.to_owned()))
+}
+
+/// The tables `[[receiver]]`, which may be none yet.
+fn receivers(document: &mut DocumentMut) -> Result<&mut ArrayOfTables, ChangeError> {
+    let item = document.entry("receiver").or_insert_with(|| Item::ArrayOfTables(ArrayOfTables::new()));
+    let Some(tables) = item.as_array_of_tables_mut() else {
+        return form(
+            "`receiver` is written in one line; make each a table [[receiver]] of its own to change it here",
+        );
+    };
+    Ok(tables)
+}
+
+/// The names of the receivers. One that has none is named by its place among its kind; such a name is written down, because
+/// the notifications that wait belong to it, and places change.
+fn pin_names(receivers: &mut ArrayOfTables) -> Vec<String> {
+    let mut webhooks = 0;
+    let mut pinned = Vec::new();
+    for table in receivers.iter_mut() {
+        let is_webhook = table.get("kind").and_then(Item::as_str) == Some(ReceiverKind::Webhook.word());
+        webhooks += u32::from(is_webhook);
+        let default = if is_webhook { format!("webhook-{webhooks}") } else { "mqtt".to_owned() };
+        if !table.contains_key("name") {
+            table.insert("name", value(&default));
+        }
+        pinned.push(table.get("name").and_then(Item::as_str).unwrap_or(&default).to_owned());
+    }
+    pinned
+}
+
+/// Changes one that is there; what the request leaves open stays.
+fn replace(table: &mut Table, request: &ReceiverRequest) -> Result<(), ChangeError> {
+    let kind = table.get("kind").and_then(Item::as_str);
+    if request.kind.is_some_and(|new| kind != Some(new.word())) {
+        return form("the kind of a receiver stays; remove it and add another");
+    }
+    let address =
+        |table: &Table| ADDRESS.map(|key| table.get(key).map(|item| item.to_string().trim().to_owned()));
+    let before = address(table);
+    set(table, request);
+    if SECRETS.iter().any(|key| table.contains_key(key)) && address(table) != before {
+        return form("this receiver is sent a secret; its address is changed in the file only");
+    }
+    Ok(())
+}
+
+fn set(table: &mut Table, request: &ReceiverRequest) {
+    let text = |text: &Option<String>| text.as_ref().map(Value::from);
+    let new: [(&str, Option<Value>); 5] = [
+        ("url", text(&request.url)),
+        ("host", text(&request.host)),
+        ("port", request.port.map(|port| Value::from(i64::from(port)))),
+        ("topic", text(&request.topic)),
+        ("grade", request.grade.map(|grade| Value::from(grade.word()))),
+    ];
+    for (key, new) in new {
+        let Some(mut new) = new else { continue };
+        match table.get_mut(key).and_then(Item::as_value_mut) {
+            // A comment behind the value stays there.
+            Some(old) => {
+                *new.decor_mut() = old.decor().clone();
+                *old = new;
+            }
+            None => {
+                table.insert(key, Item::Value(new));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::model::LeastGrade;
+
+    const FILE: &str = "# the train\n[train]\nname = \"t\"\n\n# the depot, since May\n[[receiver]]\nkind = \"webhook\"\nurl = \"https://depot/a\" # theirs\n\n\
+                        [[receiver]]\nkind = \"webhook\"\nurl = \"https://night/a\"\ntoken_file = \"night.token\"\n\n[alerts]\nraise_after_s = 3.0\n";
+
+    fn ask(name: &str) -> ReceiverRequest {
+        ReceiverRequest { name: name.to_owned(), why: "w".to_owned(), ..ReceiverRequest::default() }
+    }
+
+    #[test]
+    fn a_change_keeps_comments_and_order_and_says_who() {
+        let act = ReceiverRequest { grade: Some(LeastGrade::Act), ..ask("webhook-1") };
+        let once = edit(FILE, &act, "by kim").unwrap();
+        let expected = FILE.replace(
+            "# the depot, since May\n[[receiver]]\nkind = \"webhook\"\nurl = \"https://depot/a\" # theirs\n",
+            "# the depot, since May\n# receiver webhook-1 changed by kim\n[[receiver]]\nkind = \"webhook\"\nurl = \"https://depot/a\" # theirs\nname = \"webhook-1\"\ngrade = \"act\"\n",
+        );
+        let expected = expected.replace("\"night.token\"\n", "\"night.token\"\nname = \"webhook-2\"\n");
+        assert_eq!(once, expected);
+        let moved = ReceiverRequest { url: Some("https://depot/b".to_owned()), ..ask("webhook-1") };
+        let twice = edit(&once, &moved, "by lee").unwrap();
+        assert!(twice.contains("url = \"https://depot/b\" # theirs\n"), "{twice}");
+        assert!(twice.contains("changed by lee") && !twice.contains("by kim"), "{twice}");
+    }
+
+    #[test]
+    fn one_is_added_and_another_removed_without_renaming_the_rest() {
+        let new = ReceiverRequest {
+            kind: Some(ReceiverKind::Mqtt),
+            host: Some("broker".to_owned()),
+            port: Some(1884),
+            ..ask("yard")
+        };
+        let added = edit(FILE, &new, "by kim").unwrap();
+        assert!(
+            added.contains("# receiver yard added by kim\n[[receiver]]\nkind = \"mqtt\"\nname = \"yard\"\nhost = \"broker\"\nport = 1884\n"),
+            "{added}"
+        );
+        let removed = edit(&added, &ReceiverRequest { remove: true, ..ask("webhook-1") }, "by lee").unwrap();
+        let table: toml::Table = removed.parse().unwrap();
+        let names: Vec<_> =
+            table["receiver"].as_array().unwrap().iter().map(|one| one["name"].as_str()).collect();
+        assert_eq!(names, [Some("webhook-2"), Some("yard")], "{removed}");
+        assert!(removed.ends_with("# receiver webhook-1 removed by lee\n"), "{removed}");
+        assert_eq!(table["alerts"]["raise_after_s"].as_float(), Some(3.0));
+        // The first one of a file that names none.
+        let first = edit("[train]\nname = \"t\"\n", &new, "by kim").unwrap();
+        assert!(first.starts_with("[train]\nname = \"t\"\n") && first.contains("[[receiver]]"), "{first}");
+    }
+
+    #[test]
+    fn no_secret_is_sent_elsewhere_and_old_forms_are_left_alone() {
+        let night = ask("webhook-2");
+        let elsewhere = ReceiverRequest { url: Some("https://elsewhere/a".to_owned()), ..night.clone() };
+        assert!(
+            matches!(edit(FILE, &elsewhere, "by kim"), Err(ChangeError::Form(said)) if said.contains("secret"))
+        );
+        assert!(
+            edit(FILE, &ReceiverRequest { grade: Some(LeastGrade::Act), ..night.clone() }, "by kim").is_ok()
+        );
+        let other_kind = ReceiverRequest { kind: Some(ReceiverKind::Mqtt), ..ask("webhook-1") };
+        assert!(matches!(edit(FILE, &other_kind, "by kim"), Err(ChangeError::Form(_))));
+        assert!(
+            matches!(edit(FILE, &ask("new"), "by kim"), Err(ChangeError::Form(said)) if said.contains("kind"))
+        );
+        let gone = ReceiverRequest { remove: true, ..ask("new") };
+        assert!(matches!(edit(FILE, &gone, "by kim"), Err(ChangeError::NoReceiver(_))));
+        let old = "[[delivery.webhook]]\nurl = \"https://depot/a\"\n";
+        assert!(
+            matches!(edit(old, &gone, "by kim"), Err(ChangeError::Form(said)) if said.contains("old form"))
+        );
+        let one_line = "receiver = [{ kind = \"mqtt\", host = \"b\" }]\n";
+        assert!(
+            matches!(edit(one_line, &gone, "by kim"), Err(ChangeError::Form(said)) if said.contains("one line"))
+        );
+    }
+}
