@@ -108,8 +108,8 @@ fn windows_start_by_time_and_reach_over_no_long_gap() {
     let built = shape.build(&shape.start());
     let first = &open_loop::predict(&built, run)[0];
     assert_eq!(first.outputs[0], run.samples[0].outputs);
-    let tally = open_loop::tally(first, run, &[0.03; 3]);
-    assert_eq!((tally.count, tally.missing), (200, [8, 0, 0]));
+    let tally = open_loop::tally(first, run, &[0.03; 5]);
+    assert_eq!((tally.count, tally.missing), (200, [8, 0, 0, 0, 0]));
 }
 
 #[test]

@@ -9,8 +9,8 @@
 //! ```
 //!
 //! h height of the centre of mass (m), x_i place of wheelset i ahead of it (m), a wheelbase (m), μ_i adhesion utilised,
-//! signed. The second line is (2) in (1) with the exact load; (11) drops 2 (h/a) μ_W against 1 there. Quasi-static: pitching
-//! of the body and of bogies is not in it.
+//! signed. The second line is (2) in (1) with the exact load; (11) drops 2 (h/a) μ_W against 1 there. Quasi-static: how the
+//! body and bogies swing on their springs is not in it.
 
 use crate::{GRAVITY_M_S2, MAX_WHEELSETS, PerWheelset};
 
@@ -33,6 +33,32 @@ impl LoadDistribution {
             loads.transfer_kg[i] = -mass_kg * com_height_m * positions_m[i] / spread;
         }
         loads
+    }
+
+    /// The same on two bogies with two wheelsets each: the body leans on its pivots by its moment about them, and each bogie
+    /// by the force that its pivot hands on,
+    ///
+    /// ```text
+    /// ∂F_z,i/∂v̇ = ∓ m (h − h_p) / (2 A)  ∓ m h_p / (2 b)        N/(m/s²)
+    /// ```
+    ///
+    /// A distance of the bogies' centres, b wheelbase of a bogie, h_p height of the pivots (m); the first sign is that of the
+    /// bogie, the second that of the wheelset in it, both negative in front. The mass of the bogies counts as the body's.
+    pub fn on_bogies(
+        mass_kg: f64,
+        com_height_m: f64,
+        positions_m: &PerWheelset,
+        pivot_height_m: f64,
+    ) -> Self {
+        let [first, second, third, fourth] = *positions_m;
+        let between_m = 0.5 * (first + second - third - fourth);
+        let body_kg = 0.5 * mass_kg * (com_height_m - pivot_height_m) / between_m;
+        let frame_kg = |base_m: f64| 0.5 * mass_kg * pivot_height_m / base_m;
+        let (front, rear) = (frame_kg(first - second), frame_kg(third - fourth));
+        Self {
+            static_load_n: [mass_kg * GRAVITY_M_S2 / MAX_WHEELSETS as f64; MAX_WHEELSETS],
+            transfer_kg: [-body_kg - front, -body_kg + front, body_kg - rear, body_kg + rear],
+        }
     }
 
     /// Loads that acceleration does not change, as on a roller rig.
@@ -115,6 +141,21 @@ mod tests {
         let moment: f64 = loads.iter().zip(positions).map(|(f, x)| f * x).sum();
         assert!((weight / (m * GRAVITY_M_S2) - 1.0).abs() < 1e-12);
         assert!((moment / (m * 1.2 * h) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn bogies_balance_weight_and_moment_and_load_their_own_leading_wheelset() {
+        let (m, h, pivot) = (5e4, 1.7, 0.6);
+        let positions = [9.5, 7.0, -7.0, -9.5];
+        let loads = LoadDistribution::on_bogies(m, h, &positions, pivot).loads_n(-1.2);
+        let weight: f64 = loads.iter().sum();
+        let moment: f64 = loads.iter().zip(positions).map(|(f, x)| f * x).sum();
+        assert!((weight / (m * GRAVITY_M_S2) - 1.0).abs() < 1e-12);
+        assert!((moment / (m * 1.2 * h) - 1.0).abs() < 1e-12, "{moment} instead of {}", m * 1.2 * h);
+        assert!(loads[0] > loads[1] && loads[2] > loads[3] && loads[0] > loads[2]);
+        // With its pivots on the rail a bogie hands nothing from wheelset to wheelset.
+        let level = LoadDistribution::on_bogies(m, h, &positions, 0.0);
+        assert_eq!(level.transfer_kg[0], level.transfer_kg[1]);
     }
 
     #[test]

@@ -38,6 +38,7 @@ impl RigParameters {
             mass_kg: self.equivalent_mass_kg,
             com_height_m: 0.0,
             wheelset_positions_m: [0.0; MAX_WHEELSETS],
+            bogie: None,
             fixed_load_n: Some(self.load_n),
             inertia_kg_m2: [self.inertia_kg_m2; MAX_WHEELSETS],
             wheel_radius_m: [self.wheel_radius_m; MAX_WHEELSETS],

@@ -3,6 +3,7 @@
 
 mod fine;
 
+use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion, SampleInput};
 use railgrip_vehicle::{
     Body, Brake, Constants, Contact, Loading, MAX_WHEELSETS, PerWheelset, Rail, Resistance, SampleStep,
     Sensors, VehicleParameters, WagonModel, WagonState, Wheelset,
@@ -243,7 +244,8 @@ fn slopes_are_those_of_the_step() {
                     step.advance(&start.state, &start.load_n, &start.loading, start.acceleration_m_s2).0;
                 [end.v_m_s, end.wheel_speed_rad_s[0], end.wheel_speed_rad_s[1]]
             };
-            let slopes = step.slopes(&start.state, &start.load_n, &start.loading, start.acceleration_m_s2);
+            let slopes =
+                step.slopes::<2, 3>(&start.state, &start.load_n, &start.loading, start.acceleration_m_s2);
             let mut check = |size: f64, expected: [f64; 3], change: &dyn Fn(&mut Start, f64)| {
                 let (mut up, mut down) = (start.clone(), start.clone());
                 change(&mut up, size);
@@ -269,5 +271,47 @@ fn slopes_are_those_of_the_step() {
     println!(
         "slopes are off by at most {worst:.3} of a sensor's noise over a change that it would hardly notice"
     );
+    assert!(worst < 0.02, "{worst}");
+}
+
+/// Four wheelsets on bogies, one of them sliding: the same, through the fast wagon.
+#[test]
+fn slopes_of_four_wheelsets_are_those_of_their_step() {
+    let mut vehicle = vehicle(false);
+    vehicle.body.wheelset_positions_m = Some(vec![9.0, 6.5, -6.5, -9.0]);
+    vehicle.bogie = Some(railgrip_vehicle::Bogie { wheelbase_m: 2.5, pivot_height_m: 0.6 });
+    let model = WagonModel::new(&vehicle).expect("model");
+    let wagon = FastWagon::new(&model, 0.1, 0.01);
+    let brake = |wheelset: usize| if wheelset == 2 { 0.14 } else { 0.05 };
+    let per_n = vehicle.brake.radius_m * vehicle.brake.friction_coefficient;
+    let torque = |i: usize| brake(i) * vehicle.axle_load_n() * vehicle.wheelset.radius_m;
+    let pressing: [f64; 4] = std::array::from_fn(|i| torque(i) / per_n);
+    let input =
+        SampleInput { pressing_force_n: pressing, mid_pressing_force_n: pressing, ..Default::default() };
+    let mut motion = Motion::default();
+    motion.state.fill(20.0 / vehicle.wheelset.radius_m);
+    motion.state[0] = 20.0;
+    for _ in 0..40 {
+        wagon.step(&mut motion, &input, &Disturbance::default(), &mut []);
+    }
+    let slide_m_s = motion.state[0] - vehicle.wheelset.radius_m * motion.state[3];
+    assert!(slide_m_s > 0.5, "the third wheelset slides by {slide_m_s:.2} m/s");
+    let loading = wagon.loading_at(&motion, &input, &Disturbance::default(), &[]);
+    let slopes = wagon.slopes::<4, 5>(&motion, &loading);
+    let mut worst: f64 = 0.0;
+    for column in 0..5 {
+        let after = |by: f64| {
+            let mut changed = motion;
+            changed.state[column] += by;
+            wagon.step(&mut changed, &input, &Disturbance::default(), &mut []);
+            changed.state
+        };
+        let (up, down) = (after(1e-3), after(-1e-3));
+        for row in 0..5 {
+            let numeric = (up[row] - down[row]) / 2.0;
+            worst = worst.max((1e-3 * slopes.by_speed[row][column] - numeric).abs() / NOISE);
+        }
+    }
+    println!("off by at most {worst:.3} of a sensor's noise; the third slides by {slide_m_s:.2} m/s");
     assert!(worst < 0.02, "{worst}");
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use railgrip_diagnosis::answer::schema::Report;
 use railgrip_diagnosis::answer::supplement::Detail;
-use railgrip_diagnosis::data::load::{self, CaseError};
+use railgrip_diagnosis::data::load;
 use railgrip_diagnosis::html;
 use railgrip_diagnosis::law_bench::{self, LawCaseError};
 use railgrip_diagnosis::wagon;
@@ -137,12 +137,7 @@ fn of_wagon(args: &DiagnoseArgs) -> Result<Answer, CliError> {
     check_ids(&args.without)?;
     let path = args.case.join("vehicle.toml");
     let vehicle = railgrip_settings::vehicle::load(&path).map_err(CliError::bad_input)?;
-    let case = load::load(&args.case, vehicle).map_err(|error| match error {
-        CaseError::Recording(_) | CaseError::Wheelsets { .. } | CaseError::Units { .. } => {
-            CliError::bad_input(error)
-        }
-        CaseError::VehicleWheelsets { .. } => CliError::bad_input(format!("{}: {error}", path.display())),
-    })?;
+    let case = load::load(&args.case, vehicle).map_err(CliError::bad_input)?;
     let options = wagon::Options {
         case: name_of(&args.case),
         without: args.without.clone(),

@@ -4,7 +4,7 @@
 //! no fit through it can judge what makes the reading late. Moving the reading costs nothing of what the recordings say,
 //! and all other effects can then be seen. Values are moved by whole samples, so that their noise stays as white as it was.
 
-use crate::data::case::{Case, OUTPUTS, Run, Sample, WHEELSETS, smooth};
+use crate::data::case::{Case, OUTPUTS, Run, Sample, smooth};
 use railgrip_vehicle::effects::Lateness;
 use railgrip_vehicle::fast::SampleInput;
 use std::sync::OnceLock;
@@ -54,7 +54,7 @@ impl Run {
         };
         for (k, sample) in run.samples.iter_mut().enumerate() {
             let time_s = sample.input.time_s;
-            for j in 0..OUTPUTS {
+            for j in 0..self.outputs() {
                 // What was true now is read when its own lateness has passed.
                 let read_s = time_s + late(time_s + late(time_s)[j])[j];
                 let at = k as f64 + ((read_s - time_s) / self.dt_s).round();
@@ -68,7 +68,7 @@ impl Run {
         }
         let mean_s = lateness(0.0).wheel_speed_mean_s;
         if mean_s > self.dt_s {
-            average_inputs(&mut run.samples, 0.5 * mean_s / self.dt_s);
+            average_inputs(&mut run.samples, self.wheelsets, 0.5 * mean_s / self.dt_s);
         }
         smooth(&mut run.samples, self.dt_s);
         run
@@ -77,7 +77,7 @@ impl Run {
 
 /// Means of forces and torques over so many samples to both sides: as far as a wheelset answers in proportion, the mean of its
 /// speed is the answer to the mean of what acts on it. Speed of the vehicle changes too slowly to need it.
-fn average_inputs(samples: &mut [Sample], half: f64) {
+fn average_inputs(samples: &mut [Sample], wheelsets: usize, half: f64) {
     let n = samples.len();
     let average = |values: Vec<f64>| {
         let mut sums = vec![0.0; n + 1];
@@ -96,7 +96,7 @@ fn average_inputs(samples: &mut [Sample], half: f64) {
         };
         (0..n).map(mean).collect::<Vec<f64>>()
     };
-    for i in 0..WHEELSETS {
+    for i in 0..wheelsets {
         let fields: [fn(&mut SampleInput, usize) -> &mut f64; 3] = [
             |input, i| &mut input.pressing_force_n[i],
             |input, i| &mut input.mid_pressing_force_n[i],
@@ -122,9 +122,9 @@ mod tests {
         let of = |f: &dyn Fn(f64) -> f64| t_s.iter().map(|t| f(*t)).collect::<Vec<f64>>();
         let columns = Columns {
             v_m_s: of(&speed),
-            wheel_speed_rad_s: [of(&|t| 2.0 * speed(t - 0.2)), of(&|t| 2.0 * speed(t - 0.2))],
-            pressing_force_n: [of(&|t| if t < 10.0 { 0.0 } else { 1e4 }), of(&|_| 0.0)],
-            drive_torque_nm: [of(&|_| 0.0), of(&|_| 0.0)],
+            wheel_speed_rad_s: vec![of(&|t| 2.0 * speed(t - 0.2)), of(&|t| 2.0 * speed(t - 0.2))],
+            pressing_force_n: vec![of(&|t| if t < 10.0 { 0.0 } else { 1e4 }), of(&|_| 0.0)],
+            drive_torque_nm: vec![of(&|_| 0.0), of(&|_| 0.0)],
             t_s,
             ..Columns::default()
         };

@@ -2,15 +2,27 @@
 
 use crate::data::noise::SensorNoise;
 use railgrip_vehicle::fast::{self, Motion, SampleInput};
-use railgrip_vehicle::{RailClass, VehicleParameters};
+use railgrip_vehicle::{MAX_WHEELSETS, RailClass, VehicleParameters};
 use std::ops::Range;
 
-/// Wheelsets of a case: the contract's columns know a front and a rear one.
-pub const WHEELSETS: usize = fast::WHEELSETS;
-/// Measured outputs of a case: vehicle speed and two wheelset speeds.
+/// Most measured outputs of a case: vehicle speed, then the speed of each wheelset. What a wagon has not got is never measured.
 pub const OUTPUTS: usize = fast::SPEEDS;
-/// Names of the outputs, in the order of every array of outputs.
-pub const OUTPUT_NAMES: [&str; OUTPUTS] = ["v_m_s", "omega_f_rad_s", "omega_r_rad_s"];
+
+/// Names of the outputs of a wagon, in the order of every array of outputs: two wheelsets are a front and a rear one, others are
+/// numbered from the front.
+pub fn output_names(wheelsets: usize) -> &'static [&'static str] {
+    const NUMBERED: [&str; OUTPUTS] =
+        ["v_m_s", "omega_1_rad_s", "omega_2_rad_s", "omega_3_rad_s", "omega_4_rad_s"];
+    match wheelsets {
+        2 => &["v_m_s", "omega_f_rad_s", "omega_r_rad_s"],
+        _ => &NUMBERED[..(1 + wheelsets).min(OUTPUTS)],
+    }
+}
+
+/// Outputs for which the filters of a wagon have room: they are compiled for two wheelsets and for four.
+pub const fn room(wheelsets: usize) -> usize {
+    if wheelsets <= 2 { 3 } else { OUTPUTS }
+}
 
 /// Columns of one run at a regular rate; optional columns are empty where absent. Outputs and positions that were not
 /// measured are NaN, inputs are all there.
@@ -20,12 +32,12 @@ pub struct Columns {
     pub t_s: Vec<f64>,
     /// Vehicle speed, m/s.
     pub v_m_s: Vec<f64>,
-    /// Wheelset speeds, rad/s.
-    pub wheel_speed_rad_s: [Vec<f64>; WHEELSETS],
-    /// Pressing forces, N.
-    pub pressing_force_n: [Vec<f64>; WHEELSETS],
-    /// Drive torques, N m.
-    pub drive_torque_nm: [Vec<f64>; WHEELSETS],
+    /// Speed of each wheelset, rad/s.
+    pub wheel_speed_rad_s: Vec<Vec<f64>>,
+    /// Pressing force of each, N.
+    pub pressing_force_n: Vec<Vec<f64>>,
+    /// Drive torque of each, N m.
+    pub drive_torque_nm: Vec<Vec<f64>>,
     /// Grade, rad.
     pub grade_rad: Vec<f64>,
     /// Sanding, 0 to 1.
@@ -40,7 +52,7 @@ pub struct Sample {
     /// Inputs and what else a simulation may know: the position is the integral of measured speed, moved to fit the
     /// satellite's positions on the whole.
     pub input: SampleInput,
-    /// Measured outputs in the order of [`OUTPUT_NAMES`]; where one was not measured, a straight line between those that
+    /// Measured outputs in the order of [`output_names`]; where one was not measured, a straight line between those that
     /// were.
     pub outputs: [f64; OUTPUTS],
     /// Which outputs were measured.
@@ -54,7 +66,7 @@ pub struct Sample {
 impl Sample {
     /// Measured minus expected outputs; zero where nothing was measured.
     #[inline]
-    pub fn innovation(&self, expected: &[f64; OUTPUTS]) -> [f64; OUTPUTS] {
+    pub fn innovation<const S: usize>(&self, expected: &[f64; S]) -> [f64; S] {
         std::array::from_fn(|j| if self.measured[j] { self.outputs[j] - expected[j] } else { 0.0 })
     }
 
@@ -68,7 +80,7 @@ impl Sample {
         Motion {
             state: self.smooth,
             acceleration_m_s2: self.slopes[0],
-            wheel_acceleration_rad_s2: [self.slopes[1], self.slopes[2]],
+            wheel_acceleration_rad_s2: std::array::from_fn(|i| self.slopes[1 + i]),
         }
     }
 }
@@ -80,6 +92,8 @@ pub struct Run {
     pub name: String,
     /// Class of the rail.
     pub rail: RailClass,
+    /// Number of wheelsets.
+    pub wheelsets: usize,
     /// Sample period, s.
     pub dt_s: f64,
     /// Time of the first sample as recorded, s.
@@ -109,6 +123,23 @@ pub struct Case {
     pub notes: Vec<String>,
 }
 
+impl Case {
+    /// Number of wheelsets.
+    pub fn wheelsets(&self) -> usize {
+        self.vehicle.wheelsets()
+    }
+
+    /// Number of outputs: vehicle speed and wheelset speeds.
+    pub fn outputs(&self) -> usize {
+        1 + self.wheelsets()
+    }
+
+    /// Names of the outputs, see [`output_names`].
+    pub fn output_names(&self) -> &'static [&'static str] {
+        output_names(self.wheelsets())
+    }
+}
+
 /// Half width of the stretch over which slopes are taken, s.
 const SLOPE_HALF_WIDTH_S: f64 = 0.12;
 /// An output that is missing for longer breaks a run: no window reaches over it, s.
@@ -119,22 +150,25 @@ impl Run {
     pub fn new(name: String, rail: RailClass, columns: &Columns) -> Self {
         let n = columns.t_s.len();
         let dt_s = if n > 1 { (columns.t_s[n - 1] - columns.t_s[0]) / (n - 1) as f64 } else { 0.01 };
-        let measured = [&columns.v_m_s, &columns.wheel_speed_rad_s[0], &columns.wheel_speed_rad_s[1]];
-        let unbroken = unbroken(measured, dt_s);
-        let [v_m_s, front, rear] = measured.map(|column| filled(column));
-        let positions = positions(&v_m_s, &columns.position_m, dt_s);
+        let wheelsets = columns.wheel_speed_rad_s.len().min(MAX_WHEELSETS);
+        let measured: Vec<&Vec<f64>> =
+            std::iter::once(&columns.v_m_s).chain(&columns.wheel_speed_rad_s[..wheelsets]).collect();
+        let unbroken = unbroken(&measured, dt_s);
+        let outputs: Vec<Vec<f64>> = measured.iter().map(|column| filled(column)).collect();
+        let positions = positions(&outputs[0], &columns.position_m, dt_s);
         let mut samples = vec![Sample::default(); n];
-        let mut angle = [0.0; WHEELSETS];
+        let mut angle = [0.0; MAX_WHEELSETS];
         for (k, sample) in samples.iter_mut().enumerate() {
             let next = (k + 1).min(n - 1);
             sample.input.time_s = columns.t_s[k] - columns.t_s[0];
-            sample.outputs[0] = v_m_s[k];
-            sample.measured = measured.map(|column| column[k].is_finite());
-            for i in 0..WHEELSETS {
+            for (j, (filled, as_measured)) in outputs.iter().zip(&measured).enumerate() {
+                sample.outputs[j] = filled[k];
+                sample.measured[j] = as_measured[k].is_finite();
+            }
+            for i in 0..wheelsets {
                 let force = &columns.pressing_force_n[i];
                 let torque = &columns.drive_torque_nm[i];
-                let speed = [&front, &rear][i];
-                sample.outputs[1 + i] = speed[k];
+                let speed = &outputs[1 + i];
                 sample.input.pressing_force_n[i] = force[k];
                 sample.input.mid_pressing_force_n[i] = 0.5 * (force[k] + force[next]);
                 sample.input.mid_drive_torque_nm[i] = 0.5 * (torque[k] + torque[next]);
@@ -149,6 +183,7 @@ impl Run {
         Self {
             name,
             rail,
+            wheelsets,
             dt_s,
             start_s: columns.t_s[0],
             samples,
@@ -156,6 +191,16 @@ impl Run {
             t_s: columns.t_s.clone(),
             unbroken,
         }
+    }
+
+    /// Number of outputs: vehicle speed and wheelset speeds.
+    pub fn outputs(&self) -> usize {
+        1 + self.wheelsets
+    }
+
+    /// Outputs for which its filters have room, see [`room`].
+    pub fn room(&self) -> usize {
+        room(self.wheelsets)
     }
 
     /// Number of samples.
@@ -203,7 +248,7 @@ fn filled(column: &[f64]) -> Vec<f64> {
 }
 
 /// Ranges between stretches in which an output is missing for long.
-fn unbroken(outputs: [&Vec<f64>; OUTPUTS], dt_s: f64) -> Vec<Range<usize>> {
+fn unbroken(outputs: &[&Vec<f64>], dt_s: f64) -> Vec<Range<usize>> {
     let n = outputs[0].len();
     let mut broken = vec![false; n];
     for column in outputs {

@@ -1,6 +1,6 @@
 //! Reading the runs of a case.
 
-use crate::data::case::{Case, Columns, Run, WHEELSETS};
+use crate::data::case::{Case, Columns, Run};
 use crate::data::noise::SensorNoise;
 use railgrip_recording::{Mending, Place, Recording, RecordingError, RunFile, runs_in};
 use railgrip_vehicle::{RailClass, VehicleParameters};
@@ -38,15 +38,6 @@ pub enum CaseError {
         /// The column, and what gives it away.
         source: crate::data::units::UnitError,
     },
-    /// The vehicle has a number of wheelsets that cannot be diagnosed.
-    #[error(
-        "the vehicle has {found} wheelsets (body.wheelset_positions_m), and its recordings are readable; a diagnosis is not \
-         possible yet with other than 2"
-    )]
-    VehicleWheelsets {
-        /// Number found.
-        found: usize,
-    },
 }
 
 /// Reads `CASE/fit` and `CASE/holdout`. What can be mended in a recording is mended, and said in the case's notes; a recording
@@ -58,9 +49,6 @@ pub fn load(folder: &Path, vehicle: VehicleParameters) -> Result<Case, CaseError
     let mut notes = Vec::new();
     let fit = read(folder, "fit", &vehicle, &mut notes)?;
     let holdout = read(folder, "holdout", &vehicle, &mut notes)?;
-    if vehicle.wheelsets() != WHEELSETS {
-        return Err(CaseError::VehicleWheelsets { found: vehicle.wheelsets() });
-    }
     let [fit, holdout] = [fit, holdout].map(|parts| parts.iter().map(run).collect::<Vec<Run>>());
     if fit.iter().chain(&holdout).any(|run| run.rail == RailClass::Undeclared) {
         notes.push(
@@ -108,7 +96,7 @@ fn read(
     Ok(parts)
 }
 
-/// A run of a recording with [`WHEELSETS`] wheelsets.
+/// A run of a recording.
 fn run(recording: &Recording) -> Run {
     let rail = match recording.rail {
         Some(railgrip_recording::RailClass::Dry) => RailClass::Dry,
@@ -116,15 +104,12 @@ fn run(recording: &Recording) -> Run {
         Some(railgrip_recording::RailClass::Low) => RailClass::Low,
         None => RailClass::Undeclared,
     };
-    let pair = |columns: &[Vec<f64>]| -> [Vec<f64>; WHEELSETS] {
-        std::array::from_fn(|i| columns.get(i).cloned().unwrap_or_default())
-    };
     let columns = Columns {
         t_s: recording.t_s.clone(),
         v_m_s: recording.v_m_s.clone(),
-        wheel_speed_rad_s: pair(&recording.wheel_speed_rad_s),
-        pressing_force_n: pair(&recording.pressing_force_n),
-        drive_torque_nm: pair(&recording.drive_torque_nm),
+        wheel_speed_rad_s: recording.wheel_speed_rad_s.clone(),
+        pressing_force_n: recording.pressing_force_n.clone(),
+        drive_torque_nm: recording.drive_torque_nm.clone(),
         grade_rad: recording.grade_rad.clone().unwrap_or_default(),
         sanding: recording.sanding.clone().unwrap_or_default(),
         position_m: recording.position_m.clone().unwrap_or_default(),

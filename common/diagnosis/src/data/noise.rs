@@ -23,7 +23,9 @@ impl SensorNoise {
     /// What a vehicle file says of its sensors.
     pub fn of_file(sensors: &Sensors) -> [Self; SPEEDS] {
         let wheel = Self::white(sensors.wheel_speed_sigma_rad_s);
-        [Self::white(sensors.speed_sigma_m_s), wheel, wheel]
+        let mut noise = [wheel; SPEEDS];
+        noise[0] = Self::white(sensors.speed_sigma_m_s);
+        noise
     }
 
     /// Standard deviation of one reading.

@@ -26,12 +26,13 @@ impl<'a> Whitening<'a> {
         let predictors = case.fit.iter().map(freeze).collect();
         let mut end = 0;
         let ends = case.fit.iter().map(|run| {
-            end += OUTPUTS * run.len();
+            end += run.room() * run.len();
             end
         });
         let tolerant = disturbances.tolerance.is_large();
-        let samples = case.fit.iter().flat_map(|run| &run.samples);
-        let missing = samples.flat_map(|sample| (0..OUTPUTS).filter(|j| !sample.measured[*j]));
+        let samples =
+            case.fit.iter().flat_map(|run| run.samples.iter().map(|sample| (run.outputs(), sample)));
+        let missing = samples.flat_map(|(outputs, sample)| (0..outputs).filter(|j| !sample.measured[*j]));
         let missing = missing.map(|j| 0.5 + case.noise[j].white.ln()).sum();
         Self { runs: &case.fit, predictors, ends: ends.collect(), tolerant, missing }
     }
@@ -67,8 +68,8 @@ impl<'a> Whitening<'a> {
 
     /// Residuals in a stretch of so many seconds of all outputs.
     pub fn stretch(&self, seconds: f64) -> usize {
-        let samples = self.runs.first().map_or(1.0, |run| (seconds / run.dt_s).round());
-        OUTPUTS * (samples as usize).max(1)
+        let of = |run: &Run| run.room() * ((seconds / run.dt_s).round() as usize).max(1);
+        self.runs.first().map_or(1, of)
     }
 
     /// Half the log-determinants of all innovation covariances. An output that was not measured counts as one that was
@@ -170,7 +171,7 @@ impl<'a> Windows<'a> {
         let mut weights = Vec::new();
         for run in &case.fit {
             let windows = open_loop::windows(run);
-            end += windows.iter().map(|w| OUTPUTS * w.len()).sum::<usize>();
+            end += windows.iter().map(|w| run.outputs() * w.len()).sum::<usize>();
             ends.push(end);
             weights.push(vec![1.0; windows.len()]);
         }
@@ -229,7 +230,7 @@ impl Problem for Windows<'_> {
                 let root = (weight * INDEPENDENT_SHARE).sqrt();
                 for (k, predicted) in window.range.clone().zip(&window.outputs) {
                     let innovation = run.samples[k].innovation(predicted);
-                    for j in 0..OUTPUTS {
+                    for j in 0..run.outputs() {
                         let error = -root * innovation[j] / self.sigma[j];
                         out.push(if error.is_finite() { error.clamp(-1e5, 1e5) } else { 1e5 });
                     }

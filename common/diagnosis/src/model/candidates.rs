@@ -23,14 +23,17 @@ fn candidate(case: &Case, spec: &'static EffectSpec, constructor: Constructor) -
     let track = track(case);
     let values: Vec<Vec<f64>> = match spec.parameters.iter().position(|p| p.name == "start_m") {
         Some(start) => stretches(spec, start, track),
-        None => grid(spec),
+        None => grid(spec, case.wheelsets()),
     };
     let starts = values.iter().map(|v| FittedEffect::of_catalogue(spec, constructor, v)).collect();
     Candidate { spec, starts }
 }
 
+/// The parameter that numbers a wheelset.
+const WHEELSET: &str = "wheelset";
+
 /// The defaults, each parameter's further starts one at a time, all of it for each discrete value.
-fn grid(spec: &EffectSpec) -> Vec<Vec<f64>> {
+fn grid(spec: &EffectSpec, wheelsets: usize) -> Vec<Vec<f64>> {
     let default = |p: &ParameterSpec| p.default;
     let mut starts = vec![spec.parameters.iter().map(default).collect::<Vec<f64>>()];
     for (i, p) in spec.parameters.iter().enumerate().filter(|(_, p)| !p.discrete) {
@@ -41,9 +44,12 @@ fn grid(spec: &EffectSpec) -> Vec<Vec<f64>> {
         }
     }
     for (i, p) in spec.parameters.iter().enumerate().filter(|(_, p)| p.discrete) {
+        // Wheelsets that the wagon has not got are not to blame.
+        let exists = |value: &&f64| p.name != WHEELSET || **value <= wheelsets as f64;
         starts = p
             .starts
             .iter()
+            .filter(exists)
             .flat_map(|&value| {
                 let with = |start: &Vec<f64>| {
                     let mut start = start.clone();

@@ -1,8 +1,8 @@
 //! What is fitted: nuisances, which differ from case to case and are never the answer, and parameters of effects.
 
-use crate::data::case::{Case, WHEELSETS};
+use crate::data::case::Case;
 use railgrip_vehicle::effects::{Constructor, Effect, EffectSpec};
-use railgrip_vehicle::{Constants, RailClass, VehicleParameters, WagonModel};
+use railgrip_vehicle::{Constants, MAX_WHEELSETS, PerWheelset, RailClass, VehicleParameters, WagonModel};
 use std::sync::Arc;
 
 /// One fitted number.
@@ -59,9 +59,13 @@ impl Nuisance {
         }
     }
 
-    fn name(self) -> String {
+    fn name(self, wheelsets: usize) -> String {
         match self {
-            Self::Pad(i) => format!("pad_friction_{}", if i == 0 { "f" } else { "r" }),
+            Self::Pad(i) => match (wheelsets, i) {
+                (2, 0) => "pad_friction_f".into(),
+                (2, _) => "pad_friction_r".into(),
+                _ => format!("pad_friction_{}", i + 1),
+            },
             Self::Adhesion(class) => format!("adhesion_{}", class.name()),
             Self::ResistanceConstant => "resistance_constant".into(),
             Self::Drag => "drag".into(),
@@ -73,7 +77,7 @@ impl Nuisance {
     fn parameter(self, vehicle: &VehicleParameters) -> Parameter {
         let ([lower, upper], prior_sigma) = self.range(vehicle);
         Parameter {
-            name: self.name(),
+            name: self.name(vehicle.wheelsets()),
             start: 0.0,
             lower,
             upper,
@@ -203,7 +207,7 @@ impl Built {
 impl Shape {
     /// The nominal model with the nuisances that runs of this case can show.
     pub fn nominal(case: &Case) -> Self {
-        let mut nuisances: Vec<Nuisance> = (0..WHEELSETS).map(Nuisance::Pad).collect();
+        let mut nuisances: Vec<Nuisance> = (0..case.wheelsets()).map(Nuisance::Pad).collect();
         let present = |class| case.fit.iter().chain(&case.holdout).any(|run| run.rail == class);
         let classes = RailClass::OF_RECORDINGS.into_iter().filter(|class| present(*class));
         nuisances.extend(classes.map(Nuisance::Adhesion));
@@ -272,9 +276,9 @@ impl Shape {
     }
 
     /// The vehicle with the nuisances of `theta`.
-    pub fn vehicle(&self, theta: &[f64]) -> (VehicleParameters, [f64; WHEELSETS]) {
+    pub fn vehicle(&self, theta: &[f64]) -> (VehicleParameters, PerWheelset) {
         let mut vehicle = self.vehicle.clone();
-        let mut pads = [1.0; WHEELSETS];
+        let mut pads = [1.0; MAX_WHEELSETS];
         for (nuisance, value) in self.nuisances.iter().zip(theta) {
             let factor = 1.0 + value;
             match nuisance {

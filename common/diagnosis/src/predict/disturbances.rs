@@ -4,18 +4,49 @@
 //! the simulated motion and disturbances are the best estimate, the [`Gaussian`](railgrip_filter::core::Gaussian) is the belief
 //! about their error. Its mean is zero, because each correction is at once made in the simulation.
 
-use crate::data::case::{Case, OUTPUTS, WHEELSETS};
+use crate::data::case::{Case, OUTPUTS};
 use crate::data::noise::SensorNoise;
 use nalgebra::{SMatrix, SVector};
+use railgrip_vehicle::Loading;
 use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion};
-use railgrip_vehicle::{GRAVITY_M_S2, Loading};
 
-/// States of the wagon in the filter: speeds, pad frictions, wind.
-pub(crate) const STATES: usize = OUTPUTS + WHEELSETS + 1;
+/// States of the filter of a wagon with room for `wheelsets`: speeds, pad frictions, wind.
+pub(crate) const fn states(wheelsets: usize) -> usize {
+    2 * wheelsets + 2
+}
+
+/// Index of the wind among them.
+pub(crate) const fn wind(wheelsets: usize) -> usize {
+    states(wheelsets) - 1
+}
+
 /// The same and the coloured part of each sensor's noise.
-pub(crate) const COLOURED: usize = STATES + OUTPUTS;
-/// What of them decays from sample to sample: pad frictions, wind, coloured noise.
-pub(crate) const DECAYING: usize = COLOURED - OUTPUTS;
+pub(crate) const fn coloured(wheelsets: usize) -> usize {
+    states(wheelsets) + 1 + wheelsets
+}
+
+/// What is left of each disturbance after a sample.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Decay {
+    /// Of pad friction.
+    pub(crate) pad: f64,
+    /// Of wind.
+    pub(crate) wind: f64,
+    /// Of each sensor's coloured noise.
+    pub(crate) colour: [f64; OUTPUTS],
+}
+
+impl Decay {
+    /// Of the state at this index, of a wagon with room for `wheelsets`; that of a speed does not decay.
+    pub(crate) fn of(&self, index: usize, wheelsets: usize) -> f64 {
+        match index {
+            _ if index <= wheelsets => 1.0,
+            _ if index < wind(wheelsets) => self.pad,
+            _ if index == wind(wheelsets) => self.wind,
+            _ => self.colour[index - states(wheelsets)],
+        }
+    }
+}
 
 /// Whitened innovations beyond this many sigma are outliers: they count linearly, not by their square (Huber).
 pub const OUTLIER_SIGMA: f64 = 4.0;
@@ -75,13 +106,13 @@ impl DisturbanceModel {
 
 impl DisturbanceModel {
     /// What is left of each disturbance (pads, wind, coloured noise) after a sample.
-    pub(crate) fn decay(&self, dt_s: f64, sensors: &[SensorNoise; OUTPUTS]) -> [f64; DECAYING] {
-        let mut decay = [(-dt_s / self.pad_time_s).exp(); DECAYING];
-        decay[WHEELSETS] = (-dt_s / self.gust_time_s).exp();
-        for (decay, noise) in decay[WHEELSETS + 1..].iter_mut().zip(sensors) {
-            *decay = (-dt_s / noise.time_s).exp();
+    pub(crate) fn decay(&self, dt_s: f64, sensors: &[SensorNoise; OUTPUTS]) -> Decay {
+        let over = |time_s: f64| (-dt_s / time_s).exp();
+        Decay {
+            pad: over(self.pad_time_s),
+            wind: over(self.gust_time_s),
+            colour: std::array::from_fn(|j| over(sensors[j].time_s)),
         }
-        decay
     }
 }
 
@@ -105,19 +136,16 @@ pub(crate) fn robust_cost(white: f64) -> f64 {
     if size <= OUTLIER_SIGMA { 0.5 * white * white } else { OUTLIER_SIGMA * (size - 0.5 * OUTLIER_SIGMA) }
 }
 
-/// Index of the wind among the states.
-pub(crate) const WIND: usize = STATES - 1;
-
 /// How outputs are observed where some were not measured: a row of its own variance one, which no state moves, stands in for
 /// each. With an innovation of zero it corrects nothing, and adds nothing to a cost or a determinant; the belief is that
 /// after the outputs which were measured.
-pub(crate) fn of_measured<const N: usize>(
+pub(crate) fn of_measured<const S: usize, const N: usize>(
     measured: &[bool; OUTPUTS],
-    observe: &SMatrix<f64, OUTPUTS, N>,
-    sensor: &SMatrix<f64, OUTPUTS, OUTPUTS>,
-) -> (SMatrix<f64, OUTPUTS, N>, SMatrix<f64, OUTPUTS, OUTPUTS>) {
+    observe: &SMatrix<f64, S, N>,
+    sensor: &SMatrix<f64, S, S>,
+) -> (SMatrix<f64, S, N>, SMatrix<f64, S, S>) {
     let (mut observe, mut sensor) = (*observe, *sensor);
-    for j in (0..OUTPUTS).filter(|j| !measured[*j]) {
+    for j in (0..S).filter(|j| !measured[*j]) {
         observe.row_mut(j).fill(0.0);
         sensor.row_mut(j).fill(0.0);
         sensor.column_mut(j).fill(0.0);
@@ -126,107 +154,92 @@ pub(crate) fn of_measured<const N: usize>(
     (observe, sensor)
 }
 
-/// Derivatives of the next state with respect to the present one; `decay` is what is left of each disturbance after a sample.
-pub(crate) fn derivatives(
+/// Derivatives of the next state with respect to the present one, of a wagon with room for `W` wheelsets, `S` being `1 + W`, and
+/// `N` its states, with coloured noise or without; rows beyond these are zero. `decay` is what is left of each disturbance
+/// after a sample.
+pub(crate) fn derivatives<const W: usize, const S: usize, const N: usize>(
     wagon: &FastWagon,
     motion: &Motion,
     disturbance: &Disturbance,
     loading: &Loading,
-    decay: &[f64; DECAYING],
-) -> SMatrix<f64, STATES, STATES> {
-    let slopes = wagon.slopes(motion, loading);
+    decay: &Decay,
+) -> SMatrix<f64, N, N> {
+    let slopes = wagon.slopes::<W, S>(motion, loading);
     let mut derivatives = SMatrix::zeros();
     let by_wind = -wagon.resistance_by_wind(motion, loading);
-    for row in 0..OUTPUTS {
-        for column in 0..OUTPUTS {
+    for row in 0..S {
+        for column in 0..S {
             derivatives[(row, column)] = slopes.by_speed[row][column];
         }
-        for i in 0..WHEELSETS {
+        for i in 0..W {
             let against = if motion.state[1 + i] == 0.0 { 0.0 } else { motion.state[1 + i].signum() };
             let by_pad = -against * loading.brake_torque_nm[i] / (1.0 + disturbance.pad[i]);
-            derivatives[(row, OUTPUTS + i)] = slopes.by_torque[row][i] * by_pad;
+            derivatives[(row, S + i)] = slopes.by_torque[row][i] * by_pad;
         }
-        derivatives[(row, WIND)] = slopes.by_force[row] * by_wind;
+        derivatives[(row, wind(W))] = slopes.by_force[row] * by_wind;
     }
-    for (i, decay) in decay.iter().enumerate().take(WHEELSETS + 1) {
-        derivatives[(OUTPUTS + i, OUTPUTS + i)] = *decay;
+    for i in S..N.min(coloured(W)) {
+        derivatives[(i, i)] = decay.of(i, W);
     }
     derivatives
 }
 
-/// The first `N` rows and columns of a matrix of all states, `N` being [`STATES`] where no noise is coloured.
-pub(crate) fn leading<const N: usize>(whole: &SMatrix<f64, COLOURED, COLOURED>) -> SMatrix<f64, N, N> {
-    SMatrix::from_fn(|i, j| if i < COLOURED && j < COLOURED { whole[(i, j)] } else { 0.0 })
+/// How the outputs are observed: speeds, and coloured noise where it is among the `N` states.
+pub(crate) fn observed<const S: usize, const N: usize>() -> SMatrix<f64, S, N> {
+    let colour = states(S - 1);
+    SMatrix::from_fn(|i, j| if j == i || j == colour + i { 1.0 } else { 0.0 })
 }
 
-/// Derivatives of the wagon's states as those of `N` states, with the decay of coloured noise where it is among them.
-pub(crate) fn widened<const N: usize>(
-    narrow: &SMatrix<f64, STATES, STATES>,
-    decay: &[f64; DECAYING],
-) -> SMatrix<f64, N, N> {
-    SMatrix::from_fn(|i, j| match (i < STATES && j < STATES, i == j && i < COLOURED) {
-        (true, _) => narrow[(i, j)],
-        (false, true) => decay[i - OUTPUTS],
-        (false, false) => 0.0,
-    })
+/// Covariances of the filter of a vehicle over its `N` states: of the first error, of the noise of one sample, of the sensors.
+pub(crate) struct Noise<const S: usize, const N: usize> {
+    pub(crate) start: SMatrix<f64, N, N>,
+    pub(crate) process: SMatrix<f64, N, N>,
+    pub(crate) sensor: SMatrix<f64, S, S>,
 }
 
-/// How the outputs are observed: speeds, and coloured noise where it is among the states.
-pub(crate) fn observed<const N: usize>() -> SMatrix<f64, OUTPUTS, N> {
-    SMatrix::from_fn(|i, j| if j == i || j == STATES + i { 1.0 } else { 0.0 })
-}
-
-/// Covariances of the filter of a vehicle: of the first error, of the noise of one sample, of the sensors.
-pub(crate) struct Noise {
-    pub(crate) start: SMatrix<f64, COLOURED, COLOURED>,
-    pub(crate) process: SMatrix<f64, COLOURED, COLOURED>,
-    pub(crate) sensor: SMatrix<f64, OUTPUTS, OUTPUTS>,
-}
-
-impl Noise {
-    /// `decay` is what is left of each disturbance (pads, wind, coloured noise) after a sample of `dt_s`.
-    pub(crate) fn new(
-        case: &Case,
-        disturbances: &DisturbanceModel,
-        dt_s: f64,
-        decay: &[f64; DECAYING],
-    ) -> Self {
+impl<const S: usize, const N: usize> Noise<S, N> {
+    /// `decay` is what is left of each disturbance after a sample of `dt_s`.
+    pub(crate) fn new(case: &Case, disturbances: &DisturbanceModel, dt_s: f64, decay: &Decay) -> Self {
+        let room = S - 1;
+        let wheelsets = case.wheelsets().min(room);
         let vehicle = &case.vehicle;
         let sensors = &vehicle.sensors;
         let (speed, wheel) = (sensors.speed_sigma_m_s, sensors.wheel_speed_sigma_rad_s);
-        let sensor = SMatrix::from_diagonal(&SVector::from(case.noise.map(|noise| noise.white.powi(2))));
-        let mut start = SMatrix::<f64, COLOURED, COLOURED>::zeros();
+        let sensor = SMatrix::from_diagonal(&SVector::from_fn(|j, _| case.noise[j].white.powi(2)));
+        let mut start = SMatrix::<f64, N, N>::zeros();
         let mut process = start;
-        for (j, noise) in case.noise.iter().enumerate() {
+        for (j, noise) in case.noise.iter().enumerate().take(1 + wheelsets) {
             start[(j, j)] = noise.level().powi(2);
-            let coloured = noise.coloured.powi(2);
-            start[(STATES + j, STATES + j)] = coloured;
-            let decay = decay[WHEELSETS + 1 + j];
-            process[(STATES + j, STATES + j)] = coloured * (1.0 - decay * decay);
+            let at = states(room) + j;
+            if N >= coloured(room) {
+                let variance = noise.coloured.powi(2);
+                start[(at, at)] = variance;
+                process[(at, at)] = variance * (1.0 - decay.colour[j].powi(2));
+            }
         }
         let pressing =
             vehicle.brake.friction_coefficient * vehicle.brake.radius_m * sensors.pressing_force_sigma_n;
-        let load_n = vehicle.body.mass_kg * GRAVITY_M_S2 / WHEELSETS as f64;
-        let limit = load_n * vehicle.rail.wet * vehicle.wheelset.radius_m;
+        let limit = vehicle.axle_load_n() * vehicle.rail.wet * vehicle.wheelset.radius_m;
         let torque = pressing.hypot(disturbances.contact_sigma * limit);
         let tolerance = &disturbances.tolerance;
         process[(0, 0)] = 1e-10 + (tolerance.speed * speed).powi(2);
-        for j in 1..OUTPUTS {
+        for j in 1..=wheelsets {
             process[(j, j)] = (torque / vehicle.wheelset.inertia_kg_m2 * dt_s).powi(2);
             process[(j, j)] += (tolerance.wheel * wheel).powi(2);
         }
         let pad = disturbances.pad_sigma.powi(2);
-        for i in 0..WHEELSETS {
-            for j in 0..WHEELSETS {
+        for i in 0..wheelsets {
+            for j in 0..wheelsets {
                 let share = if i == j { 1.0 } else { disturbances.pad_correlation };
-                let at = (OUTPUTS + i, OUTPUTS + j);
+                let at = (S + i, S + j);
                 start[at] = pad * share;
-                process[at] = pad * share * (1.0 - decay[i] * decay[j]);
+                process[at] = pad * share * (1.0 - decay.pad * decay.pad);
             }
         }
         let gust = disturbances.gust_sigma_m_s.powi(2);
-        start[(WIND, WIND)] = gust;
-        process[(WIND, WIND)] = gust * (1.0 - decay[WHEELSETS] * decay[WHEELSETS]);
+        let wind = wind(room);
+        start[(wind, wind)] = gust;
+        process[(wind, wind)] = gust * (1.0 - decay.wind * decay.wind);
         Self { start, process, sensor }
     }
 }

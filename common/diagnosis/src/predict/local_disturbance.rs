@@ -1,20 +1,15 @@
 //! A filter with one place of the equations or one sensor freed by a local disturbance d, d' = −d/τ + noise, as one more
 //! state (Jazwinski, Stochastic Processes and Filtering Theory, section 8.4).
 
-use crate::data::case::{Case, OUTPUTS, Run, Sample, WHEELSETS};
+use crate::data::case::{Case, Run, Sample};
 use crate::model::discrepancy::{Place, Scope};
 use crate::model::parameters::Built;
 use crate::predict::disturbances::{
-    COLOURED, DECAYING, DisturbanceModel, Noise, STATES, WIND, derivatives, leading, observed, of_measured,
-    robust_cost, widened,
+    Decay, DisturbanceModel, Noise, coloured, derivatives, observed, of_measured, robust_cost, states, wind,
 };
 use nalgebra::{SMatrix, SVector};
 use railgrip_filter::core::Gaussian;
 use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion};
-
-/// States of the wagon's filter and the disturbance, and the same with coloured noise before it: the disturbance is the last.
-const PLAIN_WIDE: usize = STATES + 1;
-const COLOURED_WIDE: usize = COLOURED + 1;
 
 /// Samples over which derivatives are held: they change slowly beside the sampling.
 const DERIVATIVES_HELD: usize = 3;
@@ -37,7 +32,7 @@ pub(crate) struct LocalDisturbance {
 impl LocalDisturbance {
     /// The disturbance that frees nothing.
     pub(crate) fn nothing() -> Self {
-        Self { place: Place::BodyForce, scope: Scope::Both, amplitude: 0.0, time_s: 1.0 }
+        Self { place: Place::BodyForce, scope: Scope::All, amplitude: 0.0, time_s: 1.0 }
     }
 
     fn on(&self, wheelset: usize) -> f64 {
@@ -53,28 +48,33 @@ pub(crate) fn costs(
     freed: &LocalDisturbance,
     stretch_s: f64,
 ) -> Vec<f64> {
-    let coloured = case.noise.iter().any(|noise| noise.coloured > 0.0);
-    let of = |run| {
-        if coloured {
-            Filter::<COLOURED_WIDE>::new(case, built, run, disturbances, freed).costs(stretch_s)
-        } else {
-            Filter::<PLAIN_WIDE>::new(case, built, run, disturbances, freed).costs(stretch_s)
+    let colour = case.noise.iter().any(|noise| noise.coloured > 0.0);
+    // The states of the wagon's filter and one more, the last.
+    const TWO: [usize; 2] = [states(2) + 1, coloured(2) + 1];
+    const FOUR: [usize; 2] = [states(4) + 1, coloured(4) + 1];
+    let of = |run: &Run| match (run.room(), colour) {
+        (3, false) => Filter::<2, 3, { TWO[0] }>::new(case, built, run, disturbances, freed).costs(stretch_s),
+        (3, true) => Filter::<2, 3, { TWO[1] }>::new(case, built, run, disturbances, freed).costs(stretch_s),
+        (_, false) => {
+            Filter::<4, 5, { FOUR[0] }>::new(case, built, run, disturbances, freed).costs(stretch_s)
         }
+        (_, true) => Filter::<4, 5, { FOUR[1] }>::new(case, built, run, disturbances, freed).costs(stretch_s),
     };
     case.fit.iter().flat_map(of).collect()
 }
 
-struct Filter<'a, const N: usize> {
+/// The filter of a wagon with room for `W` wheelsets, `S` being `1 + W`, and `N` states with that of the freed place.
+struct Filter<'a, const W: usize, const S: usize, const N: usize> {
     run: &'a Run,
     wagon: FastWagon<'a>,
     freed: &'a LocalDisturbance,
     mass_kg: f64,
     inertia_kg_m2: f64,
-    decay: [f64; DECAYING],
+    decay: Decay,
     /// Decay of the disturbance.
     own_decay: f64,
     process: SMatrix<f64, N, N>,
-    sensor: SMatrix<f64, OUTPUTS, OUTPUTS>,
+    sensor: SMatrix<f64, S, S>,
     /// Belief about the error of what follows, see [`crate::predict::disturbances`].
     error: Gaussian<N>,
     derivatives: SMatrix<f64, N, N>,
@@ -82,11 +82,14 @@ struct Filter<'a, const N: usize> {
     disturbance: Disturbance,
     local: f64,
     /// The coloured part of each sensor's noise.
-    colour: [f64; OUTPUTS],
+    colour: [f64; S],
     hidden: Vec<f64>,
 }
 
-impl<'a, const N: usize> Filter<'a, N> {
+impl<'a, const W: usize, const S: usize, const N: usize> Filter<'a, W, S, N> {
+    /// Whether coloured noise is among the states.
+    const COLOUR: bool = N > coloured(W);
+
     fn new(
         case: &Case,
         built: &'a Built,
@@ -97,15 +100,12 @@ impl<'a, const N: usize> Filter<'a, N> {
         let vehicle = &case.vehicle;
         let own = (-run.dt_s / freed.time_s).exp();
         let decay = disturbances.decay(run.dt_s, &case.noise);
-        let noise = Noise::new(case, disturbances, run.dt_s, &decay);
-        let widen = |whole: &SMatrix<f64, COLOURED, COLOURED>, last: f64| {
-            let mut wide = leading::<N>(whole);
-            wide.row_mut(N - 1).fill(0.0);
-            wide.column_mut(N - 1).fill(0.0);
-            wide[(N - 1, N - 1)] = last;
-            wide
-        };
+        let noise = Noise::<S, N>::new(case, disturbances, run.dt_s, &decay);
         let variance = freed.amplitude.powi(2);
+        let widened = |mut matrix: SMatrix<f64, N, N>, last: f64| {
+            matrix[(N - 1, N - 1)] = last;
+            matrix
+        };
         let wagon = FastWagon::new(&built.model, built.adhesion(run.rail), run.dt_s);
         let first = &run.samples[0];
         let hidden = wagon.start_hidden(&first.outputs, &first.input);
@@ -116,15 +116,15 @@ impl<'a, const N: usize> Filter<'a, N> {
             inertia_kg_m2: vehicle.wheelset.inertia_kg_m2,
             decay,
             own_decay: own,
-            process: widen(&noise.process, variance * (1.0 - own * own)),
+            process: widened(noise.process, variance * (1.0 - own * own)),
             sensor: noise.sensor,
-            error: Gaussian { mean: SVector::zeros(), covariance: widen(&noise.start, variance) },
+            error: Gaussian { mean: SVector::zeros(), covariance: widened(noise.start, variance) },
             derivatives: SMatrix::identity(),
             motion: wagon.start_motion(&first.measured_motion(), &first.input, &hidden),
             wagon,
             disturbance: Disturbance::default(),
             local: 0.0,
-            colour: [0.0; OUTPUTS],
+            colour: [0.0; S],
             hidden,
         }
     }
@@ -151,24 +151,24 @@ impl<'a, const N: usize> Filter<'a, N> {
     }
 
     /// What the sensors should read at a sample, and its derivatives.
-    fn expected(&self, sample: &Sample) -> ([f64; OUTPUTS], SMatrix<f64, OUTPUTS, N>) {
+    fn expected(&self, sample: &Sample) -> ([f64; S], SMatrix<f64, S, N>) {
         let reading = self.wagon.read(&self.motion, &sample.input, &self.hidden);
-        let mut observe = observed::<N>();
+        let mut observe = observed::<S, N>();
         observe.column_mut(N - 1).fill(0.0);
-        let mut expected: [f64; OUTPUTS] = std::array::from_fn(|j| reading[j] + self.colour[j]);
+        let mut expected: [f64; S] = std::array::from_fn(|j| reading[j] + self.colour[j]);
         match self.freed.place {
             Place::SpeedSensor => {
                 observe[(0, N - 1)] = 1.0;
                 expected[0] += self.local;
             }
             Place::WheelSensor => {
-                for i in 0..WHEELSETS {
+                for i in 0..W {
                     observe[(1 + i, N - 1)] = self.freed.on(i);
                     expected[1 + i] += self.freed.on(i) * self.local;
                 }
             }
             Place::WheelScale => {
-                for i in 0..WHEELSETS {
+                for i in 0..W {
                     observe[(1 + i, N - 1)] = self.freed.on(i) * reading[1 + i];
                     expected[1 + i] += self.freed.on(i) * self.local * reading[1 + i];
                 }
@@ -185,16 +185,16 @@ impl<'a, const N: usize> Filter<'a, N> {
         let (observe, sensor) = of_measured(&sample.measured, &observe, &self.sensor);
         let Some(gain) = self.error.condition(&observe, &sensor) else { return f64::INFINITY };
         let change = gain.correction(&innovation);
-        for j in 0..OUTPUTS {
+        for j in 0..S {
             self.motion.state[j] += change[j];
         }
-        for i in 0..WHEELSETS {
-            self.disturbance.pad[i] += change[OUTPUTS + i];
+        for i in 0..W {
+            self.disturbance.pad[i] += change[S + i];
         }
-        self.disturbance.wind_m_s += change[WIND];
+        self.disturbance.wind_m_s += change[wind(W)];
         self.local += change[N - 1];
-        if N == COLOURED_WIDE {
-            (0..OUTPUTS).for_each(|j| self.colour[j] += change[STATES + j]);
+        if Self::COLOUR {
+            (0..S).for_each(|j| self.colour[j] += change[states(W) + j]);
         }
         let white = gain.whitened(&innovation);
         white.into_iter().map(robust_cost).sum::<f64>() + gain.half_log_determinant
@@ -205,12 +205,12 @@ impl<'a, const N: usize> Filter<'a, N> {
         let mut hidden = std::mem::take(&mut self.hidden);
         self.motion = self.step(self.motion, sample, self.disturbance, self.local, &mut hidden);
         self.hidden = hidden;
-        for i in 0..WHEELSETS {
-            self.disturbance.pad[i] *= self.decay[i];
+        for i in 0..W {
+            self.disturbance.pad[i] *= self.decay.pad;
         }
-        self.disturbance.wind_m_s *= self.decay[WHEELSETS];
+        self.disturbance.wind_m_s *= self.decay.wind;
         self.local *= self.own_decay;
-        for (colour, decay) in self.colour.iter_mut().zip(&self.decay[WHEELSETS + 1..]) {
+        for (colour, decay) in self.colour.iter_mut().zip(&self.decay.colour) {
             *colour *= decay;
         }
     }
@@ -227,7 +227,7 @@ impl<'a, const N: usize> Filter<'a, N> {
         let (mut adhesion_factor, freed) = (1.0, self.freed);
         let mut input = sample.input;
         match freed.place {
-            Place::PadFriction => (0..WHEELSETS).for_each(|i| disturbance.pad[i] += freed.on(i) * local),
+            Place::PadFriction => (0..W).for_each(|i| disturbance.pad[i] += freed.on(i) * local),
             Place::Adhesion => adhesion_factor = (1.0 + local).max(0.05),
             Place::DriveTorque => {
                 input.mid_drive_torque_nm.iter_mut().for_each(|torque| *torque *= 1.0 + local);
@@ -238,7 +238,7 @@ impl<'a, const N: usize> Filter<'a, N> {
         match freed.place {
             Place::BodyForce => motion.state[0] += local * self.run.dt_s / self.mass_kg,
             Place::WheelTorque => {
-                for i in 0..WHEELSETS {
+                for i in 0..W {
                     motion.state[1 + i] += freed.on(i) * local * self.run.dt_s / self.inertia_kg_m2;
                 }
             }
@@ -253,20 +253,19 @@ impl<'a, const N: usize> Filter<'a, N> {
         let mut disturbance = self.disturbance;
         let mut adhesion_factor = 1.0;
         match freed.place {
-            Place::PadFriction => (0..WHEELSETS).for_each(|i| disturbance.pad[i] += freed.on(i) * local),
+            Place::PadFriction => (0..W).for_each(|i| disturbance.pad[i] += freed.on(i) * local),
             Place::Adhesion => adhesion_factor = (1.0 + local).max(0.05),
             _ => {}
         }
         let wagon = self.wagon.on_adhesion(adhesion_factor);
         let loading = wagon.loading_at(&self.motion, &sample.input, &disturbance, &self.hidden);
-        let narrow = derivatives(&wagon, &self.motion, &disturbance, &loading, &self.decay);
-        let mut wide = widened::<N>(&narrow, &self.decay);
+        let mut wide = derivatives::<W, S, N>(&wagon, &self.motion, &disturbance, &loading, &self.decay);
         wide[(N - 1, N - 1)] = self.own_decay;
-        let slopes = wagon.slopes(&self.motion, &loading);
-        for row in 0..OUTPUTS {
-            let sum = |of: &dyn Fn(usize) -> f64| (0..WHEELSETS).map(of).sum::<f64>();
+        let slopes = wagon.slopes::<W, S>(&self.motion, &loading);
+        for row in 0..S {
+            let sum = |of: &dyn Fn(usize) -> f64| (0..W).map(of).sum::<f64>();
             wide[(row, N - 1)] = match freed.place {
-                Place::PadFriction => sum(&|i| freed.on(i) * narrow[(row, OUTPUTS + i)]),
+                Place::PadFriction => sum(&|i| freed.on(i) * wide[(row, S + i)]),
                 Place::Adhesion => {
                     sum(&|i| slopes.by_adhesion[row][i] * loading.adhesion_peak[i] / adhesion_factor)
                 }

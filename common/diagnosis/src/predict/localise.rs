@@ -14,24 +14,26 @@ use crate::predict::local_disturbance::{LocalDisturbance, costs};
 use railgrip_vehicle::effects::Term;
 use rayon::prelude::*;
 
-/// What is freed, in the order of the report.
-const PLACES: [(Place, Scope); 15] = [
-    (Place::BodyForce, Scope::Both),
-    (Place::WheelTorque, Scope::Both),
-    (Place::WheelTorque, Scope::Front),
-    (Place::WheelTorque, Scope::Rear),
-    (Place::PadFriction, Scope::Both),
-    (Place::PadFriction, Scope::Front),
-    (Place::PadFriction, Scope::Rear),
-    (Place::Adhesion, Scope::Both),
-    (Place::DriveTorque, Scope::Both),
-    (Place::SpeedSensor, Scope::Both),
-    (Place::WheelSensor, Scope::Both),
-    (Place::WheelSensor, Scope::Front),
-    (Place::WheelSensor, Scope::Rear),
-    (Place::WheelScale, Scope::Front),
-    (Place::WheelScale, Scope::Rear),
+/// What is freed, in the order of the report: on all wheelsets together, on each by itself.
+const PLACES: [(Place, bool, bool); 8] = [
+    (Place::BodyForce, true, false),
+    (Place::WheelTorque, true, true),
+    (Place::PadFriction, true, true),
+    (Place::Adhesion, true, false),
+    (Place::DriveTorque, true, false),
+    (Place::SpeedSensor, true, false),
+    (Place::WheelSensor, true, true),
+    (Place::WheelScale, false, true),
 ];
+
+/// The places of a wagon with so many wheelsets.
+fn places_of(wheelsets: usize) -> Vec<(Place, Scope)> {
+    let of = |(place, together, alone): (Place, bool, bool)| {
+        let each = (0..if alone { wheelsets } else { 0 }).map(Scope::One);
+        together.then_some(Scope::All).into_iter().chain(each).map(move |scope| (place, scope))
+    };
+    PLACES.into_iter().flat_map(of).collect()
+}
 /// Amplitudes tried, relative to the size of a change that matters.
 const AMPLITUDES: [f64; 5] = [0.3, 1.0, 3.0, 10.0, 30.0];
 /// Correlation time at which amplitudes are tried, s.
@@ -77,7 +79,7 @@ pub fn localise(
         let evidence = evidence(&nothing, &freed_costs, stretches.event_share);
         PlaceEvidence { place, scope, evidence, amplitude: freed.amplitude, time_s: freed.time_s }
     };
-    let mut all: Vec<PlaceEvidence> = PLACES.par_iter().map(free).collect();
+    let mut all: Vec<PlaceEvidence> = places_of(case.wheelsets()).par_iter().map(free).collect();
     all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     all
 }

@@ -7,91 +7,118 @@
 //! innovations are as smooth in the parameters as the laws, and under the nominal model they are white with unit
 //! variance (prediction-error method with a fixed predictor; Ljung, System Identification, chapter 7).
 
-use crate::data::case::{Case, OUTPUTS, Run, Sample, WHEELSETS};
+use crate::data::case::{Case, Run, Sample};
 use crate::model::parameters::Built;
 use crate::predict::disturbances::{
-    COLOURED, DECAYING, DisturbanceModel, Noise, STATES, WIND, derivatives, leading, observed, of_measured,
-    widened,
+    Decay, DisturbanceModel, Noise, coloured, derivatives, observed, of_measured, states, wind,
 };
 use nalgebra::{SMatrix, SVector};
 use railgrip_filter::core::{Gaussian, JointGain};
 use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion};
 
-/// Gain and whitening of one sample.
-pub(super) type Gain = JointGain<COLOURED, OUTPUTS>;
-
 /// Frozen filter of one run.
 #[derive(Clone, Debug)]
 pub struct Predictor {
-    pub(super) gains: Vec<Gain>,
-    pub(super) decay: [f64; DECAYING],
+    pub(super) frozen: Frozen,
     /// Whether the filter corrects so much that its wheelsets are thrown off rolling at every sample.
     pub(crate) tolerant: bool,
     /// Half the log-determinants of all innovation covariances.
     pub half_log_determinant: f64,
 }
 
+/// The frozen filter by how many wheelsets it has room for.
+#[derive(Clone, Debug)]
+pub(super) enum Frozen {
+    Two(Gains<2, 3, { coloured(2) }>),
+    Four(Gains<4, 5, { coloured(4) }>),
+}
+
+/// Gain and whitening of each sample of a wagon with room for `W` wheelsets, `S` being `1 + W` and `C` all its states.
+#[derive(Clone, Debug)]
+pub(super) struct Gains<const W: usize, const S: usize, const C: usize> {
+    pub(super) gains: Vec<JointGain<C, S>>,
+    pub(super) decay: Decay,
+}
+
 impl Predictor {
     /// Runs the filter over `run` at `built` and keeps its gains.
     pub fn new(built: &Built, run: &Run, case: &Case, disturbances: &DisturbanceModel) -> Self {
-        if case.noise.iter().any(|noise| noise.coloured > 0.0) {
-            Self::with_states::<COLOURED>(built, run, case, disturbances)
-        } else {
-            Self::with_states::<STATES>(built, run, case, disturbances)
-        }
+        let tolerant = disturbances.tolerance.is_large();
+        let wagon = wagon(built, run, tolerant);
+        let colour = case.noise.iter().any(|noise| noise.coloured > 0.0);
+        let frozen = match (run.room(), colour) {
+            (3, false) => Frozen::Two(Gains::new::<{ states(2) }>(&wagon, run, case, disturbances)),
+            (3, true) => Frozen::Two(Gains::new::<{ coloured(2) }>(&wagon, run, case, disturbances)),
+            (_, false) => Frozen::Four(Gains::new::<{ states(4) }>(&wagon, run, case, disturbances)),
+            (_, true) => Frozen::Four(Gains::new::<{ coloured(4) }>(&wagon, run, case, disturbances)),
+        };
+        let half_log_determinant = match &frozen {
+            Frozen::Two(two) => two.half_log_determinant(),
+            Frozen::Four(four) => four.half_log_determinant(),
+        };
+        Self { frozen, tolerant, half_log_determinant }
     }
 
-    fn with_states<const N: usize>(
-        built: &Built,
+    /// Appends the whitened innovations of `built` on `run`, [`Run::room`] a sample.
+    pub fn residuals(&self, built: &Built, run: &Run, out: &mut Vec<f64>) {
+        let wagon = wagon(built, run, self.tolerant);
+        match &self.frozen {
+            Frozen::Two(two) => two.residuals(&wagon, run, out),
+            Frozen::Four(four) => four.residuals(&wagon, run, out),
+        }
+    }
+}
+
+impl<const W: usize, const S: usize, const C: usize> Gains<W, S, C> {
+    fn new<const N: usize>(
+        wagon: &FastWagon,
         run: &Run,
         case: &Case,
         disturbances: &DisturbanceModel,
     ) -> Self {
-        let tolerant = disturbances.tolerance.is_large();
-        let wagon = wagon(built, run, tolerant);
         let decay = disturbances.decay(run.dt_s, &case.noise);
-        let noise = Noise::new(case, disturbances, run.dt_s, &decay);
-        let process = leading::<N>(&noise.process);
-        let observe = observed::<N>();
-        let mut error = Gaussian { mean: SVector::zeros(), covariance: leading::<N>(&noise.start) };
-        let mut filter = Filter::start(run, &wagon);
+        let noise = Noise::<S, N>::new(case, disturbances, run.dt_s, &decay);
+        let observe = observed::<S, N>();
+        let mut error = Gaussian { mean: SVector::zeros(), covariance: noise.start };
+        let mut filter = Filter::<W, S>::start(run, wagon);
         let mut gains = Vec::with_capacity(run.len());
         for (k, sample) in run.samples.iter().enumerate() {
             let (observe, sensor) = of_measured(&sample.measured, &observe, &noise.sensor);
-            let gain = error.condition(&observe, &sensor).map_or_else(Gain::undefined, embedded);
+            let gain = error.condition(&observe, &sensor).map_or_else(JointGain::undefined, embedded);
             gains.push(gain);
-            let innovation = filter.innovation(&wagon, sample);
+            let innovation = filter.innovation(wagon, sample);
             filter.correct(&gain, &innovation);
             if k + 1 == run.len() {
                 break;
             }
-            let along = widened::<N>(&filter.derivatives(&wagon, sample, &decay), &decay);
-            error.predict(SVector::zeros(), &along, &process);
-            filter.predict(&wagon, sample, &decay);
+            let along = filter.derivatives::<N>(wagon, sample, &decay);
+            error.predict(SVector::zeros(), &along, &noise.process);
+            filter.predict(wagon, sample, &decay);
         }
-        let half_log_determinant = gains.iter().map(|gain| gain.half_log_determinant).sum();
-        Self { gains, decay, tolerant, half_log_determinant }
+        Self { gains, decay }
     }
 
-    /// Appends the whitened innovations of `built` on `run`, three a sample.
-    pub fn residuals(&self, built: &Built, run: &Run, out: &mut Vec<f64>) {
-        let wagon = wagon(built, run, self.tolerant);
-        let mut filter = Filter::start(run, &wagon);
+    fn half_log_determinant(&self) -> f64 {
+        self.gains.iter().map(|gain| gain.half_log_determinant).sum()
+    }
+
+    fn residuals(&self, wagon: &FastWagon, run: &Run, out: &mut Vec<f64>) {
+        let mut filter = Filter::<W, S>::start(run, wagon);
         let last = run.len() - 1;
         for (k, (sample, gain)) in run.samples.iter().zip(&self.gains).enumerate() {
-            let innovation = filter.innovation(&wagon, sample);
+            let innovation = filter.innovation(wagon, sample);
             let white = gain.whitened(&innovation);
             out.extend(white.map(|white| if white.is_finite() { white.clamp(-CLAMP, CLAMP) } else { CLAMP }));
             filter.correct(gain, &innovation);
             if k < last {
-                filter.predict(&wagon, sample, &self.decay);
+                filter.predict(wagon, sample, &self.decay);
             }
         }
     }
 }
 
 /// The gain of a filter of fewer states as that of one with all.
-fn embedded<const N: usize>(gain: JointGain<N, OUTPUTS>) -> Gain {
+fn embedded<const N: usize, const C: usize, const S: usize>(gain: JointGain<N, S>) -> JointGain<C, S> {
     JointGain {
         gain: SMatrix::from_fn(|i, j| if i < N { gain.gain[(i, j)] } else { 0.0 }),
         whitening: gain.whitening,
@@ -109,65 +136,65 @@ pub(super) fn wagon<'a>(built: &'a Built, run: &Run, tolerant: bool) -> FastWago
 pub(super) const CLAMP: f64 = 1e4;
 
 /// The best estimate: motion, disturbances, hidden states of effects.
-pub(super) struct Filter {
+pub(super) struct Filter<const W: usize, const S: usize> {
     pub(super) motion: Motion,
     pub(super) disturbance: Disturbance,
     /// The coloured part of each sensor's noise.
-    pub(super) colour: [f64; OUTPUTS],
+    pub(super) colour: [f64; S],
     pub(super) hidden: Vec<f64>,
 }
 
-impl Filter {
+impl<const W: usize, const S: usize> Filter<W, S> {
     pub(super) fn start(run: &Run, wagon: &FastWagon) -> Self {
         let first = &run.samples[0];
         let hidden = wagon.start_hidden(&first.outputs, &first.input);
         let motion = wagon.start_motion(&first.measured_motion(), &first.input, &hidden);
-        Self { motion, disturbance: Disturbance::default(), colour: [0.0; OUTPUTS], hidden }
+        Self { motion, disturbance: Disturbance::default(), colour: [0.0; S], hidden }
     }
 
-    fn innovation(&self, wagon: &FastWagon, sample: &Sample) -> [f64; OUTPUTS] {
+    fn innovation(&self, wagon: &FastWagon, sample: &Sample) -> [f64; S] {
         sample.innovation(&self.reading(wagon, sample))
     }
 
     /// What the sensors should read, coloured noise included.
-    pub(super) fn reading(&self, wagon: &FastWagon, sample: &Sample) -> [f64; OUTPUTS] {
+    pub(super) fn reading(&self, wagon: &FastWagon, sample: &Sample) -> [f64; S] {
         let reading = wagon.read(&self.motion, &sample.input, &self.hidden);
         std::array::from_fn(|j| reading[j] + self.colour[j])
     }
 
-    pub(super) fn correct(&mut self, gain: &Gain, innovation: &[f64; OUTPUTS]) {
+    pub(super) fn correct<const C: usize>(&mut self, gain: &JointGain<C, S>, innovation: &[f64; S]) {
         let change = gain.correction(innovation);
-        for j in 0..OUTPUTS {
+        for j in 0..S {
             self.motion.state[j] += change[j];
         }
-        for i in 0..WHEELSETS {
-            self.disturbance.pad[i] += change[OUTPUTS + i];
+        for i in 0..W {
+            self.disturbance.pad[i] += change[S + i];
         }
-        self.disturbance.wind_m_s += change[WIND];
-        for j in 0..OUTPUTS {
-            self.colour[j] += change[STATES + j];
+        self.disturbance.wind_m_s += change[wind(W)];
+        for j in 0..S {
+            self.colour[j] += change[states(W) + j];
         }
     }
 
-    pub(super) fn predict(&mut self, wagon: &FastWagon, sample: &Sample, decay: &[f64; DECAYING]) {
+    pub(super) fn predict(&mut self, wagon: &FastWagon, sample: &Sample, decay: &Decay) {
         wagon.step(&mut self.motion, &sample.input, &self.disturbance, &mut self.hidden);
-        for i in 0..WHEELSETS {
-            self.disturbance.pad[i] *= decay[i];
+        for i in 0..W {
+            self.disturbance.pad[i] *= decay.pad;
         }
-        self.disturbance.wind_m_s *= decay[WHEELSETS];
-        for j in 0..OUTPUTS {
-            self.colour[j] *= decay[WHEELSETS + 1 + j];
+        self.disturbance.wind_m_s *= decay.wind;
+        for j in 0..S {
+            self.colour[j] *= decay.colour[j];
         }
     }
 
     /// Derivatives of the next state.
-    fn derivatives(
+    fn derivatives<const N: usize>(
         &self,
         wagon: &FastWagon,
         sample: &Sample,
-        decay: &[f64; DECAYING],
-    ) -> SMatrix<f64, STATES, STATES> {
+        decay: &Decay,
+    ) -> SMatrix<f64, N, N> {
         let loading = wagon.loading_at(&self.motion, &sample.input, &self.disturbance, &self.hidden);
-        derivatives(wagon, &self.motion, &self.disturbance, &loading, decay)
+        derivatives::<W, S, N>(wagon, &self.motion, &self.disturbance, &loading, decay)
     }
 }

@@ -14,7 +14,9 @@ const START_S: f64 = 0.05;
 
 /// Sensor sigma of each output.
 pub fn sigmas(sensors: &Sensors) -> [f64; OUTPUTS] {
-    [sensors.speed_sigma_m_s, sensors.wheel_speed_sigma_rad_s, sensors.wheel_speed_sigma_rad_s]
+    let mut sigmas = [sensors.wheel_speed_sigma_rad_s; OUTPUTS];
+    sigmas[0] = sensors.speed_sigma_m_s;
+    sigmas
 }
 
 /// Windows of a run as ranges of samples; none reaches over a long gap. A rest shorter than a second belongs to no window.
@@ -98,6 +100,8 @@ fn drive(wagon: &FastWagon, run: &Run, range: &std::ops::Range<usize>, past: &[f
 /// Sums of squared normalised errors of each output, and the number of samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tally {
+    /// Number of outputs of the wagon; those beyond them are zero.
+    pub outputs: usize,
     /// Sums of squares.
     pub squares: [f64; OUTPUTS],
     /// Samples.
@@ -112,6 +116,7 @@ impl Tally {
         (0..OUTPUTS).for_each(|j| self.squares[j] += other.squares[j]);
         (0..OUTPUTS).for_each(|j| self.missing[j] += other.missing[j]);
         self.count += other.count;
+        self.outputs = self.outputs.max(other.outputs);
     }
 
     /// Gap of one signal: RMS over the samples at which it was measured.
@@ -125,7 +130,8 @@ impl Tally {
 
     /// The gap: RMS over the signals.
     pub fn gap(&self) -> f64 {
-        ((0..OUTPUTS).map(|j| self.mean_square(j)).sum::<f64>() / OUTPUTS as f64).sqrt()
+        let squares: f64 = (0..self.outputs).map(|j| self.mean_square(j)).sum();
+        (squares / self.outputs.max(1) as f64).sqrt()
     }
 
     /// Sum over tallies.
@@ -143,10 +149,11 @@ pub fn tallies(built: &Built, run: &Run, sigma: &[f64; OUTPUTS]) -> Vec<Tally> {
 
 /// The tally of one predicted window.
 pub fn tally(window: &Prediction, run: &Run, sigma: &[f64; OUTPUTS]) -> Tally {
-    let mut tally = Tally { count: window.range.len(), ..Tally::default() };
+    let outputs = run.outputs();
+    let mut tally = Tally { outputs, count: window.range.len(), ..Tally::default() };
     for (k, predicted) in window.range.clone().zip(&window.outputs) {
         let sample = &run.samples[k];
-        for j in 0..OUTPUTS {
+        for j in 0..outputs {
             if !sample.measured[j] {
                 tally.missing[j] += 1;
                 continue;

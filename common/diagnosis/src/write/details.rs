@@ -5,13 +5,13 @@ use crate::answer::supplement::{
     Alarm, Axis, CandidateDetail, Curve, CurvePoint, Detail, FreedPlace, ParameterRow, RunRow, Tie, Trace,
     TraceWindow,
 };
-use crate::data::case::{Case, OUTPUT_NAMES, OUTPUTS, Run};
+use crate::data::case::{Case, Run};
 use crate::decide::criteria::Criteria;
 use crate::decide::evidence::Judgement;
 use crate::decide::selection::Selection;
 use crate::fit::solver::assemble;
 use crate::fit::windows::Models;
-use crate::model::discrepancy::{Covariate, Place, Scope};
+use crate::model::discrepancy::{Covariate, Place};
 use crate::model::parameters::Built;
 use crate::model::places;
 use crate::predict::localise::PlaceEvidence;
@@ -74,7 +74,7 @@ pub(crate) fn detail(
         parameters: parameters(selection, models, criteria.report.widening),
         candidates: candidate_details(selection, report),
         ties: ties(report),
-        freed: freed(selection, report),
+        freed: freed(case.wheelsets(), selection, report),
         missing_curve: missing_curve(judgement, report),
         alarm: judgement.chance.as_ref().map(|chance| Alarm {
             statistic: "log-likelihood of whitened innovations gained by the best candidate".into(),
@@ -154,14 +154,13 @@ fn candidate_details(selection: &Selection, report: &Report) -> Vec<CandidateDet
 }
 
 /// What freeing each place gains, before and after the effects.
-fn freed(selection: &Selection, report: &Report) -> Vec<FreedPlace> {
+fn freed(wheelsets: usize, selection: &Selection, report: &Report) -> Vec<FreedPlace> {
     let same = |a: &PlaceEvidence, b: &PlaceEvidence| a.place == b.place && a.scope == b.scope;
     let shown = |place: &PlaceEvidence| {
         let axis = missing_axis(place.place);
-        let scope = match place.scope {
-            Scope::Both => "",
-            Scope::Front => ", front wheelset",
-            Scope::Rear => ", rear wheelset",
+        let scope = match place.scope.words(wheelsets) {
+            all if all.is_empty() => all,
+            some => format!(", {some}"),
         };
         let after =
             selection.rest.iter().find(|rest| same(rest, place)).filter(|_| !report.effects.is_empty());
@@ -288,7 +287,7 @@ pub(crate) fn add_runs(detail: &mut Detail, case: &Case, fit: &[Predicted], hold
     let trace = |j: usize| {
         let model = |m: usize| predicted.windows[m][w].outputs.iter().map(|row| row[j]).collect();
         Trace {
-            name: OUTPUT_NAMES[j].into(),
+            name: case.output_names()[j].into(),
             unit: if j == 0 { "m/s" } else { "rad/s" }.into(),
             sigma: sigma[j],
             measured: run.samples[range.clone()].iter().map(|s| s.outputs[j]).collect(),
@@ -302,7 +301,7 @@ pub(crate) fn add_runs(detail: &mut Detail, case: &Case, fit: &[Predicted], hold
         window: w,
         holdout: is_holdout,
         t_s: run.t_s[range.clone()].to_vec(),
-        traces: (0..OUTPUTS).map(trace).collect(),
+        traces: (0..case.outputs()).map(trace).collect(),
     });
 }
 

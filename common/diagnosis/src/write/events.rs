@@ -1,7 +1,7 @@
 //! What happens in the recordings beside ordinary running: wheelsets that slide, lock or spin.
 
 use crate::answer::supplement::Event;
-use crate::data::case::{Case, Run, WHEELSETS};
+use crate::data::case::{Case, Run};
 
 /// Creepage beyond which a wheelset slides or spins. Wheels that hold creep by less than 2 %, and their radius may be wrong
 /// by as much again.
@@ -27,7 +27,7 @@ pub(crate) fn events(case: &Case) -> Vec<Event> {
 }
 
 fn of_run(run: &Run, radius_m: f64) -> Vec<Event> {
-    let mut events: Vec<Event> = (0..WHEELSETS)
+    let mut events: Vec<Event> = (0..run.wheelsets)
         .flat_map(|i| {
             let creepage: Vec<f64> = run
                 .samples
@@ -46,8 +46,11 @@ fn of_run(run: &Run, radius_m: f64) -> Vec<Event> {
 
 fn of_wheelset(run: &Run, wheelset: usize, creepage: &[f64]) -> Vec<Event> {
     let samples = |seconds: f64| (seconds / run.dt_s).round() as usize;
-    let name =
-        ["front", "rear"].get(wheelset).map_or_else(|| format!("{}.", wheelset + 1), |n| (*n).to_owned());
+    let name = match (run.wheelsets, wheelset) {
+        (2, 0) => "front wheelset".to_owned(),
+        (2, _) => "rear wheelset".to_owned(),
+        _ => format!("wheelset {}", wheelset + 1),
+    };
     stretches(creepage, samples(PAUSE_S), samples(SHORTEST_S))
         .into_iter()
         .map(|(from, to)| {
@@ -65,7 +68,7 @@ fn of_wheelset(run: &Run, wheelset: usize, creepage: &[f64]) -> Vec<Event> {
                 wheelset,
                 from_s: run.t_s[from],
                 to_s: run.t_s[to - 1],
-                words: format!("{name} wheelset {verb}"),
+                words: format!("{name} {verb}"),
                 severity: most.abs().min(1.0),
             }
         })
@@ -100,9 +103,9 @@ mod tests {
         let front = t_s.iter().map(|t| (1.0 - creepage(*t)) * 20.0 / 0.5).collect();
         let columns = Columns {
             v_m_s: vec![20.0; n],
-            wheel_speed_rad_s: [front, rolling],
-            pressing_force_n: [vec![0.0; n], vec![0.0; n]],
-            drive_torque_nm: [vec![0.0; n], vec![0.0; n]],
+            wheel_speed_rad_s: vec![front, rolling],
+            pressing_force_n: vec![vec![0.0; n]; 2],
+            drive_torque_nm: vec![vec![0.0; n]; 2],
             t_s,
             ..Columns::default()
         };

@@ -1,6 +1,6 @@
 //! Predicted outputs of the three models on the holdout runs, and the gaps that follow from them.
 
-use crate::data::case::{Case, OUTPUT_NAMES, OUTPUTS, Run};
+use crate::data::case::{Case, Run, output_names};
 use crate::model::parameters::Built;
 use crate::predict::open_loop::{self, Prediction, Tally, sigmas};
 use railgrip_recording::{RecordingError, Table};
@@ -93,8 +93,9 @@ pub fn tables(runs: &[Run], predicted: &[Predicted]) -> Result<Vec<(String, Tabl
 fn table(parts: &[(&Run, &Predicted)]) -> Result<Table, RecordingError> {
     let mut columns: Vec<(String, Vec<f64>)> =
         vec![("t_s".into(), Vec::new()), ("window".into(), Vec::new())];
-    for output in OUTPUT_NAMES {
-        columns.push((output.into(), Vec::new()));
+    let outputs = parts.first().map_or(&[] as &[&str], |(run, _)| output_names(run.wheelsets));
+    for output in outputs {
+        columns.push(((*output).into(), Vec::new()));
         columns.extend(MODELS.map(|model| (format!("{output}_{model}"), Vec::new())));
     }
     let windows = parts
@@ -104,7 +105,7 @@ fn table(parts: &[(&Run, &Predicted)]) -> Result<Table, RecordingError> {
         for (row, k) in predicted.windows[0][w].range.clone().enumerate() {
             columns[0].1.push(run.t_s[k]);
             columns[1].1.push(number as f64);
-            for j in 0..OUTPUTS {
+            for j in 0..run.outputs() {
                 columns[2 + 4 * j].1.push(run.samples[k].as_measured(j));
                 for m in 0..MODELS.len() {
                     columns[3 + 4 * j + m].1.push(predicted.windows[m][w].outputs[row][j]);

@@ -31,6 +31,7 @@ const PLACE_FACTOR: f64 = 2.0;
 
 /// Squared errors of each sample of the windows, by output.
 struct Errors {
+    outputs: usize,
     squares: Vec<[f64; OUTPUTS]>,
     from: Vec<(usize, usize)>,
 }
@@ -48,7 +49,7 @@ fn errors(case: &Case, built: &Built) -> Errors {
             }
         }
     }
-    Errors { squares, from }
+    Errors { outputs: case.outputs(), squares, from }
 }
 
 /// The variable over which an effect of the catalogue acts, where it is one of those that the gap is cut by.
@@ -132,7 +133,7 @@ pub fn locate(
     }
     groups.extend(by_wheel_angle(case, &before, &after));
     groups.push(by_frequency(case, calibrated, extended));
-    let signals = crate::data::case::OUTPUT_NAMES.map(str::to_owned).to_vec();
+    let signals = case.output_names().iter().map(|name| (*name).to_owned()).collect();
     (HeatMap { signals, groups }, of_its_own.or(best.map(|(_, regime)| regime)))
 }
 
@@ -159,13 +160,13 @@ fn group(
     before: &Errors,
     after: &Errors,
 ) -> HeatGroup {
-    let count = edges.len() - 1;
+    let (count, outputs) = (edges.len() - 1, before.outputs);
     let mut samples = vec![0; count];
-    let mut sums = [vec![vec![0.0; count]; OUTPUTS], vec![vec![0.0; count]; OUTPUTS]];
+    let mut sums = [vec![vec![0.0; count]; outputs], vec![vec![0.0; count]; outputs]];
     for (n, value) in values.iter().enumerate() {
         let at = region(*value);
         samples[at] += 1;
-        for j in 0..OUTPUTS {
+        for j in 0..outputs {
             sums[0][j][at] += before.squares[n][j];
             sums[1][j][at] += after.squares[n][j];
         }
@@ -193,7 +194,7 @@ fn stand_out(
 ) -> Option<(f64, Regime)> {
     let count = group.samples.len();
     let square = |k: usize| {
-        group.calibrated.iter().map(|row| row[k] * row[k]).sum::<f64>() / OUTPUTS as f64
+        group.calibrated.iter().map(|row| row[k] * row[k]).sum::<f64>() / group.calibrated.len() as f64
             * group.samples[k] as f64
     };
     let (total, n): (f64, usize) = ((0..count).map(square).sum(), group.samples.iter().sum());
@@ -238,7 +239,8 @@ const BANDS_HZ: [f64; 5] = [0.0, 0.2, 1.0, 5.0, 50.0];
 fn by_frequency(case: &Case, calibrated: &Built, extended: &Built) -> HeatGroup {
     let bands = BANDS_HZ.len() - 1;
     let mut samples = 0;
-    let mut sums = [vec![vec![0.0; bands]; OUTPUTS], vec![vec![0.0; bands]; OUTPUTS]];
+    let empty = || vec![vec![0.0; bands]; case.outputs()];
+    let mut sums = [empty(), empty()];
     let sigma = sigmas(&case.vehicle.sensors);
     for run in &case.fit {
         for (sums, built) in sums.iter_mut().zip([calibrated, extended]) {

@@ -5,7 +5,7 @@ use crate::answer::schema::{
     Candidate, FoundEffect, Gap, HoldoutGap, Location, ParameterEstimate, Report, Rival, RunGap, SCHEMA,
     SignalGap, SignalShare, ThreeGaps, Unexplained, Verdict,
 };
-use crate::data::case::{Case, OUTPUT_NAMES, OUTPUTS};
+use crate::data::case::Case;
 use crate::decide::confidence::{self, Standing};
 use crate::decide::criteria::Criteria;
 use crate::decide::evidence::Judgement;
@@ -55,7 +55,7 @@ pub(crate) fn report(
         rule: rule.name.to_owned(),
         location: Location {
             term,
-            signals: signals(&fit_totals[1], &fit_totals[2], criteria.report.floor_gap),
+            signals: signals(case.output_names(), &fit_totals[1], &fit_totals[2], criteria.report.floor_gap),
             regime: regime.filter(|_| verdict != Verdict::None),
             runs: run_gaps(fit),
         },
@@ -66,7 +66,7 @@ pub(crate) fn report(
                 calibrated: fit_totals[1].gap(),
                 extended: fit_totals[2].gap(),
             },
-            holdout: holdout_gap(holdout, seed),
+            holdout: holdout_gap(case.output_names(), holdout, seed),
         },
         unexplained: unexplained(case, judgement, fit_totals[2].gap()),
         next_run: next_run(&effects, judgement),
@@ -88,17 +88,22 @@ fn run_gaps(fit: &[Predicted]) -> Vec<RunGap> {
     parts.map(|parts| RunGap { name: parts[0].name.clone(), gap: gap(parts) }).collect()
 }
 
-fn signals(calibrated: &Tally, extended: &Tally, [least, most]: [f64; 2]) -> Vec<SignalShare> {
+fn signals(
+    names: &[&str],
+    calibrated: &Tally,
+    extended: &Tally,
+    [least, most]: [f64; 2],
+) -> Vec<SignalShare> {
     // What the best model still misses is not what is being located; a gap of one is the sensors'.
     let floor = |j: usize| extended.signal(j).clamp(least, most).powi(2);
     let mut excess: Vec<f64> =
-        (0..OUTPUTS).map(|j| (calibrated.signal(j).powi(2) - floor(j)).max(0.0)).collect();
+        (0..names.len()).map(|j| (calibrated.signal(j).powi(2) - floor(j)).max(0.0)).collect();
     let total: f64 = excess.iter().sum();
     if total > 0.0 {
         excess.iter_mut().for_each(|e| *e /= total);
     }
     let share = |(j, share): (usize, f64)| SignalShare {
-        name: OUTPUT_NAMES[j].to_owned(),
+        name: names[j].to_owned(),
         gap: calibrated.signal(j),
         share,
     };
@@ -198,9 +203,9 @@ fn carries_over(case: &Case, effects: &[FoundEffect], holdout: &[Predicted]) -> 
     (!case.holdout.is_empty() && !effects.is_empty()).then(|| extended.gap() < calibrated.gap())
 }
 
-fn holdout_gap(holdout: &[Predicted], seed: u64) -> HoldoutGap {
+fn holdout_gap(names: &[&str], holdout: &[Predicted], seed: u64) -> HoldoutGap {
     let [nominal, calibrated, extended] = predictions::totals(holdout);
-    let by_signal = OUTPUT_NAMES.iter().enumerate().map(|(j, name)| {
+    let by_signal = names.iter().enumerate().map(|(j, name)| {
         ((*name).to_owned(), SignalGap { calibrated: calibrated.signal(j), extended: extended.signal(j) })
     });
     HoldoutGap {

@@ -236,7 +236,7 @@ pub(super) const WHEELSET: ParameterSpec = ParameterSpec {
     lower: 1.0,
     upper: 4.0,
     default: 1.0,
-    starts: &[1.0, 2.0],
+    starts: &[1.0, 2.0, 3.0, 4.0],
     discrete: true,
     ..ParameterSpec::PLAIN
 };

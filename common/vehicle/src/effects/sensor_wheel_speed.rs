@@ -46,7 +46,7 @@ pub static ECCENTRICITY: EffectSpec = EffectSpec {
             lower: 0.0,
             upper: 4.0,
             default: 1.0,
-            starts: &[1.0, 2.0, 0.0],
+            starts: &[1.0, 2.0, 3.0, 4.0, 0.0],
             discrete: true,
             ..ParameterSpec::PLAIN
         },

@@ -1,10 +1,10 @@
-//! The fast integrator: one sample of a wagon with two wheelsets in a fifth of a microsecond, with its effects and their
-//! hidden states, for whoever simulates the same runs thousands of times.
+//! The fast integrator: one sample of a wagon with its effects and their hidden states, of two wheelsets in a fifth of a
+//! microsecond, for whoever simulates the same runs thousands of times.
 //!
 //! The laws are those of [`WagonModel`]; only the integrator differs from [`WagonModel::step`], see [`SampleStep`]: it
 //! evaluates the contact law once or twice a sample where wheelsets roll or slide on.
 
-pub use super::quantities::{SPEEDS, WHEELSETS};
+pub use super::quantities::SPEEDS;
 use super::{SampleStep, Slopes};
 use crate::effects::{Observation, Operating};
 use crate::resistance::running_resistance;
@@ -19,11 +19,11 @@ pub struct SampleInput {
     /// Time since the start of the run, s.
     pub time_s: f64,
     /// Pressing forces at this sample, N.
-    pub pressing_force_n: [f64; WHEELSETS],
+    pub pressing_force_n: PerWheelset,
     /// Mean pressing forces between this sample and the next, N.
-    pub mid_pressing_force_n: [f64; WHEELSETS],
+    pub mid_pressing_force_n: PerWheelset,
     /// Mean drive torques between this sample and the next, N m, forward positive.
-    pub mid_drive_torque_nm: [f64; WHEELSETS],
+    pub mid_drive_torque_nm: PerWheelset,
     /// Grade, rad, uphill positive.
     pub grade_rad: f64,
     /// Sanding demand, 0 to 1.
@@ -31,7 +31,7 @@ pub struct SampleInput {
     /// Position along the track, m.
     pub position_m: f64,
     /// Angle of each wheelset since the start of the run, rad: the integral of its recorded speed.
-    pub wheel_angle_rad: [f64; WHEELSETS],
+    pub wheel_angle_rad: PerWheelset,
 }
 
 /// Where a simulation stands.
@@ -42,14 +42,14 @@ pub struct Motion {
     /// Acceleration of the body over the last step, m/s².
     pub acceleration_m_s2: f64,
     /// Angular acceleration of the wheelsets over the last step, rad/s².
-    pub wheel_acceleration_rad_s2: [f64; WHEELSETS],
+    pub wheel_acceleration_rad_s2: PerWheelset,
 }
 
 /// Disturbances of the laws, which a filter may carry as states.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Disturbance {
     /// Relative change of each pad's friction.
-    pub pad: [f64; WHEELSETS],
+    pub pad: PerWheelset,
     /// Additional headwind, m/s.
     pub wind_m_s: f64,
 }
@@ -61,19 +61,45 @@ pub struct FastWagon<'a> {
     adhesion: f64,
     dt_s: f64,
     bare: bool,
-    step: SampleStep<'a, 1>,
+    wheelsets: usize,
+    step: Step<'a>,
+}
+
+/// The step of a wagon by how many pairs of wheelsets it takes.
+#[derive(Clone, Debug)]
+enum Step<'a> {
+    One(SampleStep<'a, 1>),
+    Two(SampleStep<'a, 2>),
+}
+
+/// Asks the step of whichever wagon.
+macro_rules! by_pairs {
+    ($step:expr, $one:ident => $answer:expr) => {
+        match $step {
+            Step::One($one) => $answer,
+            Step::Two($one) => $answer,
+        }
+    };
 }
 
 impl<'a> FastWagon<'a> {
     /// `adhesion` is μ0 of the rail class, `dt_s` the sample period.
     pub fn new(model: &'a WagonModel, adhesion: f64, dt_s: f64) -> Self {
-        let step = SampleStep::new(model.constants(), dt_s);
-        Self { model, adhesion, dt_s, bare: model.effects().is_empty(), step }
+        let constants = model.constants();
+        let wheelsets = constants.wheelsets;
+        let step = match wheelsets {
+            ..=2 => Step::One(SampleStep::new(constants, dt_s)),
+            _ => Step::Two(SampleStep::new(constants, dt_s)),
+        };
+        Self { model, adhesion, dt_s, bare: model.effects().is_empty(), wheelsets, step }
     }
 
     /// The same wagon in a filter, see [`SampleStep::quick`].
     pub fn quick(mut self) -> Self {
-        self.step = self.step.quick();
+        self.step = match self.step {
+            Step::One(step) => Step::One(step.quick()),
+            Step::Two(step) => Step::Two(step.quick()),
+        };
         self
     }
 
@@ -95,7 +121,7 @@ impl<'a> FastWagon<'a> {
             adhesion_peak: [self.adhesion; MAX_WHEELSETS],
             ..Operating::default()
         };
-        for i in 0..WHEELSETS {
+        for i in 0..self.wheelsets {
             at.wheel_speed_rad_s[i] = motion.state[1 + i];
             at.wheel_acceleration_rad_s2[i] = motion.wheel_acceleration_rad_s2[i];
             at.pressing_force_n[i] = input.pressing_force_n[i];
@@ -121,7 +147,7 @@ impl<'a> FastWagon<'a> {
             wind_m_s: disturbance.wind_m_s,
             ..WagonInput::default()
         };
-        for i in 0..WHEELSETS {
+        for i in 0..self.wheelsets {
             input.pressing_force_n[i] = sample.mid_pressing_force_n[i];
             input.drive_torque_nm[i] = sample.mid_drive_torque_nm[i];
             input.brake_friction_factor[i] = 1.0 + disturbance.pad[i];
@@ -146,7 +172,7 @@ impl<'a> FastWagon<'a> {
         let loads = self.model.load_distribution().loads_n(measured.acceleration_m_s2);
         let speed = measured.state[0];
         let mut force = loading.other_n - running_resistance(&constants.resistance, speed, loading.wind_m_s);
-        for i in 0..WHEELSETS {
+        for i in 0..self.wheelsets {
             let (omega, radius) = (measured.state[1 + i], constants.wheel_radius_m[i]);
             at.brake_power_w[i] = (loading.brake_torque_nm[i] * omega).max(0.0);
             // Contact force from the wheelset's own balance: the creep of a rolling wheel drowns in noise.
@@ -187,21 +213,20 @@ impl<'a> FastWagon<'a> {
         self.loading(&self.operating(motion, input), input, disturbance, hidden)
     }
 
-    /// Derivatives of the speeds after a sample under this loading.
-    pub fn slopes(&self, motion: &Motion, loading: &Loading) -> Slopes {
-        let [v_m_s, front, rear] = motion.state;
-        let start = WagonState { v_m_s, wheel_speed_rad_s: [front, rear, 0.0, 0.0] };
+    /// Derivatives of the speeds after a sample under this loading, with room for `W` wheelsets.
+    pub fn slopes<const W: usize, const S: usize>(&self, motion: &Motion, loading: &Loading) -> Slopes<W, S> {
+        let start = motion.wagon();
         let load_n = self.model.load_distribution().loads_n(motion.acceleration_m_s2);
-        self.step.slopes(&start, &load_n, loading, motion.acceleration_m_s2)
+        by_pairs!(&self.step, step => step.slopes(&start, &load_n, loading, motion.acceleration_m_s2))
     }
 
     /// Speeds after a sample under this loading by the linear part of the step, see [`SampleStep::coarse`].
     pub fn coarse(&self, motion: &Motion, loading: &Loading) -> [f64; SPEEDS] {
-        let [v_m_s, front, rear] = motion.state;
-        let start = WagonState { v_m_s, wheel_speed_rad_s: [front, rear, 0.0, 0.0] };
+        let start = motion.wagon();
         let load_n = self.model.load_distribution().loads_n(motion.acceleration_m_s2);
-        let end = self.step.coarse(&start, &load_n, loading, motion.acceleration_m_s2);
-        [end.v_m_s, end.wheel_speed_rad_s[0], end.wheel_speed_rad_s[1]]
+        let end =
+            by_pairs!(&self.step, step => step.coarse(&start, &load_n, loading, motion.acceleration_m_s2));
+        speeds(end.v_m_s, &end.wheel_speed_rad_s)
     }
 
     /// Constants of the model, after its effects.
@@ -237,7 +262,7 @@ impl<'a> FastWagon<'a> {
             return;
         }
         let constants = self.model.constants();
-        for i in 0..WHEELSETS {
+        for i in 0..self.wheelsets {
             let omega = at.wheel_speed_rad_s[i];
             at.brake_power_w[i] = (loading.brake_torque_nm[i] * omega).max(0.0);
             at.slip_power_w[i] = (contact_n[i] * (constants.wheel_radius_m[i] * omega - at.v_m_s)).max(0.0);
@@ -257,13 +282,13 @@ impl<'a> FastWagon<'a> {
 
     /// One sample; returns the contact forces at its start, N.
     fn integrate(&self, motion: &mut Motion, loading: &Loading) -> PerWheelset {
-        let [v_m_s, front, rear] = motion.state;
-        let start = WagonState { v_m_s, wheel_speed_rad_s: [front, rear, 0.0, 0.0] };
+        let start = motion.wagon();
         let load_n = self.model.load_distribution().loads_n(motion.acceleration_m_s2);
-        let (end, contact_n) = self.step.advance(&start, &load_n, loading, motion.acceleration_m_s2);
-        motion.acceleration_m_s2 = (end.v_m_s - v_m_s) / self.dt_s;
+        let (end, contact_n) =
+            by_pairs!(&self.step, step => step.advance(&start, &load_n, loading, motion.acceleration_m_s2));
+        motion.acceleration_m_s2 = (end.v_m_s - start.v_m_s) / self.dt_s;
         motion.state[0] = end.v_m_s;
-        for i in 0..WHEELSETS {
+        for i in 0..self.wheelsets {
             motion.state[1 + i] = end.wheel_speed_rad_s[i];
             motion.wheel_acceleration_rad_s2[i] =
                 (end.wheel_speed_rad_s[i] - start.wheel_speed_rad_s[i]) / self.dt_s;
@@ -272,12 +297,25 @@ impl<'a> FastWagon<'a> {
     }
 }
 
+impl Motion {
+    /// The speeds as those of a wagon.
+    fn wagon(&self) -> WagonState {
+        let [v_m_s, wheels @ ..] = self.state;
+        WagonState { v_m_s, wheel_speed_rad_s: wheels }
+    }
+}
+
+fn speeds(v_m_s: f64, wheels: &PerWheelset) -> [f64; SPEEDS] {
+    let mut all = [v_m_s; SPEEDS];
+    all[1..].copy_from_slice(wheels);
+    all
+}
+
 fn observation(speeds: &[f64; SPEEDS]) -> Observation {
-    let mut reading = Observation { v_m_s: speeds[0], ..Observation::default() };
-    reading.wheel_speed_rad_s[..WHEELSETS].copy_from_slice(&speeds[1..]);
-    reading
+    let [v_m_s, wheel_speed_rad_s @ ..] = *speeds;
+    Observation { v_m_s, wheel_speed_rad_s }
 }
 
 fn speeds_of(reading: &Observation) -> [f64; SPEEDS] {
-    [reading.v_m_s, reading.wheel_speed_rad_s[0], reading.wheel_speed_rad_s[1]]
+    speeds(reading.v_m_s, &reading.wheel_speed_rad_s)
 }

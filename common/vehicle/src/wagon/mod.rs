@@ -49,9 +49,15 @@ impl WagonModel {
     /// The model with these constants, before effects change them.
     pub fn from_constants(mut constants: Constants, effects: Vec<Box<dyn Effect>>) -> Self {
         effects.iter().for_each(|effect| effect.constants(&mut constants));
-        let loads = match constants.fixed_load_n {
-            Some(load_n) => LoadDistribution::fixed(load_n, constants.wheelsets),
-            None => LoadDistribution::new(
+        let loads = match (constants.fixed_load_n, constants.bogie) {
+            (Some(load_n), _) => LoadDistribution::fixed(load_n, constants.wheelsets),
+            (None, Some(bogie)) => LoadDistribution::on_bogies(
+                constants.mass_kg,
+                constants.com_height_m,
+                &constants.wheelset_positions_m,
+                bogie.pivot_height_m,
+            ),
+            (None, None) => LoadDistribution::new(
                 constants.mass_kg,
                 constants.com_height_m,
                 &constants.wheelset_positions_m,

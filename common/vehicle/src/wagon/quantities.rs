@@ -1,11 +1,9 @@
 //! What describes a wagon and acts on it: states, inputs, constants, forces.
 
-use crate::{Contact, MAX_WHEELSETS, PerWheelset, Resistance, VehicleParameters};
+use crate::{Bogie, Contact, MAX_WHEELSETS, PerWheelset, Resistance, VehicleParameters};
 
-/// Wheelsets of a wagon that the fast integrator can drive.
-pub const WHEELSETS: usize = 2;
-/// Speeds that it integrates, and outputs that it reads: the vehicle's, then each wheelset's.
-pub const SPEEDS: usize = 1 + WHEELSETS;
+/// Most speeds of a wagon, and most outputs that it has: the vehicle's, then each wheelset's.
+pub const SPEEDS: usize = 1 + MAX_WHEELSETS;
 
 /// Motion of a wagon.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -69,6 +67,8 @@ pub struct Constants {
     pub com_height_m: f64,
     /// Positions of wheelsets ahead of the centre of mass, m.
     pub wheelset_positions_m: PerWheelset,
+    /// Bogies, of a wagon with four wheelsets that has them.
+    pub bogie: Option<Bogie>,
     /// Load of every wheelset where it does not follow from the mass (on a rig), N.
     pub fixed_load_n: Option<f64>,
     /// Moment of inertia of each wheelset, kg m².
@@ -93,6 +93,7 @@ impl Constants {
             mass_kg: parameters.body.mass_kg,
             com_height_m: parameters.body.com_height_m,
             wheelset_positions_m: parameters.wheelset_positions_m(),
+            bogie: parameters.bogie.filter(|_| parameters.wheelsets() == 4),
             fixed_load_n: None,
             inertia_kg_m2: [parameters.wheelset.inertia_kg_m2; MAX_WHEELSETS],
             wheel_radius_m: [parameters.wheelset.radius_m; MAX_WHEELSETS],

@@ -1,6 +1,6 @@
 //! Variables over which a place of the equations can err.
 
-use crate::data::case::{Case, Run, WHEELSETS};
+use crate::data::case::{Case, Run};
 use railgrip_vehicle::MAX_WHEELSETS;
 use railgrip_vehicle::constants::{DISC_HEAT_CAPACITY_J_PER_K, DRY_RAIL_ADHESION, FRICTION_RING_COOLING_S};
 use railgrip_vehicle::effects::Operating;
@@ -168,7 +168,10 @@ pub fn along(case: &Case, run: &Run, covariate: Covariate) -> Vec<f64> {
     let adhesion = vehicle.rail.adhesion(run.rail);
     let mut memory = [0.0; HIDDEN];
     if let Some(first) = run.samples.first() {
-        start(&Operating { pressing_force_n: pressing(first), ..Operating::default() }, &mut memory);
+        start(
+            &Operating { pressing_force_n: first.input.pressing_force_n, ..Operating::default() },
+            &mut memory,
+        );
     }
     run.samples
         .iter()
@@ -178,11 +181,11 @@ pub fn along(case: &Case, run: &Run, covariate: Covariate) -> Vec<f64> {
                 v_m_s: sample.smooth[0],
                 acceleration_m_s2: sample.slopes[0],
                 position_m: sample.input.position_m,
-                pressing_force_n: pressing(sample),
+                pressing_force_n: sample.input.pressing_force_n,
                 adhesion_peak: [adhesion; MAX_WHEELSETS],
                 ..Operating::default()
             };
-            for i in 0..WHEELSETS {
+            for i in 0..run.wheelsets {
                 let omega = sample.smooth[1 + i];
                 at.drive_torque_nm[i] = sample.input.mid_drive_torque_nm[i];
                 at.wheel_speed_rad_s[i] = omega;
@@ -202,12 +205,6 @@ pub fn along(case: &Case, run: &Run, covariate: Covariate) -> Vec<f64> {
         .collect()
 }
 
-fn pressing(sample: &crate::data::case::Sample) -> railgrip_vehicle::PerWheelset {
-    let mut forces = [0.0; MAX_WHEELSETS];
-    forces[..WHEELSETS].copy_from_slice(&sample.input.pressing_force_n);
-    forces
-}
-
 /// Sets the hidden states at the start of a run.
 pub(super) fn start(at: &Operating, hidden: &mut [f64]) {
     hidden.fill(0.0);
@@ -217,7 +214,7 @@ pub(super) fn start(at: &Operating, hidden: &mut [f64]) {
 /// Advances the hidden states over a sample.
 pub(super) fn advance(at: &Operating, dt_s: f64, hidden: &mut [f64]) {
     let [heat, onset, slip, lagged, wet] = rows(hidden);
-    for i in 0..WHEELSETS {
+    for i in 0..MAX_WHEELSETS {
         heat[i] +=
             dt_s * (at.brake_power_w[i] / DISC_HEAT_CAPACITY_J_PER_K - heat[i] / FRICTION_RING_COOLING_S);
         onset[i] = if at.pressing_force_n[i] > APPLIED_N { onset[i] + dt_s } else { 0.0 };

@@ -1,7 +1,6 @@
 //! A curve at a place of the equations, as an effect that any model can carry.
 
 use super::covariate::{self, Covariate, HIDDEN};
-use crate::data::case::WHEELSETS;
 use railgrip_vehicle::effects::{Effect, EffectSpec, Observation, Operating};
 use std::sync::Arc;
 
@@ -44,20 +43,31 @@ impl Place {
 /// The wheelsets concerned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scope {
-    /// Both.
-    Both,
-    /// The leading one.
-    Front,
-    /// The trailing one.
-    Rear,
+    /// All of them.
+    All,
+    /// All but the leading one.
+    Following,
+    /// The one of this index.
+    One(usize),
 }
 
 impl Scope {
     pub(crate) fn has(self, wheelset: usize) -> bool {
         match self {
-            Self::Both => true,
-            Self::Front => wheelset == 0,
-            Self::Rear => wheelset == 1,
+            Self::All => true,
+            Self::Following => wheelset > 0,
+            Self::One(index) => wheelset == index,
+        }
+    }
+
+    /// In words, of a wagon with so many wheelsets; empty for all of them.
+    pub(crate) fn words(self, wheelsets: usize) -> String {
+        match (self, wheelsets) {
+            (Self::All, _) => String::new(),
+            (Self::One(0), 2) => "front wheelset".to_owned(),
+            (Self::One(1) | Self::Following, 2) => "rear wheelset".to_owned(),
+            (Self::One(index), _) => format!("wheelset {}", index + 1),
+            (Self::Following, _) => "all wheelsets but the first".to_owned(),
         }
     }
 }
@@ -148,8 +158,10 @@ impl Effect for Curve {
         let factor = |change: f64| peak * (1.0 + change).max(0.05);
         match self.place {
             Place::Adhesion if self.scope.has(wheelset) => factor(self.at(at, hidden, wheelset)),
-            Place::LoadShift if wheelset == 0 => factor(self.at(at, hidden, 0)),
-            Place::LoadShift => factor(-self.at(at, hidden, 0)),
+            Place::LoadShift => {
+                let [first, ..] = at.wheelset_position_m;
+                factor(self.at(at, hidden, 0) * at.wheelset_position_m[wheelset] / first)
+            }
             _ => peak,
         }
     }
@@ -172,7 +184,7 @@ impl Effect for Curve {
         if self.place == Place::SpeedSensor {
             reading.v_m_s += self.at(at, hidden, 0);
         }
-        for i in 0..WHEELSETS {
+        for i in 0..railgrip_vehicle::MAX_WHEELSETS {
             if self.on(Place::WheelSensor, i) {
                 reading.wheel_speed_rad_s[i] += self.at(at, hidden, i);
             } else if self.on(Place::WheelScale, i) {

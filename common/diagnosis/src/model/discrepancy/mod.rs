@@ -24,47 +24,41 @@ type Tried = (Place, Scope, Covariate, Term);
 /// All that is tried. What both wheelsets share is in the pads, the rail or the software; what one has alone is a fault
 /// of its cylinder, rigging or encoder.
 const TRIED: &[Tried] = &[
-    (Place::BodyForce, Scope::Both, Covariate::Speed, Term::Resistance),
-    (Place::BodyForce, Scope::Both, Covariate::Position, Term::Resistance),
-    (Place::BodyForce, Scope::Both, Covariate::Time, Term::Resistance),
-    (Place::BodyForce, Scope::Both, Covariate::BrakeForce, Term::LongitudinalForce),
-    (Place::BodyForce, Scope::Both, Covariate::TimeInBraking, Term::LongitudinalForce),
-    (Place::BodyForce, Scope::Both, Covariate::Acceleration, Term::Inertia),
-    (Place::WheelTorque, Scope::Both, Covariate::WheelAcceleration, Term::Inertia),
-    (Place::WheelTorque, Scope::Both, Covariate::ForceChange, Term::BrakeActuation),
-    (Place::WheelTorque, Scope::Front, Covariate::Speed, Term::BrakeActuation),
-    (Place::WheelTorque, Scope::Rear, Covariate::Speed, Term::BrakeActuation),
-    (Place::PadFriction, Scope::Both, Covariate::Speed, Term::BrakeFriction),
-    (Place::PadFriction, Scope::Both, Covariate::Temperature, Term::BrakeFriction),
-    (Place::PadFriction, Scope::Both, Covariate::PressingForce, Term::BrakeFriction),
-    (Place::PadFriction, Scope::Both, Covariate::WheelAngle, Term::BrakeFriction),
-    (Place::PadFriction, Scope::Both, Covariate::TimeInBraking, Term::BrakeFriction),
-    (Place::PadFriction, Scope::Both, Covariate::WetBrakeEnergy, Term::BrakeFriction),
-    (Place::PadFriction, Scope::Front, Covariate::TimeInBraking, Term::BrakeActuation),
-    (Place::PadFriction, Scope::Rear, Covariate::TimeInBraking, Term::BrakeActuation),
-    (Place::PadFriction, Scope::Front, Covariate::PressingForce, Term::BrakeActuation),
-    (Place::PadFriction, Scope::Rear, Covariate::PressingForce, Term::BrakeActuation),
-    (Place::Adhesion, Scope::Both, Covariate::Speed, Term::Adhesion),
-    (Place::Adhesion, Scope::Both, Covariate::Position, Term::Adhesion),
-    (Place::Adhesion, Scope::Both, Covariate::Time, Term::Adhesion),
-    (Place::Adhesion, Scope::Both, Covariate::SlipVelocity, Term::Adhesion),
-    (Place::Adhesion, Scope::Both, Covariate::SlipEnergy, Term::Adhesion),
-    (Place::Adhesion, Scope::Rear, Covariate::Speed, Term::Adhesion),
-    (Place::LoadShift, Scope::Both, Covariate::Acceleration, Term::LoadDistribution),
-    (Place::WheelSensor, Scope::Both, Covariate::Speed, Term::SensorWheelSpeed),
-    (Place::WheelSensor, Scope::Both, Covariate::WheelAcceleration, Term::SensorWheelSpeed),
-    (Place::WheelSensor, Scope::Both, Covariate::Time, Term::SensorWheelSpeed),
-    (Place::WheelScale, Scope::Front, Covariate::Speed, Term::Kinematics),
-    (Place::WheelScale, Scope::Rear, Covariate::Speed, Term::Kinematics),
-    (Place::WheelScale, Scope::Front, Covariate::PressingForce, Term::SensorWheelSpeed),
-    (Place::WheelScale, Scope::Rear, Covariate::PressingForce, Term::SensorWheelSpeed),
-    (Place::WheelScale, Scope::Front, Covariate::WheelAngle, Term::SensorWheelSpeed),
-    (Place::WheelScale, Scope::Rear, Covariate::WheelAngle, Term::SensorWheelSpeed),
-    (Place::WheelSensor, Scope::Both, Covariate::ForceChange, Term::Drivetrain),
-    (Place::SpeedSensor, Scope::Both, Covariate::Speed, Term::SensorSpeed),
-    (Place::SpeedSensor, Scope::Both, Covariate::Position, Term::SensorSpeed),
-    (Place::SpeedSensor, Scope::Both, Covariate::Acceleration, Term::SensorSpeed),
-    (Place::DriveTorque, Scope::Both, Covariate::DriveTorque, Term::Drivetrain),
+    (Place::BodyForce, Scope::All, Covariate::Speed, Term::Resistance),
+    (Place::BodyForce, Scope::All, Covariate::Position, Term::Resistance),
+    (Place::BodyForce, Scope::All, Covariate::Time, Term::Resistance),
+    (Place::BodyForce, Scope::All, Covariate::BrakeForce, Term::LongitudinalForce),
+    (Place::BodyForce, Scope::All, Covariate::TimeInBraking, Term::LongitudinalForce),
+    (Place::BodyForce, Scope::All, Covariate::Acceleration, Term::Inertia),
+    (Place::WheelTorque, Scope::All, Covariate::WheelAcceleration, Term::Inertia),
+    (Place::WheelTorque, Scope::All, Covariate::ForceChange, Term::BrakeActuation),
+    (Place::WheelTorque, Scope::One(0), Covariate::Speed, Term::BrakeActuation),
+    (Place::PadFriction, Scope::All, Covariate::Speed, Term::BrakeFriction),
+    (Place::PadFriction, Scope::All, Covariate::Temperature, Term::BrakeFriction),
+    (Place::PadFriction, Scope::All, Covariate::PressingForce, Term::BrakeFriction),
+    (Place::PadFriction, Scope::All, Covariate::WheelAngle, Term::BrakeFriction),
+    (Place::PadFriction, Scope::All, Covariate::TimeInBraking, Term::BrakeFriction),
+    (Place::PadFriction, Scope::All, Covariate::WetBrakeEnergy, Term::BrakeFriction),
+    (Place::PadFriction, Scope::One(0), Covariate::TimeInBraking, Term::BrakeActuation),
+    (Place::PadFriction, Scope::One(0), Covariate::PressingForce, Term::BrakeActuation),
+    (Place::Adhesion, Scope::All, Covariate::Speed, Term::Adhesion),
+    (Place::Adhesion, Scope::All, Covariate::Position, Term::Adhesion),
+    (Place::Adhesion, Scope::All, Covariate::Time, Term::Adhesion),
+    (Place::Adhesion, Scope::All, Covariate::SlipVelocity, Term::Adhesion),
+    (Place::Adhesion, Scope::All, Covariate::SlipEnergy, Term::Adhesion),
+    (Place::Adhesion, Scope::Following, Covariate::Speed, Term::Adhesion),
+    (Place::LoadShift, Scope::All, Covariate::Acceleration, Term::LoadDistribution),
+    (Place::WheelSensor, Scope::All, Covariate::Speed, Term::SensorWheelSpeed),
+    (Place::WheelSensor, Scope::All, Covariate::WheelAcceleration, Term::SensorWheelSpeed),
+    (Place::WheelSensor, Scope::All, Covariate::Time, Term::SensorWheelSpeed),
+    (Place::WheelScale, Scope::One(0), Covariate::Speed, Term::Kinematics),
+    (Place::WheelScale, Scope::One(0), Covariate::PressingForce, Term::SensorWheelSpeed),
+    (Place::WheelScale, Scope::One(0), Covariate::WheelAngle, Term::SensorWheelSpeed),
+    (Place::WheelSensor, Scope::All, Covariate::ForceChange, Term::Drivetrain),
+    (Place::SpeedSensor, Scope::All, Covariate::Speed, Term::SensorSpeed),
+    (Place::SpeedSensor, Scope::All, Covariate::Position, Term::SensorSpeed),
+    (Place::SpeedSensor, Scope::All, Covariate::Acceleration, Term::SensorSpeed),
+    (Place::DriveTorque, Scope::All, Covariate::DriveTorque, Term::Drivetrain),
 ];
 
 /// Knots of a curve.
@@ -141,9 +135,16 @@ fn all_values(covariate: Covariate, knots: &[f64], fitted: &[f64]) -> Vec<f64> {
     knots.iter().map(value).collect()
 }
 
-/// All flexible discrepancies whose covariate varies in the runs to fit on.
+/// All flexible discrepancies whose covariate varies in the runs to fit on; what may be one wheelset's is tried on each.
 pub fn all(case: &Case) -> Vec<Discrepancy> {
-    TRIED.iter().filter_map(|&tried| discrepancy(case, tried)).collect()
+    let of_each = |&(place, scope, covariate, term): &Tried| {
+        let scopes = match scope {
+            Scope::One(_) => (0..case.wheelsets()).map(Scope::One).collect(),
+            other => vec![other],
+        };
+        scopes.into_iter().filter_map(move |scope| discrepancy(case, (place, scope, covariate, term)))
+    };
+    TRIED.iter().flat_map(of_each).collect()
 }
 
 fn discrepancy(case: &Case, (place, scope, covariate, term): Tried) -> Option<Discrepancy> {
