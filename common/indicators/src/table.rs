@@ -18,6 +18,7 @@ pub static INDICATORS: Table = Table(&[
     &indicator::ADHESION_AVAILABLE,
     &indicator::RAIL,
     &indicator::SLIDES,
+    &indicator::WHEEL_FLAT,
     &indicator::WSP_SHARE,
     &indicator::SANDING,
     &indicator::DISC_RISE,

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a test may end at what it does not expect")]
 
 use railgrip_indicators::indicator::{
-    ADHESION_AVAILABLE, ADHESION_UTILISED, ASYMMETRY, BRAKE_FRICTION, FILTER, RAIL, SENSORS, SLIDES,
-    WSP_SHARE,
+    ADHESION_AVAILABLE, ADHESION_UTILISED, ASYMMETRY, BRAKE_FRICTION, FILTER, RAIL, SANDING, SENSORS, SLIDES,
+    WHEEL_FLAT, WSP_SHARE,
 };
 use railgrip_indicators::{IndicatorSettings, IndicatorState, Nominal, WagonIndicators};
 use railgrip_messages::{Condition, Estimate, Event, EventKind, Grade, Sample, flags, valid};
@@ -324,4 +324,85 @@ fn nothing_is_claimed_before_the_first_sample() {
     let health = WagonIndicators::new(1, IndicatorSettings::default(), NOMINAL).health();
     assert_eq!((health.grade(), health.samples), (Grade::Unknown, 0));
     assert_eq!(BRAKE_FRICTION.of(&health).figure(), None);
+}
+
+/// Rolls with brakes off at 20 m/s; the second wheel is a polygon of `corners` whose radius falls by `depth` in the middle of
+/// each side, so that its speed over a turn is known.
+fn roll_on_a_polygon(bench: &mut Bench, seconds: f64, corners: f64, depth: f64) {
+    let (start_s, radius_m) = (bench.time_s, NOMINAL.wheel_radius_m);
+    let omega = 20.0 / radius_m;
+    bench.run(seconds, |sample, estimate| {
+        let angle = omega * (estimate.time_s - start_s);
+        // The sensors' noise, as a sum of tones that come back with no turn.
+        let noise = 0.03 * (912.3 * estimate.time_s).sin() + 0.03 * (617.7 * estimate.time_s).cos();
+        let variation = depth * (corners * angle).cos();
+        sample.wheel_speed_rad_s = [omega + noise, omega * (1.0 + variation) + noise, 0.0, 0.0];
+        estimate.pressing_force_n = [0.0; 4];
+        estimate.slip = [0.0; 4];
+    });
+}
+
+#[test]
+fn a_wheel_that_is_not_round_is_watched_and_after_hard_slides_acted_on() {
+    let judged = |bench: &Bench, index: usize| *WHEEL_FLAT.of_wheelset(&bench.indicators.health(), index);
+    let mut bench = Bench::new();
+    roll_on_a_polygon(&mut bench, 20.0, 3.0, 1e-3);
+    assert_eq!(judged(&bench, 1).figure(), None, "twenty seconds are too few turns");
+    roll_on_a_polygon(&mut bench, 100.0, 3.0, 1e-3);
+    let (round, polygon) = (judged(&bench, 0), judged(&bench, 1));
+    println!("{}\n{}", round.reason, polygon.reason);
+    assert_eq!((round.grade(), polygon.grade()), (Grade::Ok, Grade::Watch));
+    // RMS of a cosine of that depth.
+    let truth = 1e-3 / f64::sqrt(2.0);
+    assert!(polygon.low <= truth && truth <= polygon.high && polygon.high - polygon.low < 0.2 * truth);
+    // The same wheel after it was locked for two seconds: slide energy and variation together make a wheel flat.
+    bench.run(2.0, |_, estimate| {
+        estimate.slip = [-0.002, -1.0, 0.0, 0.0];
+        estimate.sliding = 0b10;
+    });
+    let after = judged(&bench, 1);
+    println!("{}", after.reason);
+    assert!(after.grade() == Grade::Act && after.reason.as_str().starts_with("likely a wheel flat"));
+    assert_eq!(judged(&bench, 0).grade(), Grade::Ok, "the other wheelset rolled");
+}
+
+#[test]
+fn an_encoder_off_its_centre_is_no_wheel_flat() {
+    let mut bench = Bench::new();
+    roll_on_a_polygon(&mut bench, 120.0, 1.0, 5e-3);
+    let judged = *WHEEL_FLAT.of_wheelset(&bench.indicators.health(), 1);
+    println!("{}", judged.reason);
+    assert!(judged.grade() == Grade::Ok && judged.value < 1e-4, "{}", judged.reason);
+}
+
+#[test]
+fn sand_in_a_slide_is_a_test_of_the_sanders_that_stays() {
+    const DAY_NS: i64 = 1_772_366_400_000_000_000;
+    let slide = |sand: f64, adhesion: f64| {
+        move |sample: &mut Sample, estimate: &mut Estimate| {
+            sample.valid |= valid::SANDING;
+            (sample.sanding, sample.acquired.unix_ns) = (sand, DAY_NS);
+            (estimate.slip, estimate.sliding) = ([-0.1, -0.1, 0.0, 0.0], BOTH);
+            let wobble = 1.0 + 0.03 * (7.0 * estimate.time_s).sin();
+            estimate.mu_w_wheelset = [-adhesion * wobble, -adhesion * wobble, 0.0, 0.0];
+        }
+    };
+    for (gain, grade) in [(1.5, Grade::Ok), (1.0, Grade::Watch)] {
+        let mut bench = Bench::new();
+        bench.run(6.0, slide(0.0, 0.06)).run(6.0, slide(1.0, 0.06 * gain));
+        // An hour without a slide: the comparison is forgotten, its result is not.
+        bench.run(3600.0, |sample, _| {
+            sample.valid |= valid::SANDING;
+            sample.acquired.unix_ns = DAY_NS;
+        });
+        let tested = *SANDING.of(&bench.indicators.health());
+        println!("{}", tested.reason);
+        assert!(
+            tested.low <= gain && gain <= tested.high && tested.high - tested.low < 0.2,
+            "{}",
+            tested.reason
+        );
+        assert_eq!(tested.grade(), grade);
+        assert!(tested.reason.as_str().ends_with("; tested on 2026-03-01"), "{}", tested.reason);
+    }
 }

@@ -16,6 +16,7 @@ mod sanding;
 mod sensors;
 mod slides;
 mod stopping_distance;
+mod wheel_flat;
 mod wsp_share;
 
 pub use adhesion::{ADHESION_AVAILABLE, ADHESION_UTILISED};
@@ -33,4 +34,5 @@ pub use sanding::SANDING;
 pub use sensors::SENSORS;
 pub use slides::SLIDES;
 pub use stopping_distance::{STOPPING_DISTANCE, STOPPING_RATIO};
+pub use wheel_flat::WHEEL_FLAT;
 pub use wsp_share::WSP_SHARE;

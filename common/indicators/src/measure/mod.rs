@@ -6,6 +6,7 @@ pub(crate) mod dragging;
 pub(crate) mod isolation;
 pub(crate) mod mean;
 pub(crate) mod rail_view;
+pub(crate) mod roundness;
 pub(crate) mod sanding;
 pub(crate) mod sensors;
 pub(crate) mod slides;

@@ -1,4 +1,5 @@
-//! What sand does: adhesion in slides with sand over adhesion in slides without.
+//! What sand does: adhesion in slides with sand over adhesion in slides without. Sanding long enough while wheelsets slide, soon
+//! after they slid without sand, is a test of the sanders; its result is kept until the next one.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -52,11 +53,28 @@ pub(crate) struct Sanding {
     without: Moments,
     since_change_s: f64,
     was: f64,
+    /// Sliding in the running spell of sand, s.
+    spell_s: f64,
+    /// When the last test ended, ns since 1970; 0 for none.
+    tested_unix_ns: i64,
+    /// What it found: the ratio with the ends of its interval.
+    tested: [f64; 3],
+}
+
+/// A ratio of adhesion with sand over that without.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Gain {
+    pub value: f64,
+    pub low: f64,
+    pub high: f64,
+    /// When the test ended that found it, ns since 1970; `None` while it is being found.
+    pub tested_unix_ns: Option<i64>,
 }
 
 impl Sanding {
     /// Takes in an instant that holds for `dt_s`: sand from 0 to 1, and the adhesion of the wheelsets that slide, if any do.
-    pub fn add(&mut self, dt_s: f64, sand: f64, sliding: Option<f64>, memory_s: f64) {
+    /// `unix_ns` is that instant.
+    pub fn add(&mut self, dt_s: f64, sand: f64, sliding: Option<f64>, unix_ns: i64, memory_s: f64) {
         let keep = 1.0 - (dt_s / memory_s).min(1.0);
         self.with.fade(keep);
         self.without.fade(keep);
@@ -67,18 +85,46 @@ impl Sanding {
         } else {
             0.0
         };
+        if self.was > 0.0 && now <= 0.0 {
+            self.end_spell(unix_ns);
+        }
         self.since_change_s = if now == self.was { self.since_change_s + dt_s } else { 0.0 };
         self.was = now;
         let Some(adhesion) = sliding.filter(|_| self.since_change_s >= DELAY_S) else { return };
         if now > 0.0 {
             self.with.add(dt_s, adhesion);
+            self.spell_s += dt_s;
         } else if now < 0.0 {
             self.without.add(dt_s, adhesion);
         }
     }
 
+    /// The sand stops. What it did is a test if it was long enough for a figure of its own.
+    fn end_spell(&mut self, unix_ns: i64) {
+        if std::mem::take(&mut self.spell_s) < LEAST_S {
+            return;
+        }
+        if let Some((value, low, high)) = self.ratio() {
+            (self.tested, self.tested_unix_ns) = ([value, low, high], unix_ns);
+        }
+    }
+
+    /// What is found now, else what the last test found.
+    pub fn gain(&self) -> Option<Gain> {
+        if let Some((value, low, high)) = self.ratio() {
+            return Some(Gain { value, low, high, tested_unix_ns: None });
+        }
+        let [value, low, high] = self.tested;
+        (self.tested_unix_ns != 0).then_some(Gain {
+            value,
+            low,
+            high,
+            tested_unix_ns: Some(self.tested_unix_ns),
+        })
+    }
+
     /// The ratio with the ends of its 95 % interval.
-    pub fn ratio(&self) -> Option<(f64, f64, f64)> {
+    fn ratio(&self) -> Option<(f64, f64, f64)> {
         let ((with, one), (without, other)) = (self.with.mean()?, self.without.mean()?);
         let (ratio, half) = (with / without, 1.96 * (one + other).sqrt());
         Some((ratio, ratio * (1.0 - half).max(0.0), ratio * (1.0 + half)))
@@ -96,12 +142,26 @@ mod tests {
             assert_eq!(sanding.ratio(), None);
             for step in 0..1000 {
                 let wobble = 0.004 * (f64::from(step) * 0.11).sin();
-                sanding.add(0.01, 0.0, Some(0.06 + wobble), 120.0);
+                sanding.add(0.01, 0.0, Some(0.06 + wobble), 1, 120.0);
             }
-            (0..1000).for_each(|_| sanding.add(0.01, 1.0, Some(0.06 * truth), 120.0));
+            (0..1000).for_each(|_| sanding.add(0.01, 1.0, Some(0.06 * truth), 2, 120.0));
             let (ratio, low, high) = sanding.ratio().unwrap();
             println!("truth {truth}: {ratio:.3} ({low:.3} to {high:.3})");
             assert!(low <= truth && truth <= high && high - low < 0.2);
+            assert_eq!(sanding.gain().unwrap().tested_unix_ns, None, "the test has not ended");
+            // The sand stops; much later the comparison has faded, and the test is still known.
+            sanding.add(0.01, 0.0, None, 3, 120.0);
+            (0..60_000).for_each(|_| sanding.add(0.01, 0.0, None, 4, 120.0));
+            let kept = sanding.gain().unwrap();
+            assert_eq!((kept.tested_unix_ns, sanding.ratio()), (Some(3), None));
+            assert!(kept.low <= truth && truth <= kept.high, "{kept:?}");
+            // A puff of sand, and sand where nothing slides, are no tests.
+            for sliding in [Some(0.06), None] {
+                (0..if sliding.is_some() { 150 } else { 3000 })
+                    .for_each(|_| sanding.add(0.01, 1.0, sliding, 5, 120.0));
+                sanding.add(0.01, 0.0, sliding, 6, 120.0);
+                assert_eq!(sanding.gain(), Some(kept));
+            }
         }
     }
 }

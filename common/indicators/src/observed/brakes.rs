@@ -105,7 +105,8 @@ impl Observed {
         state.dragging.add(dt_s, rolling, &self.nominal, self.settings.dragging.memory_s);
         if sample.has(valid::SANDING) {
             let sliding = self.sliding_adhesion(estimate);
-            self.state.sanding.add(dt_s, sample.sanding, sliding, self.settings.sanding.memory_s);
+            let (now_ns, memory_s) = (sample.acquired.unix_ns, self.settings.sanding.memory_s);
+            self.state.sanding.add(dt_s, sample.sanding, sliding, now_ns, memory_s);
         }
     }
 

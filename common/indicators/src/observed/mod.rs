@@ -13,6 +13,7 @@ use crate::measure::dragging::Dragging;
 use crate::measure::isolation::Isolation;
 use crate::measure::mean::{BlockMean, FadingMean};
 use crate::measure::rail_view::RailView;
+use crate::measure::roundness::Roundness;
 use crate::measure::sanding::Sanding;
 use crate::measure::sensors::Sensors;
 use crate::measure::slides::Slides;
@@ -90,6 +91,7 @@ pub(crate) struct WheelsetState {
     pub(crate) standard: WheelsetStandard,
     pub(crate) rail: RailView,
     pub(crate) slides: Slides,
+    pub(crate) roundness: Roundness,
     pub(crate) wsp: FadingMean,
     /// The same where the rail is not low.
     pub(crate) wsp_elsewhere: FadingMean,
@@ -170,6 +172,7 @@ impl Observed {
             self.demand(wheelset, sample, estimate, dt_s);
             self.slide(wheelset, estimate, dt_s, event);
             self.wsp(wheelset, sample, estimate, dt_s, event);
+            self.roundness(wheelset, sample, estimate, dt_s);
         }
         if !converging && self.adhesion(estimate, dt_s) {
             self.watch_condition(estimate, event);
@@ -197,6 +200,7 @@ impl Observed {
         for wheelset in 0..estimate.wheelset_count() {
             let change = self.state.wheelset[wheelset].slides.end(self.settings.slides.min_duration_s);
             self.tell_slide(wheelset, estimate, change, event);
+            self.state.wheelset[wheelset].roundness.lose();
         }
         0.0
     }

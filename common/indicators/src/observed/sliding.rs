@@ -46,6 +46,15 @@ impl Observed {
         self.tell_slide(wheelset, estimate, change, event);
     }
 
+    pub(super) fn roundness(&mut self, wheelset: usize, sample: &Sample, estimate: &Estimate, dt_s: f64) {
+        let rolls = (estimate.sliding | estimate.wsp_active) & (1 << wheelset) == 0;
+        let present = sample.has(valid::wheel_speed(wheelset));
+        let speed_rad_s = present.then(|| sample.wheel_speed_rad_s[wheelset]);
+        let memory_s = self.settings.wheel_flat.memory_s;
+        let roundness = &mut self.state.wheelset[wheelset].roundness;
+        roundness.add(dt_s, speed_rad_s, estimate.v_m_s, rolls, memory_s);
+    }
+
     pub(super) fn tell_slide(
         &self,
         wheelset: usize,

@@ -152,6 +152,18 @@ table! {
 }
 
 table! {
+    /// Wheels that are not round.
+    WheelFlatSettings {
+        /// Free rolling that the mean over the angle remembers, s.
+        memory_s = 300.0 in 30.0..100000.0;
+        /// Watch above this variation of the speed over a turn, as a share of the speed.
+        variation_watch = 0.0004 in 0.0..0.1;
+        /// Act above it.
+        variation_act = 0.0012 in 0.0..0.1;
+    }
+}
+
+table! {
     /// Wheel-slide protection.
     WspSettings {
         /// Braking that the share remembers, s.
@@ -213,6 +225,8 @@ pub struct IndicatorSettings {
     pub adhesion: AdhesionSettings,
     /// Slides.
     pub slides: SlideSettings,
+    /// Wheels that are not round.
+    pub wheel_flat: WheelFlatSettings,
     /// Wheel-slide protection.
     pub wsp: WspSettings,
     /// Sensors.
@@ -235,6 +249,7 @@ impl IndicatorSettings {
             self.asymmetry.entries("asymmetry"),
             self.adhesion.entries("adhesion"),
             self.slides.entries("slides"),
+            self.wheel_flat.entries("wheel_flat"),
             self.wsp.entries("wsp"),
             self.sensors.entries("sensors"),
             self.filter.entries("filter"),
@@ -256,6 +271,7 @@ impl IndicatorSettings {
         self.asymmetry.check("asymmetry")?;
         self.adhesion.check("adhesion")?;
         self.slides.check("slides")?;
+        self.wheel_flat.check("wheel_flat")?;
         self.wsp.check("wsp")?;
         self.sensors.check("sensors")?;
         self.filter.check("filter")?;
@@ -270,6 +286,7 @@ impl IndicatorSettings {
             ("asymmetry.act", self.asymmetry.watch, self.asymmetry.act),
             ("slides.energy_act_j", self.slides.energy_watch_j, self.slides.energy_act_j),
             ("slides.locked_act_s", self.slides.locked_watch_s, self.slides.locked_act_s),
+            ("wheel_flat.variation_act", self.wheel_flat.variation_watch, self.wheel_flat.variation_act),
             ("wsp.share_act", self.wsp.share_watch, self.wsp.share_act),
             ("sensors.faulty_share_act", self.sensors.faulty_share_watch, self.sensors.faulty_share_act),
             ("filter.nis_act_high", self.filter.nis_watch_high, self.filter.nis_act_high),

@@ -67,6 +67,8 @@ impl Form {
     pub const COEFFICIENT: Self = Self { factor: 1.0, digits: 3, unit: "" };
     /// A share, as percent.
     pub const PERCENT: Self = Self { factor: 100.0, digits: 0, unit: "\u{202f}%" };
+    /// A small share, as per mille.
+    pub const PER_MILLE: Self = Self { factor: 1e3, digits: 2, unit: "\u{202f}‰" };
     /// A factor around 1.
     pub const FACTOR: Self = Self { factor: 1.0, digits: 2, unit: "" };
     /// A number of things.
