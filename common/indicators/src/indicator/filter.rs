@@ -41,8 +41,11 @@ pub static FILTER: IndicatorSpec = IndicatorSpec {
         limits: |settings, _| {
             let filter = &settings.filter;
             format!(
-                "Watch above {} or below {}, act above {}. Nothing is judged below {} m/s.",
-                filter.nis_watch_high, filter.nis_watch_low, filter.nis_act_high, filter.min_speed_m_s
+                "Watch above {} or below {}, act above {}. Nothing is judged below {:.0} km/h.",
+                filter.nis_watch_high,
+                filter.nis_watch_low,
+                filter.nis_act_high,
+                3.6 * filter.min_speed_m_s
             )
         },
         cannot_see: "A mismatch that the filter absorbs into another state: the figures are then wrong without any sign of it.",

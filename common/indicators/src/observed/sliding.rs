@@ -65,7 +65,7 @@ impl Observed {
         match change {
             None => {}
             Some(Change::Began) => {
-                let text = format!("slides at {:.1} m/s", estimate.v_m_s);
+                let text = format!("slides at {:.0} km/h", 3.6 * estimate.v_m_s);
                 event(self.event(
                     EventKind::SlideBegan,
                     wheelset as u32,

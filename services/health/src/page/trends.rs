@@ -64,7 +64,8 @@ fn ends(wagon: &WagonView, limits: &Limits) -> String {
     let of_wagon = |spec: &'static IndicatorSpec| {
         limits.limit(spec, wagon.id).map(|limit| (spec.field(), ends(&limit).into()))
     };
+    let of_wheelsets = wagon.wheelsets.first().into_iter().flat_map(|set| set.indicators.iter());
     let all: serde_json::Map<String, serde_json::Value> =
-        wagon.indicators.iter().filter_map(|(spec, _)| of_wagon(spec)).collect();
+        wagon.indicators.iter().chain(of_wheelsets).filter_map(|(spec, _)| of_wagon(spec)).collect();
     serde_json::Value::from(all).to_string()
 }

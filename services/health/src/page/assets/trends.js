@@ -30,6 +30,7 @@
       rail: { ...percent, ceiling: 100, lines: [...one(LINES.low, "rail_low"), ...one(LINES.veryLow, "rail_very_low")], also: ["rail"] },
       wsp: { ...percent, limits: limits(limit.wsp_share, 100), lines: one(LINES.share, "wsp_share", "extremes") },
       slides: { factor: 1e-6, digits: 2, unit: "MJ", floor: 0, lines: each("slide_energy_j"), also: ["slides"] },
+      flat: { factor: 1e3, digits: 2, unit: "‰", floor: 0, limits: limits(limit.wheel_flat, 1e3), lines: each("wheel_flat", "interval"), also: ["wheel_flat"] },
       sensors: { ...percent, limits: limits(limit.sensors, 100), lines: one(LINES.share, "sensors", "extremes") },
       disc: { digits: 0, unit: "K", floor: 0, lines: each("disc_rise_k", "interval") },
       filter: { digits: 2, floor: 0, limits: limits(limit.filter), lines: one(LINES.nis, "filter", "extremes"), also: ["model"] },

@@ -50,6 +50,7 @@ const CHARTS = {
   rail: ["Rail", "probability that it is low or very low", "probability, %"],
   wsp: ["Braking with slide protection", "share of the latest braking in which it acted; band: extremes", "share, %"],
   slides: ["Slide energy", "of all slides so far", "energy, MJ"],
+  flat: ["Wheel flat", "variation of the speed over a turn; band: 95 % interval", "share of the speed, ‰"],
   sensors: ["Faulty sensor values", "share of their values that is missing or refused; band: extremes", "share, %"],
   disc: ["Disc above ambient", "worked out from braking power; band: 95 % interval", "above ambient, K"],
   filter: ["Filter", "mean normalised innovation squared, 1 is ideal; band: extremes", "ratio"],
