@@ -2,11 +2,21 @@
 #![allow(clippy::unwrap_used, reason = "a test may end at what it does not expect")]
 #![allow(clippy::print_stdout, reason = "tests print the figures they measure")]
 
+use axum::body::Body;
+use axum::http::Request;
+use http_body_util::BodyExt;
+use railgrip_health::api::router;
+use railgrip_health::shared::Shared;
+use railgrip_health::store::Store;
 use railgrip_health::words::{Language, german, in_language, reword, say, speak, t, table};
 use railgrip_indicators::train::capability::FullBraking;
 use railgrip_indicators::{INDICATORS, IndicatorSettings};
+use railgrip_messages::Stamp;
+use railgrip_settings::{Overrides, TrainSettings};
+use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use tower::ServiceExt;
 
 const SCRIPT: &str = include_str!("../src/page/assets/words.js");
 
@@ -155,6 +165,47 @@ fn every_text_of_the_tables_is_known() {
     all.extend(IndicatorSettings::default().entries().into_iter().map(|entry| entry.words.to_owned()));
     let unknown: Vec<&String> = all.iter().filter(|text| german(text).is_none()).collect();
     assert_eq!(unknown, Vec::<&String>::new(), "without German");
+}
+
+/// What the description of the interface says of its routes, their parameters and their answers.
+#[tokio::test]
+async fn every_route_is_described_in_both_languages() {
+    let file = root().join("config/railgrip.toml");
+    let settings = TrainSettings::load(Some(&file), &Overrides::default()).unwrap();
+    let now = || Stamp { unix_ns: 1_772_366_400_000_000_000, monotonic_ns: 1 };
+    let router = router(Shared::new(Store::new(&settings).snapshot(now()), now));
+    let ask = async |path: &str, language: &str| {
+        let request =
+            Request::builder().uri(path).header("host", "localhost").header("accept-language", language);
+        let answer = router.clone().oneshot(request.body(Body::empty()).unwrap()).await.unwrap();
+        String::from_utf8(answer.into_body().collect().await.unwrap().to_bytes().to_vec()).unwrap()
+    };
+    let api: Value = serde_json::from_str(&ask("/openapi.json", "en").await).unwrap();
+    let routes = api["paths"].as_object().unwrap().values();
+    let mut all: Vec<&Value> = vec![&api["info"]["description"]];
+    for route in routes.flat_map(|methods| methods.as_object().unwrap().values()) {
+        all.extend([&route["summary"], &route["description"]]);
+        all.extend(route["parameters"].as_array().into_iter().flatten().map(|one| &one["description"]));
+        let answers = route["responses"].as_object().unwrap().values();
+        all.extend(answers.map(|one| &one["description"]));
+    }
+    let texts = all.into_iter().filter_map(Value::as_str).map(|text| text.replace('\n', " "));
+    // Refusals that every route has are told nowhere on the page.
+    let common = [
+        "token is needed",
+        "role does not",
+        "header `Accept` does",
+        "not known by that",
+        "Too many",
+        "no answer in",
+    ];
+    let own = texts.filter(|text| !text.is_empty() && !common.iter().any(|words| text.contains(words)));
+    let unknown: BTreeSet<String> = own.filter(|text| german(text).is_none()).collect();
+    assert_eq!(unknown, BTreeSet::new(), "without German");
+    let page = ask("/docs", "de").await;
+    for needed in ["lang=\"de\"", "Die Schnittstelle", "Der Zug auf einen Blick.", "Was es ist"] {
+        assert!(page.contains(needed), "{needed}");
+    }
 }
 
 #[test]

@@ -1,8 +1,11 @@
-//! `/docs`: the description of the interface for people, made from the OpenAPI document, without any script.
+//! `/docs`: the description of the interface for people, made from the OpenAPI document, without any script. What it says of
+//! routes is in the language of the page; what it says of the fields of forms, in the English of the document.
 
 use super::docs::{DEPRECATED, REFUSALS};
 use crate::page::{POLICY, style_sheet};
 use crate::shared::Shared;
+use crate::words::{Language, reword, say, speak, spoken, t};
+use axum::Extension;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, Uri, header};
 use axum::response::{IntoResponse, Response};
@@ -38,7 +41,12 @@ impl Route<'_> {
 }
 
 /// The page; its examples name the address at which it was asked for.
-pub(crate) async fn page(State(shared): State<Shared>, uri: Uri, headers: HeaderMap) -> Response {
+pub(crate) async fn page(
+    State(shared): State<Shared>,
+    Extension(language): Extension<Language>,
+    uri: Uri,
+    headers: HeaderMap,
+) -> Response {
     let bytes = shared.openapi().get().cloned().unwrap_or_default();
     let api: Value = serde_json::from_slice(&bytes).unwrap_or_default();
     let kind = [
@@ -46,7 +54,12 @@ pub(crate) async fn page(State(shared): State<Shared>, uri: Uri, headers: Header
         // Said here, so that a 304, which has no type, carries it, too: a stricter one would take the style from the page.
         (header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(POLICY)),
     ];
-    (kind, document(&api, &base(&uri, &headers)).into_string()).into_response()
+    let page = speak(language, || document(&api, &base(&uri, &headers)).into_string());
+    let said = [
+        (header::CONTENT_LANGUAGE, HeaderValue::from_static(language.tag())),
+        (header::VARY, HeaderValue::from_static("Accept-Language, Cookie")),
+    ];
+    (kind, said, page).into_response()
 }
 
 /// Scheme and authority of the request, for examples that work where they are read. A request does not say whether it came by
@@ -65,12 +78,12 @@ fn document(api: &Value, base: &str) -> Markup {
         api["paths"].as_object().unwrap_or(&empty).iter().flat_map(methods).collect();
     html! {
         (DOCTYPE)
-        html lang="en" {
+        html lang=(spoken().tag()) {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
-                title { "Interface – railgrip" }
+                title { (t("Interface")) " – railgrip" }
                 link rel="icon" type="image/svg+xml" href="/favicon.ico";
                 link rel="stylesheet" href=(style_sheet());
                 link rel="stylesheet" href="/docs.css";
@@ -78,16 +91,17 @@ fn document(api: &Value, base: &str) -> Markup {
             body .docs {
                 header .top {
                     a .brand href="/" { "railgrip" }
-                    nav aria-label="Pages" { a href="/" { "Train" } a href="/openapi.json" { "openapi.json" } }
+                    nav aria-label=(t("Pages")) { a href="/" { (t("Train")) } a href="/openapi.json" { "openapi.json" } }
                 }
                 main {
                     (contents(&routes, schemas))
                     div .text {
-                        h1 { "The interface" }
-                        p { (text(&api["info"]["description"])) }
+                        h1 { (t("The interface")) }
+                        p { (told(&api["info"]["description"])) }
                         (rules())
                         @for (tag, heading) in GROUPS { (group(tag, heading, &routes, schemas, base)) }
-                        h2 #forms { "Forms" }
+                        h2 #forms { (t("Forms")) }
+                        @if spoken() != Language::English { p { (t("Descriptions of the fields are English.")) } }
                         @for (name, schema) in schemas { (form(name, schema)) }
                     }
                 }
@@ -105,11 +119,11 @@ fn methods<'a>((path, methods): (&'a String, &'a Value)) -> Vec<Route<'a>> {
 fn rules() -> Markup {
     html! {
         ul .rules {
-            li { "Errors are " code { "application/problem+json" } " (RFC 9457); their " code { "detail" } " says what is wrong and what is allowed." }
-            li { "Answers carry an " code { "ETag" } "; send it back as " code { "If-None-Match" } " and get 304 while nothing has changed." }
-            li { "Long lists have " code { "limit" } " and " code { "after" } ", and the next page in the header " code { "Link" } "." }
-            li { "What is unknown is " code { "null" } ", never 0. Units stand at the end of a name: " code { "dragging_n" } ", " code { "age_s" } "." }
-            li { "Where tokens are asked for: " code { "Authorization: Bearer railgrip_…" } "." }
+            li { (t("Errors are application/problem+json (RFC 9457); their detail says what is wrong and what is allowed.")) }
+            li { (t("Answers carry an ETag; send it back as If-None-Match and get 304 while nothing has changed.")) }
+            li { (t("Long lists have limit and after, and the next page in the header Link.")) }
+            li { (t("What is unknown is null, never 0. Units stand at the end of a name: dragging_n, age_s.")) }
+            li { (t("Where tokens are asked for:")) " " code { "Authorization: Bearer railgrip_…" } }
         }
     }
 }
@@ -122,24 +136,30 @@ fn of_group<'a, 'b>(routes: &'b [Route<'a>], tag: &str) -> Vec<&'b Route<'a>> {
 
 fn contents(routes: &[Route<'_>], schemas: &Map<String, Value>) -> Markup {
     html! {
-        nav .contents-of aria-label="Contents" {
+        nav .contents-of aria-label=(t("Contents")) {
             @for (tag, heading) in GROUPS {
-                h2 { (heading) }
+                h2 { (t(heading)) }
                 ul {
                     @for route in of_group(routes, tag).into_iter().filter(|route| !route.is_old()) {
                         li { a href={ "#" (route.id()) } { span .method { (route.method) } " " (route.path.trim_start_matches("/api/v1")) } }
                     }
                 }
             }
-            h2 { a href="#forms" { "Forms" } }
-            details { summary { (schemas.len()) " forms" } ul { @for name in schemas.keys() { li { a href={ "#" (name) } { (name) } } } } }
+            h2 { a href="#forms" { (t("Forms")) } }
+            details { summary { (say("{count} forms", &[("count", &schemas.len())])) } ul { @for name in schemas.keys() { li { a href={ "#" (name) } { (name) } } } } }
         }
     }
 }
 
-fn group(tag: &str, heading: &str, routes: &[Route<'_>], schemas: &Map<String, Value>, base: &str) -> Markup {
+fn group(
+    tag: &str,
+    heading: &'static str,
+    routes: &[Route<'_>],
+    schemas: &Map<String, Value>,
+    base: &str,
+) -> Markup {
     html! {
-        h2 { (heading) }
+        h2 { (t(heading)) }
         @for route in of_group(routes, tag) { (section(route, schemas, base)) }
     }
 }
@@ -152,27 +172,27 @@ fn section(route: &Route<'_>, schemas: &Map<String, Value>, base: &str) -> Marku
     html! {
         section .card id=(route.id()) {
             h3 { span .method { (route.method) } " " code { (route.path) } }
-            p { (text(&about["summary"])) " " (text(&about["description"])) }
-            @if let Some((_, new)) = replaced { p .loud { "Deprecated: use " code { (new) } "." } }
+            p { (told(&about["summary"])) " " (told(&about["description"])) }
+            @if let Some((_, new)) = replaced { p .loud { (t("Deprecated: use")) " " code { (new) } } }
             @if !parameters.is_empty() {
                 table {
-                    thead { tr { th scope="col" { "Parameter" } th scope="col" { "In" } th scope="col" { "What it is" } } }
+                    thead { tr { th scope="col" { (t("Parameter")) } th scope="col" { (t("In")) } th scope="col" { (t("What it is")) } } }
                     tbody {
                         @for parameter in parameters {
-                            tr { th scope="row" { code { (text(&parameter["name"])) } @if parameter["required"] == true { " (needed)" } }
-                                 td { (text(&parameter["in"])) } td { (text(&parameter["description"])) } }
+                            tr { th scope="row" { code { (text(&parameter["name"])) } @if parameter["required"] == true { " (" (t("needed")) ")" } }
+                                 td { (text(&parameter["in"])) } td { (told(&parameter["description"])) } }
                         }
                     }
                 }
             }
             @if let Some((name, schema)) = named(body, schemas) {
-                p { b { "Body" } ", " code { "application/json" } ", " a href={ "#" (name) } { (name) } ":" }
+                p { b { (t("Body")) } ", " code { "application/json" } ", " a href={ "#" (name) } { (name) } ":" }
                 (properties(schema))
             }
             ul .answers {
                 @for (status, answer) in about["responses"].as_object().into_iter().flatten() {
                     @if !REFUSALS.iter().any(|(_, words)| *words == text(&answer["description"])) {
-                        li { code { (status) } " " (text(&answer["description"])) " " (kinds(answer)) }
+                        li { code { (status) } " " (told(&answer["description"])) " " (kinds(answer)) }
                     }
                 }
             }
@@ -228,7 +248,7 @@ fn form(name: &str, schema: &Value) -> Markup {
     html! {
         section .card id=(name) {
             h3 { (name) }
-            p { (text(&schema["description"])) }
+            p lang="en" { (text(&schema["description"])) }
             @if let Some(words) = schema["enum"].as_array() {
                 p { @for word in words { code { (text(word)) } " " } }
             }
@@ -243,11 +263,11 @@ fn properties(schema: &Value) -> Markup {
     html! {
         @if let Some(properties) = schema["properties"].as_object() {
             table {
-                thead { tr { th scope="col" { "Name" } th scope="col" { "Type" } th scope="col" { "What it is" } } }
+                thead { tr { th scope="col" { (t("Name")) } th scope="col" { (t("Type")) } th scope="col" { (t("What it is")) } } }
                 tbody {
                     @for (name, property) in properties {
-                        tr { th scope="row" { code { (name) } @if !needed(name) { " (optional)" } }
-                             td { (type_of(property)) } td { (text(&property["description"])) } }
+                        tr { th scope="row" { code { (name) } @if !needed(name) { " (" (t("optional")) ")" } }
+                             td { (type_of(property)) } td lang="en" { (text(&property["description"])) } }
                     }
                 }
             }
@@ -261,13 +281,18 @@ fn type_of(property: &Value) -> Markup {
         return html! { a href={ "#" (name) } { (name) } };
     }
     if let Some(choices) = property["oneOf"].as_array().or_else(|| property["anyOf"].as_array()) {
-        return html! { @for (at, choice) in choices.iter().enumerate() { @if at > 0 { " or " } (type_of(choice)) } };
+        return html! { @for (at, choice) in choices.iter().enumerate() { @if at > 0 { " " (t("or")) " " } (type_of(choice)) } };
     }
     let kind = match &property["type"] {
-        Value::Array(kinds) => kinds.iter().map(text).collect::<Vec<_>>().join(" or "),
+        Value::Array(kinds) => kinds.iter().map(text).collect::<Vec<_>>().join(&format!(" {} ", t("or"))),
         kind => text(kind).to_owned(),
     };
-    html! { (kind) @if property["items"].is_object() { " of " (type_of(&property["items"])) } }
+    html! { (kind) @if property["items"].is_object() { " " (t("of")) " " (type_of(&property["items"])) } }
+}
+
+/// A sentence of the document in the language of the page. The document breaks lines where its source does.
+fn told(value: &Value) -> String {
+    reword(&text(value).replace('\n', " "))
 }
 
 fn text(value: &Value) -> &str {
