@@ -1,7 +1,7 @@
 //! Alerts: what happens where since when, what to do about it, and the buttons to acknowledge or silence it.
 
 use super::kind::Part;
-use super::words::{chip, instant, named, sentence, wheelset};
+use super::words::{chip, instant, named, sentence, timed, wheelset};
 use crate::alerts::model::Alert;
 use crate::alerts::model::{AlertEvent, AlertState, Scope};
 use crate::alerts::notify::ReceiverView;
@@ -131,7 +131,7 @@ fn entry(alert: &Alert) -> Markup {
                 span .cause { (named(&alert.cause)) }
                 span .since { (since(alert)) }
             }
-            p .reason { (sentence(&alert.reason)) }
+            p .reason { (timed(&sentence(&alert.reason))) }
             p .advice { b { (t("Do:")) " " } (reword(&alert.advice)) }
             (taken(alert))
             div .acts { (buttons(alert)) }
@@ -233,7 +233,7 @@ fn more(alert: &Alert) -> Markup {
                         @if place.wagon > 0 {
                             a href={ "/wagons/" (place.wagon) } { (say("Wagon {number}", &[("number", &place.wagon)])) @if let Some(set) = place.wheelset { ", " (wheelset(set)) } } ": "
                         }
-                        (named(&place.indicator)) ": " (reword(&place.reason))
+                        (named(&place.indicator)) ": " (timed(&reword(&place.reason)))
                     }
                 }
             }

@@ -1,7 +1,7 @@
 //! The train: verdict, drawing, what to do, a table of all wagons with what is wrong first, stopping distances and the rail.
 
 use super::kind::Part;
-use super::words::{Written, age, chip, condition, data_age, icon, maybe, sentence, wheelset};
+use super::words::{Written, age, chip, condition, data_age, icon, maybe, sentence, timed, wheelset};
 use super::{alerts, paper, stopping};
 use crate::api::grade::{DataState, Grade};
 use crate::api::train::model::TrainView;
@@ -69,10 +69,10 @@ fn verdict(snapshot: &Snapshot) -> Markup {
             div {
                 @if let Some(alert) = lasting {
                     h1 { (active(snapshot)) }
-                    p { (alerts::in_short(alert)) }
+                    p { (timed(&alerts::in_short(alert))) }
                 } @else {
                     h1 { (headline(train)) }
-                    p { (sentence(&train.reason)) }
+                    p { (timed(&sentence(&train.reason))) }
                 }
             }
         }
@@ -290,7 +290,7 @@ fn line(row: &WagonRow, wagon: &WagonView) -> Markup {
             } @else {
                 td .num data-label=(t("Data age")) { (data_age(row.state, row.age_s)) }
             }
-            td .why data-label=(t("Why")) { (sentence(&row.reason)) }
+            td .why data-label=(t("Why")) { (timed(&sentence(&row.reason))) }
         }
     }
 }

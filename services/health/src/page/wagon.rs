@@ -1,7 +1,7 @@
 //! One wagon: verdict, what to do, every indicator with interval, limits, grade and reason, trends, and a paper for the fitter.
 
 use super::kind::Part;
-use super::words::{NOTHING, data_age, icon, instant, maybe, number, sentence};
+use super::words::{NOTHING, data_age, icon, instant, maybe, number, sentence, timed};
 use super::{alerts, indicators, notes, outlook, paper, train, trends};
 use crate::api::grade::{DataState, Grade};
 use crate::api::processes::ProcessView;
@@ -82,7 +82,7 @@ fn verdict(wagon: &WagonView) -> Markup {
             (icon(wagon.grade))
             div {
                 h1 { (headline) " " small { (wagon.name) } }
-                p { (sentence(&wagon.reason)) }
+                p { (timed(&sentence(&wagon.reason))) }
             }
         }
     }

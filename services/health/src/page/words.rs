@@ -2,6 +2,7 @@
 
 use crate::api::figure::Figure;
 use crate::api::grade::{Condition, DataState, Grade};
+use crate::time::parse_rfc3339;
 use crate::words::{localised, reword, say, t};
 use maud::{Markup, html};
 use railgrip_indicators::{Form, INDICATORS};
@@ -119,6 +120,17 @@ pub(super) fn instant(rfc3339: &str) -> Markup {
     html! { time datetime=(rfc3339) { (short) " UTC" } }
 }
 
+/// A sentence in which instants are written as everywhere on the page.
+pub(super) fn timed(text: &str) -> Markup {
+    html! {
+        @for (index, word) in text.split(' ').enumerate() {
+            @if index > 0 { " " }
+            @let bare = word.trim_end_matches([',', ';', '.', ':']);
+            @if word.len() > 19 && parse_rfc3339(bare).is_some() { (instant(bare)) (word[bare.len()..]) } @else { (word) }
+        }
+    }
+}
+
 /// The age of data. It is said loudly when the data are not live; the script lets it grow while nothing arrives.
 pub(super) fn data_age(state: DataState, age_s: Option<f64>) -> Markup {
     match (state, age_s) {
@@ -140,6 +152,13 @@ pub(super) fn condition(condition: Option<Condition>) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn instants_within_a_sentence_are_elements_of_their_own() {
+        let told = timed("no data since 2026-11-22T10:53:40.680Z; before: well").into_string();
+        let time = "<time datetime=\"2026-11-22T10:53:40.680Z\">2026-11-22 10:53 UTC</time>";
+        assert_eq!(told, format!("no data since {time}; before: well"));
+    }
 
     #[test]
     fn numbers_and_ages_read_well() {
