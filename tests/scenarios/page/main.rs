@@ -11,6 +11,7 @@ mod living;
 mod long;
 mod paper;
 mod readers;
+mod report;
 
 use charts::*;
 use faults::*;
@@ -19,6 +20,7 @@ use living::*;
 use long::*;
 use paper::*;
 use readers::*;
+use report::*;
 
 railgrip_requirements::tests! {
     at_once = 1;
@@ -31,6 +33,7 @@ railgrip_requirements::tests! {
     every_page_is_clean_by_axe_in_both_themes_and_on_the_phone: [CHROMIUM, AXE_CORE],
     an_alert_is_acknowledged_and_taken_back_by_ear_and_keyboard: [CHROMIUM],
     a_wagon_and_the_train_are_one_page_of_a4_each: [CHROMIUM],
+    a_gap_report_begins_with_one_page_of_a4_and_fits_a_phone: [CHROMIUM, LABELLED_CASES],
     every_page_speaks_german_without_a_word_of_english: [CHROMIUM],
     a_train_of_64_wagons_is_shown_whole_and_costs_no_memory_over_time: [CHROMIUM],
 }

@@ -5,7 +5,7 @@ use railgrip_tests::{Browser, Look, Tab};
 use serde_json::json;
 
 /// Pages of a PDF of the browser, and the size of each in points.
-fn printed(tab: &Tab<'_>) -> (usize, Vec<String>) {
+pub(super) fn printed(tab: &Tab<'_>) -> (usize, Vec<String>) {
     let answer = tab.call("Page.printToPDF", json!({ "preferCSSPageSize": true, "printBackground": false }));
     let text = decoded(answer["data"].as_str().unwrap());
     let pages = text

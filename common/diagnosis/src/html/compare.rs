@@ -67,7 +67,7 @@ fn values(first: Named<'_>, second: Named<'_>) -> Markup {
                     "Ring: " (first.name) ". Dot: " (second.name)
                     ". Lines are 95 % intervals. Two values differ where their distance is more than both intervals together explain."
                 }
-                div.scroll { table {
+                div.scroll { table.rows {
                     caption { "Parameters of the effects" }
                     thead { tr {
                         th scope="col" { "Parameter" } th scope="col" { (first.name) } th scope="col" { (second.name) }
@@ -90,7 +90,7 @@ fn row(effect: &EffectChange, p: &ParameterChange) -> Markup {
             td { (told(&p.first)) }
             td { (told(&p.second)) }
             td { (picture(&effect.id, p)) }
-            td { @if p.differs { b { "yes" } } @else { (differs(p)) } }
+            td data-label="Differs" { @if p.differs { b { "yes" } } @else { (differs(p)) } }
         }
     }
 }

@@ -65,7 +65,7 @@ pub fn parameters(detail: &Detail) -> Markup {
                     "Tolerances are what differs from wagon to wagon and day to day without being a cause: pad friction of each wheelset, adhesion of each class of rail, "
                     "running resistance, mass, inertia. They are fitted first and never named as the answer. A tolerance in per cent is the difference from the vehicle file."
                 }
-                div.scroll { table {
+                div.scroll { table.rows {
                     caption { "Tolerances and effects, fitted together" }
                     thead { tr {
                         th scope="col" { "Parameter" } th scope="col" { "Belongs to" } th.n scope="col" { "Vehicle file" }
@@ -85,10 +85,10 @@ fn parameter(row: &ParameterRow) -> Markup {
     html! {
         tr {
             th scope="row" { (parameters::name(&row.name)) " " code { (row.name) } }
-            td { @if row.owner == "nuisance" { "tolerance" } @else { (plain(&row.owner)) } }
-            td.n { (row.nominal.map_or_else(|| "–".to_owned(), |x| number(unit.factor * x) + &beside)) }
-            td.n { b { (estimate(&row.owner, &row.name, &fitted)) } }
-            td.n { (interval(row.bounds.map(|x| unit.factor * x))) (beside) }
+            td data-label="Belongs to" { @if row.owner == "nuisance" { "tolerance" } @else { (plain(&row.owner)) } }
+            td.n data-label="Vehicle file" { (row.nominal.map_or_else(|| "–".to_owned(), |x| number(unit.factor * x) + &beside)) }
+            td.n data-label="Fitted" { b { (estimate(&row.owner, &row.name, &fitted)) } }
+            td.n data-label="Allowed" { (interval(row.bounds.map(|x| unit.factor * x))) (beside) }
         }
     }
 }
@@ -100,7 +100,7 @@ pub fn runs(detail: &Detail) -> Markup {
         @if !detail.runs.is_empty() {
             section aria-labelledby="runs" {
                 h2 id="runs" { "Runs" }
-                div.scroll { table {
+                div.scroll { table.rows {
                     caption { "Gap of every run" }
                     thead { tr {
                         th scope="col" { "Run" } th scope="col" { "Used" } th.n scope="col" { "Samples" }
@@ -111,12 +111,12 @@ pub fn runs(detail: &Detail) -> Markup {
                         @for run in &detail.runs {
                             tr {
                                 th scope="row" { code { (run.name) } }
-                                td { @if run.holdout { "only predicted" } @else { "fitted" } }
-                                td.n { (run.samples) }
-                                @if timed { td.n { (run.duration_s.map_or_else(|| "–".to_owned(), number)) } }
-                                td.n { (gap(run.nominal)) }
-                                td.n { (gap(run.calibrated)) }
-                                td.n { (gap(run.extended)) }
+                                td data-label="Used" { @if run.holdout { "only predicted" } @else { "fitted" } }
+                                td.n data-label="Samples" { (run.samples) }
+                                @if timed { td.n data-label="Length (s)" { (run.duration_s.map_or_else(|| "–".to_owned(), number)) } }
+                                td.n data-label="Nominal" { (gap(run.nominal)) }
+                                td.n data-label="Calibrated" { (gap(run.calibrated)) }
+                                td.n data-label="Extended" { (gap(run.extended)) }
                             }
                         }
                     }

@@ -118,7 +118,10 @@ impl Scale {
 
 /// A limit of a region: two digits are enough below ten.
 fn edge(x: f64, span: f64) -> String {
-    if span > 0.0 && span < 10.0 {
+    if x != 0.0 && x.abs() < 1.0 {
+        // Beside much larger limits, too: rounded, it would be zero.
+        number_to(x, 1)
+    } else if span > 0.0 && span < 10.0 {
         number_to((100.0 * x / span).round() * span / 100.0 + 0.0, 2)
     } else {
         on_axis(x.round(), span)

@@ -21,7 +21,7 @@ pub fn table(report: &Report, detail: &Detail) -> Markup {
                 "(log-likelihood): where it is largest, the model is most likely wrong. Size: by how much that part would have to be wrong (one sigma). Lasts: for how long at a time."
                 @if extended { " With effects: the gain that is left once the effects are in the model; below zero means that nothing is left to gain there." }
             }
-            div.scroll { table {
+            div.scroll { table.rows {
                 caption { "Parts of the model, the likeliest first" }
                 thead { tr {
                     th scope="col" { "Part" } th scope="col" { "Gain" } @if extended { th.n scope="col" { "With effects" } }
@@ -35,19 +35,19 @@ pub fn table(report: &Report, detail: &Detail) -> Markup {
 }
 
 fn row(place: &FreedPlace, top: f64, extended: bool) -> Markup {
-    let width = 92.0 * (place.before / top).clamp(0.0, 1.0);
+    let width = 72.0 * (place.before / top).clamp(0.0, 1.0);
     html! {
         tr {
             th scope="row" { (place.place) }
-            td.gain {
+            td.gain data-label="Gain" {
                 svg viewBox="0 0 150 18" role="img" aria-label={ "gain " (number(place.before)) } {
                     rect x="0" y="5" width=(format!("{:.1}", width.max(1.0))) height="8" rx="1" style="fill:var(--calibrated)" {}
                     text x="148" y="13.5" text-anchor="end" { (number(place.before.round())) }
                 }
             }
-            @if extended { td.n { (place.after.map_or_else(|| "–".to_owned(), |after| number(after.round()))) } }
-            td.n { (size(place)) }
-            td.n { (number(place.time_s)) " s" }
+            @if extended { td.n data-label="With effects" { (place.after.map_or_else(|| "–".to_owned(), |after| number(after.round()))) } }
+            td.n data-label="Size" { (size(place)) }
+            td.n data-label="Lasts about" { (number(place.time_s)) " s" }
         }
     }
 }

@@ -26,7 +26,7 @@ pub fn section(report: &Report, detail: &Detail) -> Markup {
                 }
             }
             @if let Some(words) = caution(report) { p.say { b { (words) } } }
-            div.scroll { table {
+            div.scroll { table.rows {
                 caption { "Candidates, the best at predicting left-out data first" }
                 thead { tr {
                     th scope="col" { "Effect" } th.n scope="col" { "Gap, fitted" } th scope="col" { "Gain on left-out data" }
@@ -64,16 +64,16 @@ fn row(report: &Report, detail: &Detail, candidate: &Candidate) -> Markup {
     html! {
         tr class=[found.then_some("found")] {
             th scope="row" { code { (candidate.id) } }
-            td.n { (gap(candidate.fit_gap)) }
-            td.gain { (gain(candidate, more)) }
-            td.n { (p_value(candidate.p_value, detail.alarm.as_ref().map(|alarm| alarm.replicates))) }
-            td {
+            td.n data-label="Gap, fitted" { (gap(candidate.fit_gap)) }
+            td.gain data-label="Gain on left-out data" { (gain(candidate, more)) }
+            td.n data-label="p" { (p_value(candidate.p_value, detail.alarm.as_ref().map(|alarm| alarm.replicates))) }
+            td data-label="Settled" {
                 @if candidate.converged { "yes" } @else if found { "no; fitted again at the end" } @else { "no" }
                 @if let Some(bound) = more.filter(|more| !more.on_bound.is_empty()) {
                     span.form { " · at the limit of what is allowed: " (bound.on_bound.join(", ")) }
                 }
             }
-            @if forms { td.form { @if let Some(more) = more { (more.form) } } }
+            @if forms { td.form data-label="Best form" { @if let Some(more) = more { (more.form) } } }
         }
     }
 }

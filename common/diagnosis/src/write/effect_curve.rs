@@ -135,7 +135,13 @@ impl Law {
             "brake_friction_pressure" => law(pressing, friction_axis, (2e3, force()), 1e-3, over_force),
             "brake_fade" => {
                 let top = most(Covariate::Temperature).max(20.0);
-                law(("rise of disc temperature", "K"), friction_axis, (0.0, top), 1.0, over_hidden)
+                law(
+                    ("disc temperature above the surroundings", "K"),
+                    friction_axis,
+                    (0.0, top),
+                    1.0,
+                    over_hidden,
+                )
             }
             "brake_wet_delay" => law(("energy braked", "MJ"), friction_axis, (0.0, 3e6), 1e-6, over_hidden),
             "pressing_force_offset" => {
