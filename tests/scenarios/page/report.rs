@@ -3,13 +3,16 @@
 use super::common::*;
 use super::paper::printed;
 use railgrip_requirements::LABELLED_CASES;
-use railgrip_tests::{Browser, Look};
+use railgrip_tests::{Browser, Look, program};
+use std::process::Command;
 
 pub fn a_gap_report_begins_with_one_page_of_a4_and_fits_a_phone() {
     let bench = train("report", 1, "");
     let file = bench.folder().join("report.html");
     let (case, html) = (LABELLED_CASES.path().join("case00"), file.display().to_string());
-    let made = bench.run(&["gap", "diagnose", &case.display().to_string(), "--html", &html]);
+    let mut command = Command::new(program!());
+    let made =
+        command.args(["gap", "diagnose", &case.display().to_string(), "--html", &html]).output().unwrap();
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
     let browser = Browser::start();
     let tab = browser.tab();
