@@ -12,6 +12,7 @@ mod long;
 mod paper;
 mod readers;
 mod report;
+mod settings;
 
 use charts::*;
 use faults::*;
@@ -21,6 +22,7 @@ use long::*;
 use paper::*;
 use readers::*;
 use report::*;
+use settings::*;
 
 railgrip_requirements::tests! {
     at_once = 1;
@@ -34,6 +36,7 @@ railgrip_requirements::tests! {
     an_alert_is_acknowledged_and_taken_back_by_ear_and_keyboard: [CHROMIUM],
     a_wagon_and_the_train_are_one_page_of_a4_each: [CHROMIUM],
     a_gap_report_begins_with_one_page_of_a4_and_fits_a_phone: [CHROMIUM, LABELLED_CASES],
+    a_receiver_is_added_changed_and_removed_on_the_page: [CHROMIUM],
     every_page_speaks_german_without_a_word_of_english: [CHROMIUM],
     a_train_of_64_wagons_is_shown_whole_and_costs_no_memory_over_time: [CHROMIUM],
 }
