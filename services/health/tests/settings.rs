@@ -171,21 +171,21 @@ async fn a_receiver_that_a_start_would_refuse_is_not_written() {
     for (change, status, said) in [
         (
             json!({"name": "a", "kind": "webhook", "url": "depot", "by": "kim", "why": "x"}),
-            422,
+            409,
             "receiver.1.url",
         ),
-        (json!({"name": "a", "kind": "webhook", "by": "kim", "why": "x"}), 422, "url"),
+        (json!({"name": "a", "kind": "webhook", "by": "kim", "why": "x"}), 409, "url"),
         (
             json!({"name": "a", "kind": "mqtt", "host": "b", "topic": "a/#", "by": "kim", "why": "x"}),
-            422,
+            409,
             "topic",
         ),
         (
             json!({"name": "a", "kind": "mqtt", "host": "b", "url": "http://b", "by": "kim", "why": "x"}),
-            422,
+            409,
             "url",
         ),
-        (json!({"name": "a", "url": "http://b", "by": "kim", "why": "x"}), 422, "kind"),
+        (json!({"name": "a", "url": "http://b", "by": "kim", "why": "x"}), 409, "kind"),
         (json!({"name": "a", "kind": "pigeon", "by": "kim", "why": "x"}), 422, "pigeon"),
         (
             json!({"name": "a", "kind": "mqtt", "host": "b", "token_file": "t", "by": "kim", "why": "x"}),

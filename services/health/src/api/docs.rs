@@ -7,6 +7,8 @@ use utoipa::openapi::OpenApi;
 
 /// Words of somebody: no control characters but line feeds, and not only blanks.
 const WORDS: &str = "^[^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*[^\\s\\x00-\\x1f\\x7f-\\x9f][^\\x00-\\x09\\x0b-\\x1f\\x7f-\\x9f]*$";
+/// The same on one line.
+const LINE: &str = "^[^\\x00-\\x1f\\x7f-\\x9f]*[^\\s\\x00-\\x1f\\x7f-\\x9f][^\\x00-\\x1f\\x7f-\\x9f]*$";
 /// Old paths that still work, with those that replace them.
 pub(super) const DEPRECATED: [(&str, &str); 3] = [
     ("/api/v1/alerts/{id}/shelve", "/api/v1/alerts/{id}/silence"),
@@ -108,6 +110,7 @@ fn expand_patterns(part: &mut Value, fields: &str) {
                     Some("step") => *entry = SPAN.into(),
                     Some("fields") => *entry = fields.into(),
                     Some("words") => *entry = WORDS.into(),
+                    Some("line") => *entry = LINE.into(),
                     _ => expand_patterns(entry, fields),
                 }
             }

@@ -17,7 +17,8 @@ impl From<ChangeError> for Problem {
     fn from(error: ChangeError) -> Self {
         let status = match error {
             ChangeError::Unknown(_) | ChangeError::NoReceiver(_) => StatusCode::NOT_FOUND,
-            ChangeError::Refused(_) | ChangeError::Form(_) => StatusCode::UNPROCESSABLE_ENTITY,
+            ChangeError::Refused(_) => StatusCode::UNPROCESSABLE_ENTITY,
+            ChangeError::Form(_) => StatusCode::CONFLICT,
             ChangeError::Disk(_) => StatusCode::SERVICE_UNAVAILABLE,
         };
         Self::new(status, error.to_string())

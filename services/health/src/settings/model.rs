@@ -40,11 +40,11 @@ pub struct SettingRequest {
     /// The new value.
     pub value: f64,
     /// Who. Where the request comes with a token, the token's name stands in its place.
-    #[schema(min_length = 1, max_length = 100)]
+    #[schema(value_type = String, required = true, min_length = 1, max_length = 100, pattern = "line")]
     #[serde(default)]
     pub by: Option<String>,
     /// Why.
-    #[schema(min_length = 1, max_length = 500)]
+    #[schema(min_length = 1, max_length = 500, pattern = "line")]
     pub why: String,
 }
 
@@ -127,7 +127,7 @@ pub struct ReceiverSettingList {
 #[serde(deny_unknown_fields)]
 pub struct ReceiverRequest {
     /// Which one.
-    #[schema(min_length = 1, max_length = 64)]
+    #[schema(min_length = 1, max_length = 64, pattern = "line")]
     pub name: String,
     /// Removes it.
     #[serde(default)]
@@ -144,6 +144,7 @@ pub struct ReceiverRequest {
     #[serde(default)]
     pub host: Option<String>,
     /// Its port; 1883 if nothing else is said.
+    #[schema(maximum = 65535)]
     #[serde(default)]
     pub port: Option<u16>,
     /// Its topic.
@@ -154,10 +155,10 @@ pub struct ReceiverRequest {
     #[serde(default)]
     pub grade: Option<LeastGrade>,
     /// Who. Where the request comes with a token, the token's name stands in its place.
-    #[schema(min_length = 1, max_length = 100)]
+    #[schema(value_type = String, required = true, min_length = 1, max_length = 100, pattern = "line")]
     #[serde(default)]
     pub by: Option<String>,
     /// Why.
-    #[schema(min_length = 1, max_length = 500)]
+    #[schema(min_length = 1, max_length = 500, pattern = "line")]
     pub why: String,
 }

@@ -68,10 +68,10 @@ fn host_of(url: &str) -> String {
         (status = 200, description = "The receivers now", body = ReceiverSettingList),
         (status = 400, description = "The body is no JSON"),
         (status = 404, description = "There is no such receiver to remove"),
-        (status = 409, description = "There is no config file: the built-in config holds"),
+        (status = 409, description = "There is no config file, or its check refuses what is said of the receiver"),
         (status = 413, description = "The body is too large"),
         (status = 415, description = "The body is not application/json"),
-        (status = 422, description = "The check of the file refuses it, or the body lacks something"),
+        (status = 422, description = "The body lacks something, or a value in it is not allowed"),
         (status = 503, description = "The file cannot be written; nothing was changed"),
     ))]
 pub(crate) async fn change(

@@ -56,7 +56,7 @@ fn of_file(file: &Path) -> Option<IndicatorSettings> {
         (status = 200, description = "The settings now", body = SettingList),
         (status = 400, description = "The body is no JSON"),
         (status = 404, description = "There is no such setting"),
-        (status = 409, description = "There is no config file: the built-in config holds"),
+        (status = 409, description = "There is no config file: the built-in config holds, or it cannot be edited"),
         (status = 413, description = "The body is too large"),
         (status = 415, description = "The body is not application/json"),
         (status = 422, description = "The check of the file refuses the value, or the body lacks something"),
