@@ -5,8 +5,8 @@ use crate::cause::{Cause, Grade};
 
 /// An unconfirmed suspicion is dropped after this time, s.
 const FORGOTTEN_S: f64 = 1500.0;
-/// An alert that nothing confirms any more is cleared after this time, s.
-const CLEARED_S: f64 = 3600.0;
+/// What comes back within this time after it was cleared is the same alert again, s.
+const SAME_AGAIN_S: f64 = 3600.0;
 
 /// Another cause that would explain the same.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,6 +82,9 @@ impl Book {
                     *confirmed_s = time_s;
                     alert.grade = alert.grade.max(suspicion.grade);
                 }
+                if suspicion.cause.outranks(alert.cause) {
+                    continue;
+                }
                 return;
             }
         }
@@ -108,6 +111,14 @@ impl Book {
             }
         };
         if hits >= suspicion.needed {
+            for alert in self.alerts.iter_mut().filter(|alert| alert.cleared_t_s.is_none()) {
+                if concerns(&alert.wagons, &suspicion.wagons) && suspicion.cause.outranks(alert.cause) {
+                    alert.cleared_t_s = Some(time_s);
+                }
+            }
+            if self.reopen(&suspicion, time_s) {
+                return;
+            }
             self.confirmed_s.push(time_s);
             self.alerts.push(Alert {
                 raised_t_s: time_s,
@@ -124,10 +135,23 @@ impl Book {
         }
     }
 
+    /// Opens again what was cleared lately, if it is the same at the same place.
+    fn reopen(&mut self, suspicion: &Suspicion, time_s: f64) -> bool {
+        let same = |alert: &Alert| {
+            alert.cause == suspicion.cause
+                && alert.wagons == suspicion.wagons
+                && alert.cleared_t_s.is_some_and(|cleared_s| time_s - cleared_s < SAME_AGAIN_S)
+        };
+        let Some(index) = self.alerts.iter().rposition(same) else { return false };
+        self.alerts[index].cleared_t_s = None;
+        self.confirmed_s[index] = time_s;
+        true
+    }
+
     /// Clears what nothing has confirmed for long.
     pub(crate) fn settle(&mut self, time_s: f64) {
         for (alert, confirmed_s) in self.alerts.iter_mut().zip(&self.confirmed_s) {
-            if alert.cleared_t_s.is_none() && time_s - confirmed_s > CLEARED_S {
+            if alert.cleared_t_s.is_none() && time_s - confirmed_s > alert.cause.lasts_s() {
                 alert.cleared_t_s = Some(time_s);
             }
         }
@@ -173,7 +197,12 @@ mod tests {
         let causes: Vec<Cause> = book.alerts.iter().map(|alert| alert.cause).collect();
         assert_eq!(causes, [Cause::TachometerLate, Cause::PadUneven]);
         assert_eq!((book.open(3), book.open(5)), (Some(Cause::TachometerLate), None));
-        book.settle(20.0 + CLEARED_S + 1.0);
+        book.suspect(suspicion(Cause::WheelFlat, 4, 1), 31.0, 2);
+        assert_eq!(book.open(4), Some(Cause::WheelFlat), "a wrong sensor explains what it showed of pads");
+        let over_s = 20.0 + Cause::TachometerLate.lasts_s() + 1.0;
+        book.settle(over_s);
         assert_eq!(book.open(3), None);
+        book.suspect(suspicion(Cause::TachometerLate, 3, 1), over_s + 60.0, 9);
+        assert_eq!((book.open(3), book.alerts.len()), (Some(Cause::TachometerLate), 3), "the same again");
     }
 }

@@ -9,7 +9,7 @@
 //! | seconds | `second` | means, slopes and ripple of each channel over a second |
 //! | sensors | `sensors` | missing, late, eccentric and ringing tachometers; speed against the train's |
 //! | pressure | `pressure` | pressing forces of a wagon's wheelsets beside one another and against the order; when they rise |
-//! | creepage | `creepage` | wheel speed over train speed against the forces, wheelset by wheelset, against its own past |
+//! | creepage | `creepage`, `split` | wheel speed over train speed against the forces, wheelset by wheelset, against its own past; then within the wagon, and the wagon beside the train |
 //! | balance | `balance` | deceleration of a wagon that runs alone against its forces |
 //! | verdict | `verdict`, `book` | one alert a place: the cause that explains all, with probability and runner-up |
 //!
@@ -27,6 +27,7 @@ mod pressure;
 mod robust;
 mod second;
 mod sensors;
+mod split;
 mod verdict;
 mod watch;
 

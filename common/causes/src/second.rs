@@ -23,6 +23,8 @@ pub(crate) struct Line {
 pub(crate) struct WheelSecond {
     /// Wheel speed, rad/s.
     pub omega: Line,
+    /// Share of its values that are missing while the wagon says something; NaN while it says nothing.
+    pub missing: f64,
     /// Standard deviation about a line and the first harmonic of the wheel's angle, rad/s.
     pub scatter: f64,
     /// Largest deviation from them, rad/s.
@@ -67,9 +69,10 @@ impl Buffer {
     /// Sums up the second and begins the next.
     pub(crate) fn close(&mut self, wheelsets: usize, dt_s: f64) -> WagonSecond {
         let rows = std::mem::take(&mut self.readings);
-        let heard = rows.iter().filter(|row| row.v_m_s.is_finite() || row.pressing_force_n[0].is_finite());
+        let heard = rows.iter().filter(|row| speaks(row));
         let nothing = WheelSecond {
             omega: Line { mean: f64::NAN, slope: f64::NAN, present: 0.0 },
+            missing: f64::NAN,
             scatter: f64::NAN,
             largest: f64::NAN,
             once_a_turn: f64::NAN,
@@ -97,8 +100,11 @@ impl Buffer {
         let omega = line(rows.iter().map(|row| row.wheel_speed_rad_s[k]), rows.len(), dt_s);
         let (scatter, largest, once_a_turn) = self.ripple(rows, k, &omega, dt_s);
         let drive_nm = mean(rows.iter().map(|row| row.drive_torque_nm[k]));
+        let heard = || rows.iter().filter(|row| speaks(row));
+        let lost = heard().filter(|row| row.wheel_speed_rad_s[k].is_nan()).count();
         WheelSecond {
             omega,
+            missing: lost as f64 / heard().count() as f64,
             scatter,
             largest,
             once_a_turn,
@@ -146,6 +152,11 @@ impl Buffer {
         }
         ((sum / count).sqrt(), largest, a.hypot(b))
     }
+}
+
+/// Whether a wagon says anything at that instant: where it does not, the way to it is lost, not a sensor.
+fn speaks(row: &Reading) -> bool {
+    row.v_m_s.is_finite() || row.pressing_force_n[0].is_finite()
 }
 
 fn mean(values: impl Iterator<Item = f64>) -> f64 {

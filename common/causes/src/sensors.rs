@@ -35,7 +35,9 @@ impl Tachometer {
         coasts: bool,
     ) {
         let share = 1.0 / MISSING_S;
-        self.missing += share * ((1.0 - wheel.omega.present) - self.missing);
+        if wheel.missing.is_finite() {
+            self.missing += share * (wheel.missing - self.missing);
+        }
         self.silent_s = if wheel.omega.present > 0.0 { 0.0 } else { self.silent_s + 1.0 };
         // Driven or in a slide a wheel does as it likes.
         let rolls = coasts && (wheel.omega.mean * radius_m - v_m_s).abs() < 0.05 * v_m_s && v_m_s > 4.0;

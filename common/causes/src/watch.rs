@@ -10,6 +10,7 @@ use crate::pressure::{Pressure, TRACE_S};
 use crate::robust::{median, trimmed_mean};
 use crate::second::{Buffer, SECOND_S, WagonSecond};
 use crate::sensors::{SpeedSensor, Tachometer};
+use crate::split::split;
 
 /// Slower than this creepage tells nothing, m/s.
 const LEAST_SPEED_M_S: f64 = 3.5;
@@ -36,7 +37,9 @@ pub(crate) struct Wheel {
     pub rim: SpeedSensor,
     /// Changes of pad friction, the train's common change removed; latest last.
     pub braked: Vec<Braked>,
-    /// Changes of the creepage at rest, likewise.
+    /// The same beside the other wheelsets of its wagon.
+    pub braked_beside: Vec<Change>,
+    /// Changes of the creepage at rest beside the other wheelsets of its wagon.
     pub rolled: Vec<Change>,
     /// Creepage outside of braking in the latest seconds: what is no slide although it looks so.
     idle: f64,
@@ -54,6 +57,8 @@ pub(crate) struct Wagon {
     pub wheel: Vec<Wheel>,
     pub pressure: Pressure,
     pub speed: SpeedSensor,
+    /// Changes of pad friction, mean of its wheelsets, beside the train; latest last.
+    pub braked: Vec<Change>,
     /// Balance of forces, of a wagon that runs alone.
     pub balance: Option<Creepage>,
     pub balance_braked: Vec<Braked>,
@@ -90,6 +95,7 @@ impl TrainWatch {
             wheel: vec![Wheel::new(); file.wheelsets.min(MAX_WHEELSETS)],
             pressure: Pressure::default(),
             speed: SpeedSensor::default(),
+            braked: Vec::new(),
             balance: alone.then(|| Creepage::new(Belief::balance(file.mass_sigma.max(0.3)))),
             balance_braked: Vec::new(),
             balance_rolled: Vec::new(),
@@ -119,6 +125,12 @@ impl TrainWatch {
     #[must_use]
     pub fn alerts(&self) -> &[Alert] {
         &self.book.alerts
+    }
+
+    /// Brake applications seen so far.
+    #[must_use]
+    pub const fn brakings(&self) -> u32 {
+        self.brakings
     }
 
     /// Takes what all wagons read at one instant, front first.
@@ -211,13 +223,15 @@ impl TrainWatch {
         let many = self.wagons.len() as f64;
         for (wagon, second) in self.wagons.iter_mut().zip(seconds) {
             let wheelsets = wagon.wheel.len();
-            let mut slides = false;
+            let (mut slides, mut driven) = (false, false);
             for k in 0..wheelsets {
                 let seen = &second.wheel[k];
                 let wheel = &mut wagon.wheel[k];
                 let drive = seen.drive_nm / wagon.file.radius_m * wagon.file.compliance_per_n;
                 let sigma = wagon.file.wheel_speed_sigma_rad_s;
-                wheel.tachometer.take(seen, wagon.file.radius_m, v_m_s, sigma, drive.abs() < COASTING);
+                // What pads and slides do to a wheel is no fault of its tread.
+                let coasts = drive.abs() < COASTING && since_s.is_none() && wheel.slid_ago_s > 20.0;
+                wheel.tachometer.take(seen, wagon.file.radius_m, v_m_s, sigma, coasts);
                 wheel.slid_ago_s += SECOND_S;
                 let creepage = seen.omega.mean * wagon.file.radius_m / v_m_s - 1.0;
                 if !rolls || !creepage.is_finite() {
@@ -252,7 +266,8 @@ impl TrainWatch {
                     rate: a_m_s2 / v_m_s,
                     variance,
                 };
-                if creep.drive.abs() < DRIVEN {
+                driven |= creep.drive.abs() >= DRIVEN;
+                if creep.drive.abs() < DRIVEN && wheel.slid_ago_s > 10.0 {
                     wheel.rim.take(creepage + creep.brake - creep.drive, creep.rate);
                 }
                 // Beyond the straight part of the curve the equation does not hold; a driven wheel is there first.
@@ -264,7 +279,8 @@ impl TrainWatch {
             let slid = slides || wagon.wheel.iter().any(|wheel| wheel.slid_ago_s < 4.0);
             wagon.pressure.take(second, wheelsets, since_s, quiet, slid);
             if rolls {
-                if second.v.mean.is_finite() {
+                // Its wheels tell of its speed only while nothing drives them; both are asked of the same seconds.
+                if second.v.mean.is_finite() && !driven {
                     wagon.speed.take(second.v.mean / v_m_s - 1.0, a_m_s2 / v_m_s);
                 }
                 if second.load_kg.is_finite() {
@@ -309,10 +325,17 @@ impl TrainWatch {
         for (index, k, _) in ended.iter().filter(|(.., change)| change.variance > 1e-6) {
             self.wagons[*index].wheel[*k].creepage.settle(true);
         }
-        for (index, k, change) in ended.iter().filter(|(.., change)| change.variance <= 1e-6) {
+        ended.retain(|(.., change)| change.variance <= 1e-6);
+        ended.iter_mut().for_each(|(.., change)| change.value -= common);
+        // A tachometer that is late or rings says nothing of the others of its wagon either.
+        let (sound, doubtful): (Vec<_>, Vec<_>) =
+            ended.into_iter().partition(|(i, k, _)| self.trusts(*i, *k));
+        for (index, k, _) in doubtful {
+            self.wagons[index].wheel[k].creepage.settle(true);
+        }
+        for ((index, k, own), beside) in sound.iter().zip(split(&sound).beside) {
             let wheel = &mut self.wagons[*index].wheel[*k];
-            let own = Change { value: change.value - common, ..*change };
-            keep(&mut wheel.rolled, own);
+            beside.into_iter().for_each(|change| keep(&mut wheel.rolled, change));
             let small = own.value.abs() < 4.0 * own.variance.sqrt() || wheel.applications < 1;
             wheel.creepage.settle(small);
         }
@@ -353,16 +376,32 @@ impl TrainWatch {
         let trend = common(ended.iter().map(|(.., braked)| braked.trend.value));
         // On a wet rail all creep more, the first wheelsets most: what differs then says little of pads.
         let wet = level.abs() * 0.7;
-        for (index, k, braked) in &ended {
+        for (.., braked) in &mut ended {
+            braked.level.value -= level;
+            braked.level.variance += wet * wet;
+            braked.trend.value -= trend;
+        }
+        let (ended, doubtful): (Vec<_>, Vec<_>) =
+            ended.into_iter().partition(|(i, k, _)| self.trusts(*i, *k));
+        for (index, k, _) in doubtful {
+            self.wagons[index].wheel[k].creepage.settle(true);
+        }
+        let levels: Vec<_> = ended.iter().map(|(index, k, braked)| (*index, *k, braked.level)).collect();
+        let parts = split(&levels);
+        for (index, whole) in parts.wagons {
+            keep(&mut self.wagons[index].braked, whole);
+        }
+        for ((index, k, own), beside) in ended.iter().zip(parts.beside) {
             let wheel = &mut self.wagons[*index].wheel[*k];
-            let own = Braked {
-                level: Change {
-                    value: braked.level.value - level,
-                    variance: braked.level.variance + wet * wet,
-                },
-                trend: Change { value: braked.trend.value - trend, ..braked.trend },
-            };
-            keep(&mut wheel.braked, own);
+            // Beside others that creep more on a wet rail a sound wheelset seems to grip less: it must do so by itself, too.
+            let by_itself = own.level.value + level;
+            if let Some(change) = beside {
+                keep(
+                    &mut wheel.braked_beside,
+                    Change { value: change.value.max(by_itself.min(0.0)), ..change },
+                );
+            }
+            keep(&mut wheel.braked, *own);
             wheel.applications += 1;
             let small = own.level.value.abs() < (3.5 * own.level.variance.sqrt()).max(0.08);
             wheel.creepage.settle((small && level < OTHER_RAIL) || wheel.applications < 2);
@@ -385,6 +424,7 @@ impl Wheel {
             tachometer: Tachometer::default(),
             rim: SpeedSensor::default(),
             braked: Vec::new(),
+            braked_beside: Vec::new(),
             rolled: Vec::new(),
             idle: 0.0,
             stuck_s: 0.0,

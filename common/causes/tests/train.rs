@@ -17,6 +17,7 @@ enum Wrong {
     NoForce,
     Wagon,
     Late(f64),
+    Clock(f64),
     Wobbles(f64),
     Missing,
 }
@@ -70,11 +71,18 @@ fn day(wrong: Wrong) -> Vec<Alert> {
         let faulty = t > 450.0;
         let mut readings = vec![Reading::default(); WAGONS];
         for (index, reading) in readings.iter_mut().enumerate() {
-            reading.v_m_s = v_m_s + 0.03 * noise.next();
+            let here = index == 2 && faulty;
+            let behind_s = if let Wrong::Clock(lag_s) = wrong
+                && here
+            {
+                lag_s
+            } else {
+                0.0
+            };
+            reading.v_m_s = v_m_s - behind_s * a_m_s2 + 0.03 * noise.next();
             reading.brake_demand = order;
             reading.grade_rad = 0.0;
             for k in 0..4 {
-                let here = index == 2 && faulty;
                 let one = here && k == 1;
                 let cut = (one && wrong == Wrong::NoForce) || (here && wrong == Wrong::Wagon);
                 let wanted_n = if cut { 0.0 } else { order * FULL_N };
@@ -90,7 +98,7 @@ fn day(wrong: Wrong) -> Vec<Alert> {
                 let creepage = -(pads_n + drags_n + inertia_n) * COMPLIANCE_PER_N;
                 let seen_m_s = match wrong {
                     Wrong::Late(lag_s) if one => v_m_s - lag_s * a_m_s2,
-                    _ => v_m_s,
+                    _ => v_m_s - behind_s * a_m_s2,
                 };
                 let wobble = match wrong {
                     Wrong::Wobbles(share) if one => share * angle_rad.sin(),
@@ -126,6 +134,7 @@ fn each_fault_raises_one_alert_with_its_cause_and_place() {
     assert_eq!(named(Wrong::NoForce), wheelset(Cause::Isolated));
     assert_eq!(named(Wrong::Wagon), vec![(Cause::Isolated, vec![2], vec![])]);
     assert_eq!(named(Wrong::Late(0.3)), wheelset(Cause::TachometerLate));
+    assert_eq!(named(Wrong::Clock(0.3)), vec![(Cause::Clock, vec![2], vec![])]);
     assert_eq!(named(Wrong::Wobbles(0.012)), wheelset(Cause::TachometerEccentric));
     assert_eq!(named(Wrong::Missing), wheelset(Cause::TachometerDropout));
 }

@@ -1,17 +1,5 @@
 //! Every threshold of the verdict, with where it comes from.
 
-use crate::cause::Cause;
-
-/// Causes that lie in what measures creepage.
-pub(super) const SENSOR_CAUSES: [Cause; 6] = [
-    Cause::WheelFlat,
-    Cause::WheelDiameter,
-    Cause::TachometerEccentric,
-    Cause::TachometerLate,
-    Cause::TachometerDropout,
-    Cause::SpeedSensor,
-];
-
 /// Share of values missing; a loose contact loses more, a healthy line a thousandth.
 pub(super) const MISSING: f64 = 0.012;
 /// Nothing from a wheelset for so long is more than a gap, s.
@@ -30,12 +18,19 @@ pub(super) const LATE_WHEEL_S: f64 = 0.06;
 pub(super) const LATE_DOUBTFUL_S: f64 = 0.03;
 /// A speed later than the train's, s.
 pub(super) const LATE_SPEED_S: f64 = 0.075;
+/// The same where the wagon runs alone, so that its wheels are all there is beside it: they slip.
+pub(super) const LATE_SPEED_ALONE_S: f64 = 0.16;
+/// Everything of a wagon later than the train's, s, where the wagons of the train hardly differ, s.
+pub(super) const LATE_CLOCK_S: (f64, f64) = (0.12, 0.03);
 /// Radius error beyond the train's middle: files are good to a few thousandths between two measurements of wear.
 pub(super) const RADIUS: f64 = 0.0046;
 /// Scale error of a speed.
 pub(super) const SPEED_SCALE: f64 = 0.0042;
 /// Load over what was entered, less one, beyond what both are worth.
 pub(super) const LOAD: f64 = 0.085;
+
+/// The same by how a wagon that runs alone accelerates: traction and grade are not known better.
+pub(super) const LOAD_ALONE: f64 = 0.18;
 
 /// Pressing force left while released, over the largest: a transducer's offset, or a wagon that does not release.
 pub(super) const LEFT: f64 = 0.03;
@@ -56,10 +51,14 @@ pub(super) const SLOW_RISE: (f64, f64, f64) = (0.3, 5.0, 0.3);
 
 /// Pad friction changed against its own past by at least this, over nominal, and so many sigmas.
 pub(super) const PADS: (f64, f64) = (-0.11, -5.0);
+/// No pads lose more than this of nominal while they press: what seems so is couplers, or a wheelset that slips.
+pub(super) const PADS_GONE: f64 = -0.65;
 /// A wheelset against the others of its wagon, or a wagon against its train, without a past: spread of new pads.
 pub(super) const PADS_APART: (f64, f64) = (0.78, -4.0);
 /// Creepage at rest changed by at least this, and so many sigmas.
 pub(super) const DRAGS: (f64, f64) = (-6e-5, -6.0);
+/// And by so many spreads of all wheelsets of the train.
+pub(super) const DRAGS_BEYOND: f64 = -4.0;
 /// Resistance of a wagon that runs alone, over its weight, and so many sigmas.
 pub(super) const DRAGS_ALONE: (f64, f64) = (-1.5e-3, -5.0);
 

@@ -76,9 +76,9 @@ impl TrainWatch {
     }
 
     /// Whether the tachometer of a wheelset can be trusted with what creepage says.
-    fn trusts(&self, wagon: usize, k: usize) -> bool {
+    pub(crate) fn trusts(&self, wagon: usize, k: usize) -> bool {
         let wheel = &self.wagons[wagon].wheel[k];
-        let open = self.book.open(wagon).is_some_and(|cause| limits::SENSOR_CAUSES.contains(&cause));
+        let open = self.book.open(wagon).is_some_and(Cause::is_of_wheel_speeds);
         // A late tachometer shows too little speed while the train gathers it, as a dragging wheelset does.
         let late =
             wheel.rim.errors().1.is_some_and(|lag_s| lag_s - self.usual_lag_s() > limits::LATE_DOUBTFUL_S);

@@ -1,24 +1,31 @@
 //! Pads and drag, from creepage against its own past and beside the others.
 
-use super::limits::{DRAGS, DRAGS_ALONE, PADS, PADS_APART};
+use super::limits::{DRAGS, DRAGS_ALONE, DRAGS_BEYOND, PADS, PADS_APART, PADS_GONE};
 use super::{deviation, mean, shift};
 use crate::cause::{Cause, Grade};
 use crate::creepage::{Braked, Change};
 use crate::robust::median;
-use crate::watch::TrainWatch;
+use crate::split::spread;
+use crate::watch::{TrainWatch, Wagon, Wheel};
 
 impl TrainWatch {
     /// Creepage while rolling free: what holds a wheelset back.
     pub(crate) fn judge_rolls(&mut self) {
+        let wheels = || self.wagons.iter().flat_map(|wagon| &wagon.wheel);
+        let usual = spread(wheels().filter_map(|wheel| Some(wheel.rolled.last()?.value)), 8);
+        let beyond = DRAGS.0.min(DRAGS_BEYOND * usual);
         for index in 0..self.wagons.len() {
             let wagon = &self.wagons[index];
             if self.book.open(index).is_some_and(|cause| cause != Cause::Dragging) {
                 continue;
             }
-            let shifts: Vec<Option<Change>> =
-                wagon.wheel.iter().map(|wheel| shift(&wheel.rolled, 2)).collect();
+            let shifts: Vec<Option<Change>> = wagon
+                .wheel
+                .iter()
+                .map(|wheel| shift(&wheel.rolled, 2).filter(|_| stays(&wheel.rolled)))
+                .collect();
             let drags = |(k, change): (usize, &Option<Change>)| {
-                let held = change.as_ref().is_some_and(|it| it.value < DRAGS.0 && deviation(it) < DRAGS.1);
+                let held = change.as_ref().is_some_and(|it| it.value < beyond && deviation(it) < DRAGS.1);
                 held.then_some(k).filter(|k| self.trusts(index, *k))
             };
             let held: Vec<usize> = shifts.iter().enumerate().filter_map(drags).collect();
@@ -49,6 +56,20 @@ impl TrainWatch {
 
     /// Creepage in braking: what the pads do.
     pub(crate) fn judge_pads(&mut self) {
+        let usual = self.usual_pads();
+        let accused: Vec<(usize, Accusation)> = (0..self.wagons.len())
+            .filter(|index| self.book.open(*index).is_none())
+            .filter(|index| (0..self.wagons[*index].wheel.len()).all(|k| self.trusts(*index, k)))
+            .filter_map(|index| Some((index, self.pads_of(index, &usual)?)))
+            .collect();
+        // Several at once: the rail or the couplers did it, and nobody's pads.
+        let [(index, accusation)] = &accused[..] else { return };
+        let Accusation { cause, wheelsets, how, instead, reason } = accusation.clone();
+        self.suspect(cause, (*index, wheelsets), how, &[instead], reason);
+    }
+
+    /// Pads of the train, of which most are well.
+    fn usual_pads(&self) -> Usual {
         let frictions: Vec<f64> = self
             .wagons
             .iter()
@@ -56,113 +77,139 @@ impl TrainWatch {
             .map(|friction| friction.value)
             .collect();
         let train = median(&mut frictions.clone());
-        for index in 0..self.wagons.len() {
-            if self.book.open(index).is_some()
-                || (0..self.wagons[index].wheel.len()).any(|k| !self.trusts(index, k))
-            {
-                continue;
-            }
-            let wheel = &self.wagons[index].wheel;
-            let levels: Vec<Vec<Change>> =
-                wheel.iter().map(|one| one.braked.iter().map(|braked| braked.level).collect()).collect();
-            let shifts: Vec<Option<Change>> = levels.iter().map(|levels| shift(levels, 3)).collect();
-            let stands_out = |change: &Change| change.value < PADS.0 && deviation(change) < PADS.1;
-            let changed: Vec<usize> = (0..wheel.len())
-                .filter(|k| shifts[*k].as_ref().is_some_and(stands_out) && persists(&levels[*k]))
-                .collect();
-            let rest = |k: usize| {
-                mean((0..wheel.len()).filter(|other| *other != k).filter_map(|other| shifts[other]))
-            };
-            let alone = self.wagons[index].balance.is_some();
-            let own = wagon_shift(&self.wagons[index].balance_braked, &levels, alone);
-            let whole = own.as_ref().is_some_and(stands_out)
-                && (0..wheel.len())
-                    .all(|k| shifts[k].is_none_or(|it| it.value < 0.4 * own.map_or(0.0, |own| own.value)));
-            if whole {
-                self.tell_low(index, own.map_or(0.0, |own| own.value));
-                continue;
-            }
-            if let Some(k) = changed.iter().copied().find(|k| {
-                let (Some(own), Some(rest)) = (shifts[*k], rest(*k)) else { return false };
-                own.value < 2.0 * rest.value.min(0.0) && own.value - rest.value < PADS.0
-            }) {
-                let percent = -100.0 * shifts[k].map_or(0.0, |it| it.value);
-                let reason =
-                    format!("grips {percent:.0} % of nominal less than it used to, the others do not");
-                let instead = [(Cause::PadLow, 0.1)];
-                let how = (Grade::Watch, 0.87, 1);
-                self.suspect(Cause::PadUneven, (index, vec![k]), how, &instead, reason);
-                continue;
-            }
-            self.judge_apart(index, train);
-        }
+        let ratios = self.wagons.iter().flat_map(|wagon| {
+            let friction: Vec<Change> = wagon.wheel.iter().map(|wheel| wheel.creepage.friction()).collect();
+            (0..friction.len()).filter_map(move |k| Some(beside(&friction, k)?.0)).collect::<Vec<_>>()
+        });
+        Usual { train, between: spread(frictions.iter().copied(), 4) / train, within: spread(ratios, 8) }
     }
 
-    fn tell_low(&mut self, index: usize, change: f64) {
+    fn pads_of(&self, index: usize, usual: &Usual) -> Option<Accusation> {
         let wagon = &self.wagons[index];
-        let braked: Vec<Braked> = match wagon.balance.is_some() {
-            true => wagon.balance_braked.clone(),
-            false => {
-                wagon.wheel.iter().flat_map(|wheel| wheel.braked.iter().rev().take(3)).copied().collect()
-            }
-        };
-        let trend = weighted(braked.iter().map(|braked| braked.trend));
-        let fades = trend.is_some_and(|trend| deviation(&trend) < -3.5 && 12.0 * trend.value < 0.5 * change);
-        let percent = -100.0 * change;
-        if fades {
-            let reason = format!("grips {percent:.0} % of nominal less than it used to, the longer the less");
-            let instead = [(Cause::PadLow, 0.3)];
-            self.suspect(Cause::BrakeFade, (index, vec![]), (Grade::Watch, 0.65, 1), &instead, reason);
-        } else {
-            let reason = format!("all pads grip {percent:.0} % of nominal less than they used to");
-            let instead = [(Cause::BrakeFade, 0.25)];
-            self.suspect(Cause::PadLow, (index, vec![]), (Grade::Watch, 0.7, 1), &instead, reason);
+        let stands_out = |change: &Change| change.value < PADS.0 && deviation(change) < PADS.1;
+        let level =
+            |wheel: &Wheel| shift(&wheel.braked.iter().map(|braked| braked.level).collect::<Vec<_>>(), 3);
+        if let Some(own) = wagon_shift(wagon).filter(stands_out)
+            && own.value > PADS_GONE
+            && wagon.wheel.iter().all(|wheel| level(wheel).is_none_or(|it| it.value < 0.4 * own.value))
+        {
+            return Some(low(wagon, own.value));
         }
+        let changed = |k: usize| {
+            let changes = &wagon.wheel[k].braked_beside;
+            Some((k, shift(changes, 3).filter(|change| stands_out(change) && persists(changes))?.value))
+        };
+        let worst = (0..wagon.wheel.len()).filter_map(changed).min_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((k, change)) = worst.filter(|(_, change)| *change > PADS_GONE) {
+            let percent = -100.0 * change;
+            return Some(Accusation {
+                cause: Cause::PadUneven,
+                wheelsets: vec![k],
+                how: (Grade::Watch, 0.87, 1),
+                instead: (Cause::PadLow, 0.1),
+                reason: format!("grips {percent:.0} % of nominal less than it used to, the others do not"),
+            });
+        }
+        self.apart(index, usual)
     }
 
     /// Without a past: pads far from those beside them.
-    fn judge_apart(&mut self, index: usize, train: f64) {
+    fn apart(&self, index: usize, usual: &Usual) -> Option<Accusation> {
         let wagon = &self.wagons[index];
-        let known = |wheel: &crate::watch::Wheel| wheel.applications >= 3;
+        let known = |wheel: &Wheel| wheel.applications >= 3;
         if !wagon.wheel.iter().all(known) || wagon.wheel.len() < 2 {
-            return;
+            return None;
         }
+        let far = |ratio: f64, sigma: f64| {
+            (PADS_GONE + 1.0..PADS_APART.0).contains(&ratio) && (ratio - 1.0) / sigma < PADS_APART.1
+        };
         let friction: Vec<Change> = wagon.wheel.iter().map(|wheel| wheel.creepage.friction()).collect();
         for k in 0..friction.len() {
-            let others = (0..friction.len()).filter(|other| *other != k).map(|other| friction[other]);
-            let Some(rest) = mean(others) else { continue };
-            let ratio = friction[k].value / rest.value;
-            let sigma = friction[k].variance.sqrt().hypot(rest.variance.sqrt()) / rest.value;
-            if ratio < PADS_APART.0 && (ratio - 1.0) / sigma < PADS_APART.1 {
-                let reason = format!("grips {:.0} % of what the others of the wagon do", 100.0 * ratio);
-                let how = (Grade::Watch, 0.8, 2);
-                let instead = [(Cause::PadLow, 0.1)];
-                self.suspect(Cause::PadUneven, (index, vec![k]), how, &instead, reason);
-                return;
+            let Some((ratio, sigma)) = beside(&friction, k) else { continue };
+            if far(ratio, sigma.hypot(usual.within)) {
+                return Some(Accusation {
+                    cause: Cause::PadUneven,
+                    wheelsets: vec![k],
+                    how: (Grade::Watch, 0.8, 2),
+                    instead: (Cause::PadLow, 0.1),
+                    reason: format!("grips {:.0} % of what the others of the wagon do", 100.0 * ratio),
+                });
             }
         }
-        let Some(own) = mean(friction.iter().copied()) else { return };
-        let ratio = own.value / train;
+        let own = mean(friction.iter().copied())?;
+        let ratio = own.value / usual.train;
         // Load presses the contact flat and stiff, so that an unknown load looks like other pads.
-        let sigma = (own.variance.sqrt() / train).hypot(0.67 * wagon.file.mass_sigma);
-        if self.wagons.len() >= 4 && ratio < PADS_APART.0 && (ratio - 1.0) / sigma < PADS_APART.1 {
-            let reason = format!("all pads grip {:.0} % of what those of the train do", 100.0 * ratio);
-            let instead = [(Cause::BrakeFade, 0.2)];
-            self.suspect(Cause::PadLow, (index, vec![]), (Grade::Watch, 0.7, 2), &instead, reason);
-        }
+        let unknown = (0.67 * wagon.file.mass_sigma).hypot(usual.between);
+        let sigma = (own.variance.sqrt() / usual.train).hypot(unknown);
+        (self.wagons.len() >= 4 && far(ratio, sigma)).then(|| Accusation {
+            cause: Cause::PadLow,
+            wheelsets: vec![],
+            how: (Grade::Watch, 0.7, 2),
+            instead: (Cause::BrakeFade, 0.2),
+            reason: format!("all pads grip {:.0} % of what those of the train do", 100.0 * ratio),
+        })
     }
 }
 
+/// What may be wrong with the pads of a wagon.
+#[derive(Debug, Clone)]
+struct Accusation {
+    cause: Cause,
+    wheelsets: Vec<usize>,
+    how: (Grade, f64, u32),
+    instead: (Cause, f64),
+    reason: String,
+}
+
+/// Pads of the train: their middle over nominal, and the spread of wagons beside it and of wheelsets beside their wagon,
+/// relative: load, couplers, the rail and all that nobody knows.
+#[derive(Debug, Clone, Copy)]
+struct Usual {
+    train: f64,
+    between: f64,
+    within: f64,
+}
+
+/// Pads of a wheelset over those of the others of its wagon, with the sigma of that.
+fn beside(friction: &[Change], k: usize) -> Option<(f64, f64)> {
+    let others = (0..friction.len()).filter(|other| *other != k).map(|other| friction[other]);
+    let rest = mean(others)?;
+    let sigma = friction[k].variance.sqrt().hypot(rest.variance.sqrt()) / rest.value;
+    Some((friction[k].value / rest.value, sigma))
+}
+
+/// All pads of a wagon have changed: for good, or the more the longer it brakes.
+fn low(wagon: &Wagon, change: f64) -> Accusation {
+    let braked: Vec<Braked> = match wagon.balance.is_some() {
+        true => wagon.balance_braked.clone(),
+        false => wagon.wheel.iter().flat_map(|wheel| wheel.braked.iter().rev().take(3)).copied().collect(),
+    };
+    let trend = weighted(braked.iter().map(|braked| braked.trend));
+    let fades = trend.is_some_and(|trend| deviation(&trend) < -3.5 && 12.0 * trend.value < 0.5 * change);
+    let percent = -100.0 * change;
+    let (cause, other, how) = match fades {
+        true => (Cause::BrakeFade, (Cause::PadLow, 0.3), (Grade::Watch, 0.65, 1)),
+        false => (Cause::PadLow, (Cause::BrakeFade, 0.25), (Grade::Watch, 0.7, 1)),
+    };
+    let reason = match fades {
+        true => format!("grips {percent:.0} % of nominal less than it used to, the longer the less"),
+        false => format!("all pads grip {percent:.0} % of nominal less than they used to"),
+    };
+    Accusation { cause, wheelsets: vec![], how, instead: other, reason }
+}
+
 /// Change of the pads of a whole wagon: by its balance where it runs alone, else by the creepage of its wheelsets.
-fn wagon_shift(balance: &[Braked], levels: &[Vec<Change>], alone: bool) -> Option<Change> {
-    if alone {
-        let levels: Vec<Change> = balance.iter().map(|braked| braked.level).collect();
-        return shift(&levels, 3).filter(|_| persists(&levels));
-    }
-    let count = levels.iter().map(Vec::len).min()?;
-    let at = |back: usize| mean(levels.iter().map(|levels| levels[levels.len() - count + back]));
-    let means: Vec<Change> = (0..count).filter_map(at).collect();
-    shift(&means, 3).filter(|_| persists(&means))
+fn wagon_shift(wagon: &Wagon) -> Option<Change> {
+    let levels = match wagon.balance.is_some() {
+        true => wagon.balance_braked.iter().map(|braked| braked.level).collect(),
+        false => wagon.braked.clone(),
+    };
+    shift(&levels, 3).filter(|_| persists(&levels))
+}
+
+/// Whether each of the latest rolls shows that something holds the wheelset back: slack that runs out does so once.
+fn stays(changes: &[Change]) -> bool {
+    changes.len() >= 3 && changes.iter().rev().take(3).all(|change| change.value < 0.5 * DRAGS.0)
 }
 
 /// Whether each of the latest changes shows it: one wild application makes no worn pad.

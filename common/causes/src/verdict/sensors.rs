@@ -1,11 +1,12 @@
 //! Sensors, judged first.
 
 use super::limits::{
-    LATE_SPEED_S, LATE_WHEEL_S, LOAD, MISSING, ONCE_A_TURN, RADIUS, RINGS, SILENT_WAGON_S, SILENT_WHEEL_S,
-    SPEED_SCALE,
+    LATE_CLOCK_S, LATE_SPEED_ALONE_S, LATE_SPEED_S, LATE_WHEEL_S, LOAD, LOAD_ALONE, MISSING, ONCE_A_TURN,
+    RADIUS, RINGS, SILENT_WAGON_S, SILENT_WHEEL_S, SPEED_SCALE,
 };
 use crate::cause::{Cause, Grade};
 use crate::robust::median;
+use crate::split::spread;
 use crate::watch::{MANY_WHEELSETS, TrainWatch, Wheel};
 
 impl TrainWatch {
@@ -73,11 +74,16 @@ impl TrainWatch {
     /// Scale and lag of speeds and of wheels against them.
     fn judge_speeds(&mut self) {
         let many = self.wagons.len() >= 3;
+        self.judge_clocks();
         for index in 0..self.wagons.len() {
             let speed = self.wagons[index].speed;
             if many && speed.seconds > 60.0 {
                 let (scale, lag_s) = speed.errors();
                 let late = lag_s.filter(|lag_s| *lag_s > LATE_SPEED_S);
+                // Along a long train speeds change one after another: it must be late beside its own wheels, too.
+                let wheels_s = self.wheels_lag_s(index);
+                let late =
+                    late.filter(|lag_s| wheels_s.is_some_and(|wheels_s| lag_s - wheels_s > LATE_SPEED_S));
                 if scale.abs() > SPEED_SCALE || late.is_some() {
                     let reason = match late {
                         Some(lag_s) => format!("speed comes {lag_s:.2} s later than the train's"),
@@ -97,7 +103,7 @@ impl TrainWatch {
             // Wheels that all differ alike from the only speed there is: it is the speed.
             let alike = errors.iter().flatten().all(|(one, _)| (one - scale).abs() < 0.5 * scale.abs());
             let alike_late = lags.len() >= 2 && lags.iter().all(|one| (one - lag_s).abs() < 0.04);
-            let late = alike_late && -lag_s > LATE_SPEED_S;
+            let late = alike_late && -lag_s > LATE_SPEED_ALONE_S;
             if (alike && scale.abs() > SPEED_SCALE) || late {
                 let reason = match late {
                     true => format!("speed comes {:.2} s later than all wheels", -lag_s),
@@ -111,7 +117,13 @@ impl TrainWatch {
         let (scale, lag_s) = if few { (0.0, 0.0) } else { (scale, lag_s) };
         for (index, wheels) in errors.iter().enumerate() {
             for (k, (own, own_lag_s)) in wheels.iter().enumerate() {
-                let late_s = own_lag_s.map_or(0.0, |own_s| own_s - lag_s);
+                // Along a long train speeds change one after another: what is late must be so beside its own wagon, too.
+                let others =
+                    (0..wheels.len()).filter(|other| *other != k).filter_map(|other| wheels[other].1);
+                let mut others_s: Vec<f64> = others.collect();
+                let known = !others_s.is_empty();
+                let beside_s = if known { median(&mut others_s) } else { lag_s };
+                let late_s = own_lag_s.map_or(0.0, |own_s| (own_s - lag_s).min(own_s - beside_s));
                 if late_s > LATE_WHEEL_S {
                     let reason = format!("wheel speed comes {late_s:.2} s late");
                     let how = (Grade::Watch, 0.94, 3);
@@ -137,10 +149,40 @@ impl TrainWatch {
         let Some(mass) = self.wagons[index].balance.as_ref().map(|balance| balance.mass()) else { return };
         let (off, sigma) = (mass.value, mass.variance.sqrt());
         let allowed = 3.0 * self.wagons[index].file.mass_sigma.hypot(0.02);
-        if self.brakings >= 2 && off.abs() > allowed.max(0.09) && off.abs() > 5.0 * sigma {
+        if self.brakings >= 2 && off.abs() > allowed.max(LOAD_ALONE) && off.abs() > 5.0 * sigma {
             let reason = format!("it accelerates as if {:+.0} % heavier than entered", 100.0 * off);
             self.suspect(Cause::Payload, (index, vec![]), (Grade::Watch, 0.85, 3), &[], reason);
         }
+    }
+}
+
+impl TrainWatch {
+    /// Wagons of which everything comes late: their clock does, or the way of their data is long.
+    fn judge_clocks(&mut self) {
+        let speeds: Vec<Option<f64>> = self.wagons.iter().map(|wagon| wagon.speed.errors().1).collect();
+        let differ_s = spread(speeds.iter().copied().flatten(), 3);
+        if speeds.iter().flatten().count() < 3 || differ_s > LATE_CLOCK_S.1 {
+            return;
+        }
+        for (index, speed_s) in speeds.iter().enumerate() {
+            let Some(lag_s) = speed_s.filter(|lag_s| *lag_s > LATE_CLOCK_S.0) else { continue };
+            let alike =
+                |wheel: &Wheel| told(wheel).1.is_some_and(|own_s| (own_s - lag_s).abs() < 0.4 * lag_s);
+            // Along a long train speeds change one after another, from neighbour to neighbour.
+            let beside = [index.wrapping_sub(1), index + 1];
+            let beside_s = beside.iter().filter_map(|other| *speeds.get(*other)?).fold(0.0, f64::max);
+            if self.wagons[index].wheel.iter().all(alike) && lag_s - beside_s > LATE_CLOCK_S.0 {
+                let reason = format!("everything of this wagon comes {lag_s:.2} s later than the train's");
+                let instead = [(Cause::SpeedSensor, 0.1)];
+                self.suspect(Cause::Clock, (index, vec![]), (Grade::Watch, 0.85, 3), &instead, reason);
+            }
+        }
+    }
+
+    /// Lag of the wheels of a wagon behind the train, s.
+    fn wheels_lag_s(&self, index: usize) -> Option<f64> {
+        let mut lags: Vec<f64> = self.wagons[index].wheel.iter().filter_map(|wheel| told(wheel).1).collect();
+        (!lags.is_empty()).then(|| median(&mut lags))
     }
 }
 
