@@ -50,7 +50,8 @@ const ALLOWED: &[Row] = &[
 ];
 
 /// Services use what is common, never each other.
-const SERVICES: &[&str] = &["railgrip-ingest", "railgrip-estimator", "railgrip-health", "railgrip-listener"];
+const SERVICES: &[&str] =
+    &["railgrip-ingest", "railgrip-estimator", "railgrip-health", "railgrip-judge", "railgrip-listener"];
 /// Members that may use everything.
 const EVERYTHING: &[&str] = &["railgrip-cli", "railgrip-tests"];
 /// Members that know no network, no channel and no runtime, directly or not.

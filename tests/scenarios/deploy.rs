@@ -37,7 +37,7 @@ fn verify(edit: impl Fn(&str) -> String) -> String {
         files.push(folder.path().join(name));
         std::fs::write(files.last().expect("just pushed"), edit(&text)).expect("write");
     }
-    assert_eq!(files.len(), 6, "{files:?}");
+    assert_eq!(files.len(), 7, "{files:?}");
     let output =
         Command::new(SYSTEMD_ANALYZE.path()).arg("verify").args(&files).output().expect("systemd-analyze");
     String::from_utf8_lossy(&output.stderr).into_owned()

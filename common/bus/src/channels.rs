@@ -2,7 +2,7 @@
 
 use railgrip_messages::{
     AUDIO_TYPE_NAME, BogieSample, Estimate, Event, Health, Heard, Heartbeat, Innovation, MotorSample,
-    Payload, Sample,
+    Payload, Sample, Verdicts,
 };
 
 use crate::audio::{AUDIO_BUFFER, MAX_AUDIO_BLOCK};
@@ -57,6 +57,7 @@ pub const CHANNELS: &[Channel] = &[
     row::<Health>("health", Scope::Wagon).rate(5.0, 2.0).history(1),
     audio("audio").rate(10.0, 2.0),
     row::<Heard>("heard", Scope::Microphone).rate(1.0, 5.0).history(1),
+    row::<Verdicts>("verdicts", Scope::Train).rate(1.0, 5.0).history(1),
     row::<Event>("events", Scope::Train).history(16),
     row::<Heartbeat>("heartbeats", Scope::Train).rate(1.0, 5.0).history(1),
 ];

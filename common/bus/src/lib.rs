@@ -55,5 +55,5 @@ pub use ports::{
     BogiePublisher, BogieSubscriber, EstimatePublisher, EstimateSubscriber, EventPublisher, EventSubscriber,
     HealthPublisher, HealthSubscriber, HeardPublisher, HeardSubscriber, HeartbeatPublisher,
     HeartbeatSubscriber, InnovationPublisher, InnovationSubscriber, MotorPublisher, MotorSubscriber,
-    Publisher, SamplePublisher, SampleSubscriber, Subscriber, Wake,
+    Publisher, SamplePublisher, SampleSubscriber, Subscriber, VerdictPublisher, VerdictSubscriber, Wake,
 };

@@ -19,7 +19,7 @@ use crate::{
     EstimatePublisher, EstimateSubscriber, EventPublisher, EventSubscriber, HealthPublisher,
     HealthSubscriber, HeardPublisher, HeardSubscriber, HeartbeatPublisher, HeartbeatSubscriber,
     InnovationPublisher, InnovationSubscriber, MotorPublisher, MotorSubscriber, SamplePublisher,
-    SampleSubscriber, channel, node,
+    SampleSubscriber, VerdictPublisher, VerdictSubscriber, channel, node,
 };
 
 /// How long to wait for a holder that is still creating, and for places of dead processes to come free.
@@ -224,6 +224,22 @@ impl Bus {
     /// As for every port.
     pub fn health_subscriber(&self, wagon: u32) -> Result<HealthSubscriber, BusError> {
         self.subscriber("health", wagon)
+    }
+
+    /// Sends what is wrong with the train.
+    ///
+    /// # Errors
+    /// As for every port.
+    pub fn verdict_publisher(&self) -> Result<VerdictPublisher, BusError> {
+        self.publisher("verdicts", NO_WAGON)
+    }
+
+    /// Receives what is wrong with the train.
+    ///
+    /// # Errors
+    /// As for every port.
+    pub fn verdict_subscriber(&self) -> Result<VerdictSubscriber, BusError> {
+        self.subscriber("verdicts", NO_WAGON)
     }
 
     /// Sends events.

@@ -12,6 +12,7 @@ use iceoryx2::prelude::{
 use iceoryx2::waitset::WaitSetAttachmentError;
 use railgrip_messages::{
     BogieSample, Estimate, Event, Health, Heard, Heartbeat, Innovation, MotorSample, Payload, Sample,
+    Verdicts,
 };
 
 use crate::BusError;
@@ -44,6 +45,10 @@ pub type HealthSubscriber = Subscriber<Health>;
 pub type HeardPublisher = Publisher<Heard>;
 /// Receives what the microphone of one wagon heard.
 pub type HeardSubscriber = Subscriber<Heard>;
+/// Sends what is wrong with the train.
+pub type VerdictPublisher = Publisher<Verdicts>;
+/// Receives what is wrong with the train.
+pub type VerdictSubscriber = Subscriber<Verdicts>;
 /// Sends events.
 pub type EventPublisher = Publisher<Event>;
 /// Receives events.

@@ -66,7 +66,11 @@ pub(crate) fn ports_lock_file(config: &BusConfig) -> PathBuf {
 /// The lock of a process of which a train has one, or one a wagon; `None` for those that may be many.
 pub(crate) fn role_lock_file(config: &BusConfig, process: ProcessKind, name: &str) -> Option<PathBuf> {
     let single = match process {
-        ProcessKind::Ingest | ProcessKind::Estimator | ProcessKind::Listener | ProcessKind::Health => true,
+        ProcessKind::Ingest
+        | ProcessKind::Estimator
+        | ProcessKind::Listener
+        | ProcessKind::Health
+        | ProcessKind::Judge => true,
         ProcessKind::Holder | ProcessKind::Record => false,
     };
     single.then(|| config.dir.join(format!("{name}.lock")))

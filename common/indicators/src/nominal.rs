@@ -21,6 +21,8 @@ pub struct Nominal {
     pub brake_radius_m: f64,
     /// Running resistance: constant N, N s/m, N s²/m².
     pub resistance: [f64; 3],
+    /// Other wagons pull and push it.
+    pub coupled: bool,
 }
 
 impl Nominal {

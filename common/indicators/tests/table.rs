@@ -15,6 +15,7 @@ const NOMINAL: Nominal = Nominal {
     wheel_radius_m: 0.44,
     brake_radius_m: 0.25,
     resistance: [400.0, 8.0, 4.0],
+    coupled: false,
 };
 
 fn judged_at(spec: &IndicatorSpec) -> usize {

@@ -17,6 +17,7 @@ const NOMINAL: Nominal = Nominal {
     wheel_radius_m: 0.44,
     brake_radius_m: 0.25,
     resistance: [400.0, 8.0, 4.0],
+    coupled: false,
 };
 const DT_S: f64 = 0.01;
 const BOTH: u32 = 0b11;

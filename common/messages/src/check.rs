@@ -10,7 +10,7 @@
 
 use crate::{
     BogieSample, Condition, Grade, Health, Heard, HearingState, Heartbeat, Indicator, MAX_WHEELSETS,
-    MotorSample, Payload, ProcessKind, Sample, Stamp, WheelsetHealth,
+    MotorSample, Payload, ProcessKind, Sample, Stamp, Verdicts, WheelsetHealth,
 };
 
 /// A stamp may be so far ahead of the reader's monotonic clock, ns: all processes of a train share that clock.
@@ -195,6 +195,30 @@ impl Checked for Heartbeat {
         taken(self.stamp, now)?;
         code(ProcessKind::from_code(self.process))?;
         within(self.uptime_s, 0.0, f64::MAX)
+    }
+}
+
+/// What a cause's code means is known to the crate of the causes alone.
+impl Checked for Verdicts {
+    const NAME: &'static str = "verdicts";
+
+    fn wagon(&self) -> u32 {
+        crate::NO_WAGON
+    }
+
+    fn check(&self, now: Stamp) -> Result<(), Refusal> {
+        taken(self.stamp, now)?;
+        not_infinite(self.time_s)?;
+        if self.count as usize > self.verdict.len() {
+            return Err(Refusal::WrongCount);
+        }
+        self.standing().iter().try_for_each(|verdict| {
+            code(Grade::from_code(verdict.grade))?;
+            within(verdict.probability, 0.0, 1.0)?;
+            finite(verdict.found_t_s)?;
+            verdict.instead_probability.iter().try_for_each(|share| within(*share, 0.0, 1.0))?;
+            if verdict.wagons().all(|wagon| wagon <= self.wagons) { Ok(()) } else { Err(Refusal::WrongWagon) }
+        })
     }
 }
 

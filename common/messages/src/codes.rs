@@ -169,6 +169,8 @@ codes! {
         Record = 5, "record";
         /// Listens to the microphone of one wagon.
         Listener = 6, "listener";
+        /// Judges all wagons of a coupled train together.
+        Judge = 7, "judge";
     }
 }
 

@@ -15,6 +15,7 @@
 //! | [`AudioHeader`] and samples | `audio/N` | a block of audio of the microphone of wagon N, of any length |
 //! | [`Heard`] | `heard/N` | what was made of a second of it |
 //! | [`Health`] | `health/N` | the indicators of wagon N, a few times a second |
+//! | [`Verdicts`] | `verdicts` | what is wrong with the train, by all its wagons together |
 //! | [`Event`] | `events` | something happened that people care about |
 //! | [`Heartbeat`] | `heartbeats` | a process is alive, with its counters |
 //!
@@ -37,6 +38,7 @@ mod motor;
 mod sample;
 mod stamp;
 mod text;
+mod verdict;
 
 pub use audio::{AUDIO_TYPE_NAME, AudioHeader, Heard};
 pub use bogie::{BogieSample, bogie_valid};
@@ -50,6 +52,7 @@ pub use motor::{MotorSample, motor_valid};
 pub use sample::{Sample, sample_flags, valid};
 pub use stamp::Stamp;
 pub use text::Text;
+pub use verdict::{MAX_RUNNERS, MAX_VERDICTS, Verdict, Verdicts};
 
 /// Places for wheelsets in every payload; a wagon with two wheelsets uses the first two.
 pub const MAX_WHEELSETS: usize = 4;

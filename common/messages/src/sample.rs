@@ -18,6 +18,10 @@ pub mod valid {
     pub const POSITION: u32 = 1 << 15;
     /// `wsp_active`.
     pub const WSP: u32 = 1 << 16;
+    /// `load_kg`.
+    pub const LOAD: u32 = 1 << 17;
+    /// `brake_demand`.
+    pub const BRAKE_DEMAND: u32 = 1 << 18;
 
     /// `wheel_speed_rad_s[wheelset]`.
     #[must_use]
@@ -48,7 +52,7 @@ pub mod sample_flags {
 /// What the sensors of one wagon say at one instant (channel `samples/N`).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("railgrip/Sample/v1")]
+#[type_name("railgrip/Sample/v2")]
 pub struct Sample {
     /// Counts the samples of this wagon, without gaps.
     pub sequence: u64,
@@ -70,6 +74,10 @@ pub struct Sample {
     pub sanding: f64,
     /// Position along the track, m.
     pub position_m: f64,
+    /// Mass by load sensors (air springs, axle load), kg.
+    pub load_kg: f64,
+    /// Brake that is ordered, 0 to 1.
+    pub brake_demand: f64,
     /// Which values are present, see [`valid`].
     pub valid: u32,
     /// Wheelsets whose slide protection acts, bit mask.
@@ -79,7 +87,7 @@ pub struct Sample {
     /// See [`sample_flags`].
     pub flags: u32,
 }
-payload!(Sample, "railgrip/Sample/v1");
+payload!(Sample, "railgrip/Sample/v2");
 
 impl Sample {
     /// True if every bit of `bits` (see [`valid`]) is set.
@@ -102,7 +110,15 @@ mod tests {
 
     #[test]
     fn every_value_has_a_bit_of_its_own() {
-        let mut bits = vec![valid::SPEED, valid::GRADE, valid::SANDING, valid::POSITION, valid::WSP];
+        let mut bits = vec![
+            valid::SPEED,
+            valid::GRADE,
+            valid::SANDING,
+            valid::POSITION,
+            valid::WSP,
+            valid::LOAD,
+            valid::BRAKE_DEMAND,
+        ];
         for wheelset in 0..MAX_WHEELSETS {
             bits.extend([
                 valid::wheel_speed(wheelset),

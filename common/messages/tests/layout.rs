@@ -5,13 +5,13 @@ use std::mem::{offset_of, size_of};
 
 use railgrip_messages::{
     AUDIO_TYPE_NAME, AudioHeader, BogieSample, Estimate, Event, Health, Heard, Heartbeat, Indicator,
-    Innovation, MotorSample, Payload, Sample, Stamp, Text, WheelsetHealth,
+    Innovation, MotorSample, Payload, Sample, Stamp, Text, Verdict, Verdicts, WheelsetHealth,
 };
 
 #[test]
 fn layouts_belong_to_their_versions() {
     let sizes = [
-        (Sample::TYPE_NAME, size_of::<Sample>(), "railgrip/Sample/v1", 176),
+        (Sample::TYPE_NAME, size_of::<Sample>(), "railgrip/Sample/v2", 192),
         (Estimate::TYPE_NAME, size_of::<Estimate>(), "railgrip/Estimate/v2", 368),
         (Innovation::TYPE_NAME, size_of::<Innovation>(), "railgrip/Innovation/v2", 216),
         (MotorSample::TYPE_NAME, size_of::<MotorSample>(), "railgrip/MotorSample/v1", 96),
@@ -23,6 +23,8 @@ fn layouts_belong_to_their_versions() {
         ("railgrip/Indicator/v1", size_of::<Indicator>(), "railgrip/Indicator/v1", 160),
         ("railgrip/WheelsetHealth/v3", size_of::<WheelsetHealth>(), "railgrip/WheelsetHealth/v3", 1688),
         (Health::TYPE_NAME, size_of::<Health>(), "railgrip/Health/v4", 10296),
+        ("railgrip/Verdict/v1", size_of::<Verdict>(), "railgrip/Verdict/v1", 232),
+        (Verdicts::TYPE_NAME, size_of::<Verdicts>(), "railgrip/Verdicts/v1", 7480),
     ];
     for (name, size, expected_name, expected_size) in sizes {
         println!("{name}: {size} bytes");
@@ -45,12 +47,14 @@ fn fields_stay_where_they_are() {
             offset_of!(Sample, grade_rad),
             offset_of!(Sample, sanding),
             offset_of!(Sample, position_m),
+            offset_of!(Sample, load_kg),
+            offset_of!(Sample, brake_demand),
             offset_of!(Sample, valid),
             offset_of!(Sample, wsp_active),
             offset_of!(Sample, wheelsets),
             offset_of!(Sample, flags),
         ],
-        [8, 24, 32, 40, 72, 104, 136, 144, 152, 160, 164, 168, 172]
+        [8, 24, 32, 40, 72, 104, 136, 144, 152, 160, 168, 176, 180, 184, 188]
     );
     assert_eq!(
         [

@@ -63,9 +63,10 @@ pub(crate) struct TrainTable {
     pub name: String,
     pub wagons: Option<u32>,
     pub vehicle: Option<String>,
+    pub coupled: Option<bool>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct WagonTable {
     pub name: Option<String>,

@@ -7,6 +7,7 @@
 mod access;
 mod alerts;
 mod capability;
+mod consist;
 mod error;
 mod file;
 mod history;
@@ -29,6 +30,7 @@ mod wagons;
 pub use access::{AccessLimits, AccessSettings, AuditSettings, TlsFiles, is_loopback};
 pub use alerts::AlertSettings;
 pub use capability::CapabilitySettings;
+pub use consist::{RecordedTrain, RecordedWagon};
 pub use error::SettingsError;
 pub use file::LogFormat;
 pub use history::{HistorySettings, TierLimits};

@@ -8,6 +8,8 @@ use std::path::PathBuf;
 pub struct Overrides {
     /// Replays these recordings: files, folders or globs, relative to the working directory.
     pub runs: Vec<String>,
+    /// Replays this recorded train, a folder with `train.toml`, once.
+    pub train: Option<PathBuf>,
     /// Plays or simulates so many seconds in a second.
     pub speed: Option<f64>,
     /// Listens here instead.

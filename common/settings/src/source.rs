@@ -1,6 +1,7 @@
 //! Where the samples of a train come from.
 
 use crate::SettingsError;
+use crate::consist::RecordedTrain;
 use crate::overrides::Overrides;
 use crate::place::{ConfigText, folder};
 use crate::plant::RigProgramme;
@@ -120,6 +121,7 @@ pub(crate) fn source(
     at: &ConfigText<'_>,
     table: &SourceTable,
     overrides: &Overrides,
+    recorded: Option<&RecordedTrain>,
 ) -> Result<Source, SettingsError> {
     let speed = match overrides.speed {
         Some(speed) if (0.01..=1000.0).contains(&speed) => speed,
@@ -129,6 +131,9 @@ pub(crate) fn source(
         }
         None => at.within("source.speed", table.speed.unwrap_or(1.0), 0.01..=1000.0)?,
     };
+    if let Some(train) = recorded {
+        return Ok(Source::Replay { runs: train.runs(), speed, repeat: false });
+    }
     if !overrides.runs.is_empty() {
         let runs = runs::find(&overrides.runs, Path::new("")).map_err(|problem| SettingsError::Option {
             option: "--runs",

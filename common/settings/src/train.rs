@@ -3,7 +3,8 @@
 use crate::access::AccessSettings;
 use crate::alerts::AlertSettings;
 use crate::capability::CapabilitySettings;
-use crate::file::{LogFormat, TrainFile};
+use crate::consist::RecordedTrain;
+use crate::file::{LogFormat, TrainFile, WagonTable};
 use crate::history::HistorySettings;
 use crate::mapping;
 use crate::microphones::{self, AcousticSettings, MicrophoneSettings};
@@ -13,7 +14,7 @@ use crate::receivers::{NotifySettings, ReceiverTables};
 use crate::source::{Source, source};
 use crate::wagons::{DEFAULT_CONFIG, WagonSettings, wagons};
 use crate::{SettingsError, instance::Instance};
-use railgrip_filter::{ConfigError, EstimatorConfig};
+use railgrip_filter::{ConfigError, EstimatorConfig, Plant};
 use railgrip_indicators::IndicatorSettings;
 use railgrip_recording::Mapping;
 use std::net::SocketAddr;
@@ -31,6 +32,8 @@ pub struct TrainSettings {
     pub name: String,
     /// The wagons from the front; wagon number `n` stands at index `n − 1`.
     pub wagons: Vec<WagonSettings>,
+    /// Its wagons are judged together, by one process: they are coupled, so that none can be judged alone.
+    pub judged_together: bool,
     /// The microphones; a wagon has one or none.
     pub microphones: Vec<MicrophoneSettings>,
     /// How they are listened to.
@@ -120,10 +123,18 @@ impl TrainSettings {
     /// As [`TrainSettings::load`].
     pub fn parse(file: &Path, text: &str, overrides: &Overrides) -> Result<Self, SettingsError> {
         let at = ConfigText { file, text };
-        let form: TrainFile = at.parse()?;
+        let mut form: TrainFile = at.parse()?;
+        let recorded = overrides.train.as_deref().map(RecordedTrain::read).transpose()?;
+        if let Some(train) = &recorded {
+            form.train.name.clone_from(&train.name);
+            form.microphone.clear();
+            let number =
+                |number: &String| WagonTable { number: Some(number.clone()), ..WagonTable::default() };
+            form.wagon = train.wagons.iter().map(|wagon| number(&wagon.number)).collect();
+        }
         at.within("schema", f64::from(form.schema), 1.0..=1.0)?;
         let name = name(&at, "train.name", &form.train.name)?;
-        let source = source(&at, &form.source, overrides)?;
+        let source = source(&at, &form.source, overrides, recorded.as_ref())?;
         form.estimator.check().map_err(|wrong| match wrong {
             ConfigError::OutOfRange { key, value, allowed } => {
                 at.refuse(&format!("estimator.{key}"), value, allowed)
@@ -152,6 +163,7 @@ impl TrainSettings {
         Ok(Self {
             file: file.to_owned(),
             access,
+            judged_together: judged_together(&at, form.train.coupled, recorded.is_some(), &wagons)?,
             wagons,
             microphones,
             acoustics,
@@ -201,6 +213,23 @@ impl TrainSettings {
     pub fn wagon(&self, number: u32) -> Option<&WagonSettings> {
         self.wagons.get((number as usize).checked_sub(1)?)
     }
+}
+
+/// Whether the wagons are judged together: as the config says, else where every vehicle file says that its wagon runs
+/// coupled. A recorded train always is, so that it is judged as `railgrip drill replay` does.
+fn judged_together(
+    at: &ConfigText<'_>,
+    given: Option<bool>,
+    recorded: bool,
+    wagons: &[WagonSettings],
+) -> Result<bool, SettingsError> {
+    let are_wagons = wagons.iter().all(|wagon| matches!(wagon.plant, Plant::Wagon(_)));
+    if given == Some(true) && !are_wagons {
+        return Err(at.refuse("train.coupled", true, "false, as rigs are not coupled"));
+    }
+    let coupled = |wagon: &WagonSettings| wagon.vehicle.train.is_some_and(|running| !running.free);
+    let by_files = wagons.len() > 1 && wagons.iter().all(coupled);
+    Ok(are_wagons && (recorded || given.unwrap_or(by_files)))
 }
 
 /// Origins as browsers send them: scheme, host and port, no path.

@@ -130,3 +130,35 @@ fn the_replay_config_plays_the_recordings_beside_it() {
     let names: Vec<&str> = train.wagons.iter().map(|wagon| wagon.name.as_str()).collect();
     assert_eq!(names, ["wagon01.dry", "wagon02.wet", "wagon03.low"]);
 }
+
+#[test]
+fn a_train_is_judged_together_where_it_is_coupled() {
+    let coupled = "vehicle = \"vehicle.toml\"\ncoupled = true\n";
+    let given = parse(&SMALL.replace("vehicle = \"vehicle.toml\"\n", coupled)).unwrap();
+    assert!(given.judged_together && !parse(SMALL).unwrap().judged_together);
+    // Without the key the vehicle files say it; a recorded train always is.
+    let folder = tempfile::tempdir().unwrap();
+    let vehicle = std::fs::read_to_string(default_file().with_file_name("vehicle.toml")).unwrap();
+    let file = folder.path().join("config.toml");
+    for (running, expected) in
+        [("", false), ("\n[train]\nfree = true\n", false), ("\n[train]\nfree = false\n", true)]
+    {
+        std::fs::write(folder.path().join("vehicle.toml"), format!("{vehicle}{running}")).unwrap();
+        let settings = TrainSettings::parse(&file, SMALL, &Overrides::default()).unwrap();
+        assert_eq!(settings.judged_together, expected, "{running:?}");
+    }
+    let at = folder.path().join("recorded");
+    std::fs::create_dir_all(at.join("w01")).unwrap();
+    std::fs::write(at.join("train.toml"), "[[wagon]]\nnumber = \"50 80 1\"\nfolder = \"w01\"\n").unwrap();
+    std::fs::write(at.join("w01/vehicle.toml"), &vehicle).unwrap();
+    std::fs::write(at.join("w01/run.csv"), "").unwrap();
+    let overrides = Overrides { train: Some(at), ..Overrides::default() };
+    let settings = TrainSettings::parse(&default_file(), SMALL, &overrides).unwrap();
+    assert!(settings.judged_together);
+    let number = settings.wagons[0].vehicle_number.as_ref().map(|number| number.written().to_owned());
+    assert_eq!(
+        (settings.name.as_str(), settings.wagons.len(), number.as_deref()),
+        ("recorded", 1, Some("50 80 1"))
+    );
+    assert!(matches!(settings.source, Source::Replay { repeat: false, .. }));
+}

@@ -54,6 +54,13 @@ pub(crate) struct Args {
     detail: bool,
 }
 
+impl Args {
+    /// A run of a wagon or rig, with the usual filter and columns.
+    pub(crate) const fn usual(run: PathBuf, vehicle: PathBuf, out: PathBuf) -> Self {
+        Self { run, vehicle, out, filter: None, config: None, smooth: false, detail: false }
+    }
+}
+
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     let (mut config, mapping) = match &args.config {
         Some(file) => {

@@ -74,6 +74,8 @@ enum Command {
     Estimator(services::EstimatorArgs),
     /// Listen to the microphone of one wagon
     Listener(services::ListenerArgs),
+    /// Judge all wagons of a coupled train together
+    Judge(services::JudgeArgs),
     /// Serve the indicators over HTTP
     Health(services::HealthArgs),
     /// Check a config: all mistakes at once
@@ -119,6 +121,7 @@ impl Command {
             Self::Ingest(args) => services::ingest(&args),
             Self::Estimator(args) => services::estimator(&args),
             Self::Listener(args) => services::listener(&args),
+            Self::Judge(args) => services::judge(&args),
             Self::Health(args) => services::health(&args),
             Self::Check(args) => check::run(&args),
             Self::Map(args) => map::run(&args),

@@ -32,6 +32,13 @@ pub(crate) struct ListenerArgs {
     wagon: u32,
 }
 
+/// Judge all wagons of a coupled train together.
+#[derive(Debug, clap::Args)]
+pub(crate) struct JudgeArgs {
+    #[command(flatten)]
+    train: TrainArgs,
+}
+
 /// Serve the indicators over HTTP.
 #[derive(Debug, clap::Args)]
 pub(crate) struct HealthArgs {
@@ -59,6 +66,17 @@ pub(crate) fn listener(args: &ListenerArgs) -> Result<(), CliError> {
     let train = args.train.load()?;
     let _span = tracing::info_span!("listener", wagon = args.wagon).entered();
     runner::run(|lifecycle| railgrip_listener::run(&train.settings, args.wagon, lifecycle))
+}
+
+pub(crate) fn judge(args: &JudgeArgs) -> Result<(), CliError> {
+    let train = args.train.load()?;
+    if !train.settings.judged_together {
+        return Err(CliError::bad_input(
+            "this train is not coupled: set [train] coupled = true, or [train] free = false in every vehicle file",
+        ));
+    }
+    let _span = tracing::info_span!("judge").entered();
+    runner::run(|lifecycle| railgrip_judge::run(&train.settings, lifecycle))
 }
 
 pub(crate) fn health(args: &HealthArgs) -> Result<(), CliError> {

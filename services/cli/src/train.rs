@@ -17,6 +17,9 @@ pub(crate) struct TrainArgs {
     /// Replay these recordings, one a wagon: files, folders or globs
     #[arg(long, value_name = "PATH", num_args = 1..)]
     runs: Vec<String>,
+    /// Replay this recorded train once: a folder with train.toml, and a folder a wagon with vehicle.toml and run.csv
+    #[arg(long, value_name = "TRAIN", conflicts_with = "runs")]
+    train: Option<PathBuf>,
     /// Speed of simulation or replay: seconds of the run in one second
     #[arg(long, value_name = "FACTOR")]
     speed: Option<f64>,
@@ -39,6 +42,7 @@ impl TrainArgs {
     pub(crate) fn load(&self) -> Result<Train, CliError> {
         let overrides = Overrides {
             runs: self.runs.clone(),
+            train: self.train.clone(),
             speed: self.speed,
             listen: self.listen,
             instance_dir: self.instance.clone(),
@@ -55,6 +59,9 @@ impl TrainArgs {
         let mut add = |name: &str, value: String| options.extend([name.to_owned(), value]);
         if let Some(config) = &self.config {
             add("--config", config.display().to_string());
+        }
+        if let Some(train) = &self.train {
+            add("--train", train.display().to_string());
         }
         if let Some(speed) = self.speed {
             add("--speed", speed.to_string());

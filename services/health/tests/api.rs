@@ -198,10 +198,11 @@ async fn nothing_is_called_well_while_an_alert_is_active() {
     }
     let (router, _) = serve(&mut store, later(6.0));
     let train = get_json(&router, "/api/v1/train").await;
-    assert_eq!(train["grade"], "ok", "the figures are well again");
+    assert_eq!(train["grade"], "act", "the figures are well again, and the alert is there still");
+    assert_eq!(train["worst"][0]["id"], 5);
     assert_eq!(get_json(&router, "/api/v1/alerts").await["alerts"][0]["active"], true);
     let (_, _, page) = get(&router, "/").await;
-    assert!(page.contains("1 alert is active") && page.contains("verdict g-act"), "{page}");
+    assert!(page.contains("1 wagon needs action") && page.contains("verdict g-act"), "{page}");
     assert!(!page.contains("All wagons are well"));
     let (_, _, well) = get(&serve(&mut sound_train(), NOW).0, "/").await;
     assert!(well.contains("All wagons are well"));

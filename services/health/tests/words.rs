@@ -5,6 +5,7 @@
 use axum::body::Body;
 use axum::http::Request;
 use http_body_util::BodyExt;
+use railgrip_causes::Cause;
 use railgrip_health::api::router;
 use railgrip_health::shared::Shared;
 use railgrip_health::store::Store;
@@ -162,6 +163,7 @@ fn every_text_of_the_tables_is_known() {
             spec.alert.iter().flat_map(|alert| [alert.advice.wagon, alert.advice.train]).map(str::to_owned),
         );
     }
+    all.extend(Cause::ALL.iter().flat_map(|cause| [cause.title(), cause.advice()]).map(str::to_owned));
     all.extend(IndicatorSettings::default().entries().into_iter().map(|entry| entry.words.to_owned()));
     let unknown: Vec<&String> = all.iter().filter(|text| german(text).is_none()).collect();
     assert_eq!(unknown, Vec::<&String>::new(), "without German");

@@ -26,6 +26,8 @@ pub fn sample(row: &Row, wheelsets: usize) -> (Option<Sample>, u32) {
     let grade_rad = take(Quantity::Grade, 0, valid::GRADE);
     let sanding = take(Quantity::Sanding, 0, valid::SANDING);
     let position_m = take(Quantity::Position, 0, valid::POSITION);
+    let load_kg = take(Quantity::Load, 0, valid::LOAD);
+    let brake_demand = take(Quantity::BrakeDemand, 0, valid::BRAKE_DEMAND);
     let mut wheel_speed_rad_s = [0.0; MAX_WHEELSETS];
     let mut pressing_force_n = [0.0; MAX_WHEELSETS];
     let mut drive_torque_nm = [0.0; MAX_WHEELSETS];
@@ -40,6 +42,7 @@ pub fn sample(row: &Row, wheelsets: usize) -> (Option<Sample>, u32) {
     sample.grade_rad = grade_rad;
     sample.sanding = sanding;
     sample.position_m = position_m;
+    (sample.load_kg, sample.brake_demand) = (load_kg, brake_demand);
     sample.wheel_speed_rad_s = wheel_speed_rad_s;
     sample.pressing_force_n = pressing_force_n;
     sample.drive_torque_nm = drive_torque_nm;

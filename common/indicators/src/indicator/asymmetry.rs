@@ -33,7 +33,10 @@ pub static ASYMMETRY: IndicatorSpec = IndicatorSpec {
             act_high: Some(act),
         }
     }),
-    alert: Some(AlertRule::of("brake_friction", Reach::Wagon, Advice::LOOK)),
+    alert: Some(AlertRule {
+        of_free_wagon: true,
+        ..AlertRule::of("brake_friction", Reach::Wagon, Advice::LOOK)
+    }),
     trend: Reach::Wagon,
     metric: Some(Metric::gauge("brake_asymmetry_ratio", "Pad friction front minus rear over their mean")),
     meaning: Meaning {

@@ -18,7 +18,11 @@ pub static BRAKE_DELAY: IndicatorSpec = IndicatorSpec {
         let (watch, act) = (settings.response.late_watch_s, settings.response.late_act_s);
         Limit { scale: (-0.5 * act, 1.3 * act), ..Limit::above(1.0, watch, act) }
     }),
-    alert: Some(AlertRule { formerly: &["late"], ..AlertRule::of("response", Reach::Nowhere, Advice::LOOK) }),
+    alert: Some(AlertRule {
+        of_free_wagon: true,
+        formerly: &["late"],
+        ..AlertRule::of("response", Reach::Nowhere, Advice::LOOK)
+    }),
     stored: Stored::Nothing,
     metric: Some(Metric::gauge(
         "brake_delay_seconds",

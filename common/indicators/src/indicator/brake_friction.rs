@@ -26,6 +26,7 @@ pub static BRAKE_FRICTION: IndicatorSpec = IndicatorSpec {
     },
     limit: Some(limit),
     alert: Some(AlertRule {
+        of_free_wagon: true,
         inhibited_by: &["isolated", "sensors"],
         ..AlertRule::of(
             "brake_friction",

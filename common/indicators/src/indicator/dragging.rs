@@ -25,6 +25,7 @@ pub static DRAGGING: IndicatorSpec = IndicatorSpec {
         share.times(nominal.weight_n())
     }),
     alert: Some(AlertRule {
+        of_free_wagon: true,
         inhibited_by: &["sensors"],
         ..AlertRule::of(
             "dragging",

@@ -16,6 +16,7 @@ pub static FILTER: IndicatorSpec = IndicatorSpec {
     limit: Some(|settings, _| limit(settings)),
     // A filter that disagrees comes with every slide and goes with it.
     alert: Some(AlertRule {
+        of_free_wagon: true,
         patience: [60.0, 15.0],
         inhibited_by: &["sensors"],
         recorded: true,

@@ -21,6 +21,7 @@ pub static ISOLATED: IndicatorSpec = IndicatorSpec {
     },
     limit: Some(|settings, _| Limit::above(1.0, settings.isolated.watch, settings.isolated.act)),
     alert: Some(AlertRule {
+        of_free_wagon: true,
         formerly: &["no_pressure"],
         ..AlertRule::of(
             "isolated",

@@ -11,7 +11,7 @@ pub static MODEL: IndicatorSpec = IndicatorSpec {
     judge: Judge { wagon: Some(|_, _| unknown("watched over longer times by the estimator")), ..Judge::NONE },
     limit: Some(|settings, _| filter::limit(settings)),
     // What the filter shows within seconds, this shows over minutes with the term to suspect.
-    alert: Some(AlertRule::of("filter", Reach::Wagon, Advice::LOOK)),
+    alert: Some(AlertRule { of_free_wagon: true, ..AlertRule::of("filter", Reach::Wagon, Advice::LOOK) }),
     stored: Stored::Value,
     metric: Some(Metric::gauge(
         "model_innovation_ratio",

@@ -15,6 +15,7 @@ pub static RAIL: IndicatorSpec = IndicatorSpec {
         ..Judge::NONE
     },
     alert: Some(AlertRule {
+        of_free_wagon: true,
         of_train: true,
         ..AlertRule::of(
             "rail",

@@ -19,6 +19,7 @@ pub static RESPONSE: IndicatorSpec = IndicatorSpec {
         Limit::above(1.3 * response.act_s, response.watch_s, response.act_s)
     }),
     alert: Some(AlertRule {
+        of_free_wagon: true,
         inhibited_by: &["isolated"],
         ..AlertRule::of(
             "response",

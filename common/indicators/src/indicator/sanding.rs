@@ -18,11 +18,14 @@ pub static SANDING: IndicatorSpec = IndicatorSpec {
         let watch = settings.sanding.factor_watch;
         Limit { watch_low: Some(watch), ..Limit::free(0.0, 3.0 * watch) }
     }),
-    alert: Some(AlertRule::of(
-        "sanding",
-        Reach::Wagon,
-        Advice::same("Check sand level, nozzles and heating: sand does not raise adhesion."),
-    )),
+    alert: Some(AlertRule {
+        of_free_wagon: true,
+        ..AlertRule::of(
+            "sanding",
+            Reach::Wagon,
+            Advice::same("Check sand level, nozzles and heating: sand does not raise adhesion."),
+        )
+    }),
     metric: Some(Metric::gauge(
         "sanding_gain_ratio",
         "Adhesion in slides with sand over adhesion in slides without",

@@ -21,6 +21,7 @@ pub static SLIDES: IndicatorSpec = IndicatorSpec {
         ..Judge::NONE
     },
     alert: Some(AlertRule {
+        of_free_wagon: true,
         inhibited_by: &["sensors"],
         ..AlertRule::of(
             "slides",

@@ -13,12 +13,15 @@ impl Observed {
         let missing = f64::from((expected & !sample.valid).count_ones()) / count;
         let rejected = estimate.rejected.count_ones();
         self.state.rejected += u64::from(rejected);
+        // What the filter refuses on a coupled wagon is what couplers did, which it does not know of, and no sensor's fault.
+        let rejected = if self.nominal.coupled { 0 } else { rejected };
+        let estimate = Estimate { rejected: if rejected == 0 { 0 } else { estimate.rejected }, ..*estimate };
         let memory_s = self.settings.sensors.memory_s;
         self.state.missing.add(dt_s, missing, memory_s);
         self.state.refused.add(dt_s, f64::from(rejected) / count, memory_s);
         let braking = self.state.wheelset.iter().any(|wheelset| wheelset.since_demand_s <= 1.0);
         let radius_m = self.nominal.wheel_radius_m;
-        let dead = self.state.sensors.add(dt_s.max(0.0), sample, estimate, radius_m, braking, memory_s);
+        let dead = self.state.sensors.add(dt_s.max(0.0), sample, &estimate, radius_m, braking, memory_s);
         self.state.dead.add(dt_s.max(0.0), dead, memory_s);
         let judged = estimate.v_m_s.abs() >= self.settings.filter.min_speed_m_s;
         if judged && estimate.nis_dof > 0 && estimate.nis.is_finite() {

@@ -21,6 +21,9 @@ pub struct AlertRule {
     pub of_train: bool,
     /// Causes that explain it: while one of them asks for action on the same wagon, this one is inhibited.
     pub inhibited_by: &'static [&'static str],
+    /// It judges a wagon by its own motion, so that it holds only where none is coupled to it. The wagons of a coupled train
+    /// are judged together instead, by their causes.
+    pub of_free_wagon: bool,
     /// A recording of the latest minutes explains it.
     pub recorded: bool,
     /// What to do.
@@ -39,6 +42,7 @@ impl AlertRule {
             patience: [1.0, 1.0],
             of_train: false,
             inhibited_by: &[],
+            of_free_wagon: false,
             recorded: false,
             advice,
             formerly: &[],

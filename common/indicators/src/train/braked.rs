@@ -77,6 +77,7 @@ mod tests {
         wheel_radius_m: 0.44,
         brake_radius_m: 0.25,
         resistance: [400.0, 8.0, 4.0],
+        coupled: false,
     };
 
     #[test]

@@ -1,5 +1,6 @@
 //! A train of the truth plant under the watch, and what came of it.
 
+use super::reading::reading;
 use railgrip_causes::{Alert, Reading, TrainWatch, WagonFile};
 use railgrip_truth_plant::train::{
     Journey, TrainSpec, Truth,
@@ -61,15 +62,7 @@ pub(crate) fn drive(name: &str, spec: TrainSpec, files: Vec<WagonFile>) -> Drive
             }
         }
         readings.clear();
-        readings.extend(journey.readings().iter().map(|row| Reading {
-            v_m_s: row.v_m_s,
-            wheel_speed_rad_s: row.wheel_speed_rad_s,
-            pressing_force_n: row.pressing_force_n,
-            drive_torque_nm: row.drive_torque_nm,
-            grade_rad: row.grade_rad,
-            load_kg: row.load_kg,
-            brake_demand: row.brake_demand,
-        }));
+        readings.extend(journey.readings().iter().map(|row| reading!(row)));
         let before = std::time::Instant::now();
         watch.take(head.time_s, &readings);
         watch_s += before.elapsed().as_secs_f64();

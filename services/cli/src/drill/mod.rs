@@ -10,11 +10,13 @@
 //! **Folders.** `OUT/trains/NAME`: what a judge is given. `OUT/sealed`: labels, salt and truth, for the owner alone until
 //! the last train is judged. `OUT/sealed.sha256`: the published hash.
 
-mod believed;
 mod drive;
 mod labels;
 mod make;
 mod open;
+mod order;
+mod plot;
+mod reading;
 mod replay;
 mod report;
 mod run;

@@ -1,18 +1,16 @@
 //! `railgrip drill replay`: the watch over a train from files, as fast as they can be read.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::PathBuf;
 
 use railgrip_causes::{Alert, Reading, TrainWatch};
-use railgrip_recording::{Recording, Row, Strictness};
-use serde::Deserialize;
+use railgrip_judge::believed;
+use railgrip_recording::{Recording, Strictness};
+use railgrip_settings::{RecordedTrain, RecordedWagon};
 use serde_json::{Value, json};
 
-use super::believed::believed;
-use crate::CliError;
-use crate::sealed::files::write;
+use super::reading::reading;
+use crate::sealed::files::{cannot_write, write};
+use crate::{CliError, estimate};
 
 /// Arguments of `railgrip drill replay`.
 #[derive(Debug, clap::Args)]
@@ -23,40 +21,24 @@ pub(super) struct Args {
     /// File for the alerts
     #[arg(long, value_name = "FILE")]
     json: PathBuf,
-}
-
-/// `train.toml`; lines and couplers are not needed here.
-#[derive(Debug, Deserialize)]
-struct TrainFile {
-    wagon: Vec<WagonTable>,
-}
-
-#[derive(Debug, Deserialize)]
-struct WagonTable {
-    number: String,
-    folder: String,
+    /// Folder for the estimates of adhesion and pad friction, one CSV a wagon, as `railgrip estimate` writes it
+    #[arg(long, value_name = "DIR")]
+    estimates: Option<PathBuf>,
 }
 
 /// Replays a train and writes its alerts.
 pub(super) fn run(args: &Args) -> Result<(), CliError> {
-    let file = args.train.join("train.toml");
-    let bad = |why: String| CliError::bad_input(format!("{}: {why}", file.display()));
-    let text = fs::read_to_string(&file).map_err(|error| bad(error.to_string()))?;
-    let train: TrainFile = toml::from_str(&text).map_err(|error| bad(error.to_string()))?;
-    if train.wagon.is_empty() {
-        return Err(bad("no [[wagon]], at least one is needed".to_owned()));
-    }
+    let train = RecordedTrain::read(&args.train)?;
     let (mut files, mut runs) = (Vec::new(), Vec::new());
-    for wagon in &train.wagon {
-        let folder = args.train.join(&wagon.folder);
-        let vehicle =
-            railgrip_settings::vehicle::load(&folder.join("vehicle.toml")).map_err(CliError::bad_input)?;
-        let run = recording(&folder)?;
+    for wagon in &train.wagons {
+        let vehicle = railgrip_settings::vehicle::load(&wagon.vehicle).map_err(CliError::bad_input)?;
+        let run = Recording::read(&wagon.run, Strictness::Tolerant).map_err(CliError::bad_input)?;
         if run.wheelsets != vehicle.wheelsets() {
             return Err(CliError::bad_input(format!(
-                "{}: {} wheelsets in the recording, {} in the vehicle file",
-                folder.display(),
+                "{} has {} wheelsets, {} has {}",
+                wagon.run.display(),
                 run.wheelsets,
+                wagon.vehicle.display(),
                 vehicle.wheelsets()
             )));
         }
@@ -68,40 +50,24 @@ pub(super) fn run(args: &Args) -> Result<(), CliError> {
     let clock = runs.iter().position(|run| run.len() == length).unwrap_or(0);
     let mut readings = Vec::with_capacity(runs.len());
     for index in 0..length {
+        let at = |run: &Recording| {
+            if index < run.len() { reading!(run.row(index)) } else { Reading::default() }
+        };
         readings.clear();
-        readings.extend(
-            runs.iter().map(
-                |run| {
-                    if index < run.len() { reading(&run.row(index)) } else { Reading::default() }
-                },
-            ),
-        );
+        readings.extend(runs.iter().map(at));
         watch.take(runs[clock].t_s[index], &readings);
     }
-    let numbers: Vec<&str> = train.wagon.iter().map(|wagon| wagon.number.as_str()).collect();
+    let numbers: Vec<&str> = train.wagons.iter().map(|wagon| wagon.number.as_str()).collect();
     let alerts: Vec<Value> = watch.alerts().iter().map(|alert| told(alert, &numbers)).collect();
     let text = serde_json::to_string_pretty(&alerts).map_err(CliError::failed)?;
     write(&args.json, &format!("{text}\n"))?;
     crate::output::say(&format!("{} alerts in {}", alerts.len(), args.json.display()));
-    Ok(())
-}
-
-fn recording(folder: &Path) -> Result<Recording, CliError> {
-    let parquet = folder.join("run.parquet");
-    let path = if parquet.exists() { parquet } else { folder.join("run.csv") };
-    Recording::read(&path, Strictness::Tolerant).map_err(CliError::bad_input)
-}
-
-fn reading(row: &Row) -> Reading {
-    Reading {
-        v_m_s: row.v_m_s,
-        wheel_speed_rad_s: row.wheel_speed_rad_s,
-        pressing_force_n: row.pressing_force_n,
-        drive_torque_nm: row.drive_torque_nm,
-        grade_rad: row.grade_rad,
-        load_kg: row.load_kg,
-        brake_demand: row.brake_demand,
-    }
+    let Some(folder) = &args.estimates else { return Ok(()) };
+    std::fs::create_dir_all(folder).map_err(|error| cannot_write(folder, &error))?;
+    train.wagons.iter().try_for_each(|wagon: &RecordedWagon| {
+        let out = folder.join(format!("{}.csv", wagon.name));
+        estimate::run(&estimate::Args::usual(wagon.run.clone(), wagon.vehicle.clone(), out))
+    })
 }
 
 /// An alert as `alerts.json` has it: wagons by number, wheelsets from 1.

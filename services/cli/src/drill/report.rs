@@ -5,6 +5,9 @@ use std::{collections::BTreeMap, fmt::Write as _};
 use super::drive::Driven;
 use super::score::{Found, Score, at_place};
 
+/// What stands where there is nothing to count.
+const NONE: &str = "–";
+
 /// What was true of a train and what was said of it.
 pub(super) fn lines(driven: &Driven) -> String {
     let label = &driven.label;
@@ -45,20 +48,25 @@ pub(super) fn lines(driven: &Driven) -> String {
 /// The score for people.
 pub(super) fn markdown(score: &Score, command: &str) -> String {
     let mut text = format!(
-        "# Drill: are the alarms right?\n\n`{command}`: {} trains, {:.1} train-hours, {:.0} wagon-hours. The watch took {:.2} s of a core a train-hour, the train itself {:.1} s.\n\n",
+        "# Drill: are the alarms right?\n\n`{command}`: {} trains, {:.1} train-hours, {:.1} wagon-hours. The watch took {:.2} s of a core a train-hour, the train itself {:.1} s.\n\n",
         score.trains,
         score.hours,
         score.wagon_hours,
         score.watch_s / score.hours.max(1e-9),
         score.plant_s / score.hours.max(1e-9),
     );
-    let per_thousand = |count: usize| 1000.0 * count as f64 / score.healthy_hours.max(1e-9);
+    // Of hours that are none a rate is none either.
+    let healthy = score.healthy_hours;
+    let rate = |count: usize| match healthy >= 0.05 {
+        true => format!("{:.0} ({count} in {healthy:.1} h)", 1000.0 * count as f64 / healthy),
+        false => NONE.to_owned(),
+    };
     let told: Vec<&Found> = score.found.iter().filter(|found| found.could_show()).collect();
     let gross: Vec<&Found> = told.iter().copied().filter(|found| found.fault.gross).collect();
     let with: Vec<&Found> = told.iter().copied().filter(|found| found.first.is_some()).collect();
     let named: Vec<&Found> = told.iter().copied().filter(|found| found.right.is_some()).collect();
     let share = |part: usize, whole: usize| match whole {
-        0 => "none".to_owned(),
+        0 => NONE.to_owned(),
         _ => format!("{:.2} ({part} of {whole})", part as f64 / whole as f64),
     };
     let of = |list: &[&Found], test: &dyn Fn(&Found) -> bool| {
@@ -75,17 +83,8 @@ pub(super) fn markdown(score: &Score, command: &str) -> String {
         let _ = writeln!(text, "| {what} | {value} | {goal} |");
     };
     let [watch, act] = score.false_alarms;
-    let healthy = score.healthy_hours;
-    row(
-        "false alarms of grade act per 1,000 healthy train-hours",
-        format!("{:.0} ({act} in {healthy:.1} h)", per_thousand(act)),
-        "≤ 1",
-    );
-    row(
-        "false alarms of grade watch per 1,000 healthy train-hours",
-        format!("{:.0} ({watch} in {healthy:.1} h)", per_thousand(watch)),
-        "≤ 10",
-    );
+    row("false alarms of grade act per 1,000 healthy train-hours", rate(act), "≤ 1");
+    row("false alarms of grade watch per 1,000 healthy train-hours", rate(watch), "≤ 10");
     row("gross faults found in time", of(&gross, &|found: &Found| found.in_time()), "≥ 0.95");
     row("first alert after the onset on the right wagon", of(&with, &first_at_place), "≥ 0.98");
     row(
@@ -96,12 +95,18 @@ pub(super) fn markdown(score: &Score, command: &str) -> String {
     row("first alert names the right cause first", of(&with, &first_cause), "≥ 0.90");
     row(
         "alerts a fault that raised any",
-        format!("{:.2}", alerts as f64 / with.len().max(1) as f64),
+        match with.len() {
+            0 => NONE.to_owned(),
+            faults => format!("{:.2}", alerts as f64 / faults as f64),
+        },
         "≤ 1.1",
     );
     row(
         "expected calibration error of the probability",
-        format!("{:.2} over {} alerts", score.calibration_error(), score.stated.len()),
+        match score.stated.len() {
+            0 => NONE.to_owned(),
+            stated => format!("{:.2} over {stated} alerts", score.calibration_error()),
+        },
         "≤ 0.05",
     );
     if !score.false_causes.is_empty() {

@@ -4,10 +4,12 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 
 use railgrip_causes::WagonFile;
-use railgrip_truth_plant::train::{TrainOrder, TrainSpec, deck, files};
+use railgrip_judge::believed;
+use railgrip_truth_plant::train::{TrainSpec, files};
 
-use super::believed::believed;
 use super::drive::drive;
+use super::order::Order;
+use super::plot;
 use super::report::markdown;
 use super::score::Score;
 use crate::CliError;
@@ -19,57 +21,28 @@ use crate::sealed::{
 /// Arguments of a drill.
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Number of trains
-    #[arg(long, default_value_t = 20)]
-    trains: usize,
-    /// Length of each train's day, h
-    #[arg(long, default_value_t = 1.0)]
-    hours: f64,
-    /// Trains and faults follow from this
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Coupled trains only, of 4 to 64 wagons (default: four in five)
-    #[arg(long, conflicts_with = "free")]
-    coupled: bool,
-    /// Single free wagons only
-    #[arg(long)]
-    free: bool,
+    #[command(flatten)]
+    order: Order,
     /// Leave out trains with more wagons, which take longest
     #[arg(long, default_value_t = 64)]
     most_wagons: usize,
-    /// Samples a second: 20, 25, 50, 100 or 200
-    #[arg(long, default_value_t = 50.0)]
-    rate: f64,
-    /// Folder for score.md and alerts.txt
+    /// Folder for score.md, alerts.txt, delay.svg and confusion.svg
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Trains at the same time (default: one a core)
-    #[arg(long)]
-    threads: Option<usize>,
 }
 
 /// Runs the drill. The watch gets readings and the files of the wagons, nothing else.
 pub(super) fn run(args: &Args) -> Result<(), CliError> {
     let Some(out) = &args.out else { return Err(CliError::bad_input("--out DIR is missing")) };
-    let coupled = match (args.coupled, args.free) {
-        (true, _) => Some(true),
-        (_, true) => Some(false),
-        _ => None,
-    };
-    let deck = deck(args.trains, args.seed, coupled);
+    let deck = args.order.deck()?;
     let bar = progress("driving trains", deck.len());
     let score = Mutex::new(Ok((Score::default(), String::new())));
     parallel(
-        threads(args.threads),
+        threads(args.order.threads),
         deck.len(),
         || true,
         |index| {
-            let (seed, fault) = deck[index];
-            let order =
-                TrainOrder { coupled, hours: args.hours, rate_hz: args.rate, fault, ..TrainOrder::default() };
-            let driven = TrainSpec::draw_to(seed, &order)
-                .map_err(CliError::bad_input)
-                .and_then(|spec| one(index, spec, args.most_wagons));
+            let driven = args.order.draw(deck[index]).and_then(|spec| one(index, spec, args.most_wagons));
             bar.inc(1);
             let mut score = score.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             match (driven, &mut *score) {
@@ -84,20 +57,12 @@ pub(super) fn run(args: &Args) -> Result<(), CliError> {
     );
     bar.finish_and_clear();
     let (score, lines) = score.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner)?;
-    let kind = if args.free {
-        " --free"
-    } else if args.coupled {
-        " --coupled"
-    } else {
-        ""
-    };
-    let command = format!(
-        "railgrip drill --trains {} --hours {} --seed {}{kind} --most-wagons {}",
-        args.trains, args.hours, args.seed, args.most_wagons
-    );
+    let command = format!("railgrip drill {} --most-wagons {}", args.order.words(), args.most_wagons);
     let text = markdown(&score, &command);
     write(&out.join("score.md"), &text)?;
     write(&out.join("alerts.txt"), &lines)?;
+    plot::delays(&score, &out.join("delay.svg"))?;
+    plot::confusion(&score, &out.join("confusion.svg"))?;
     crate::output::say(&text);
     Ok(())
 }

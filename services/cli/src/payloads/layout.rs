@@ -2,7 +2,7 @@
 
 use railgrip_messages::{
     BogieSample, Estimate, Event, Health, Heard, Heartbeat, Indicator, Innovation, MotorSample, Payload,
-    Sample, Stamp, Text, WheelsetHealth,
+    Sample, Stamp, Text, Verdict, Verdicts, WheelsetHealth,
 };
 use std::fmt::Write as _;
 use std::mem::offset_of;
@@ -53,7 +53,7 @@ macro_rules! held {
 
 held!(u8: Kind::U8, u32: Kind::U32, u64: Kind::U64, i64: Kind::I64, f64: Kind::F64);
 held!(Stamp: Kind::Of("Stamp"), Text: Kind::Of("Text"), Indicator: Kind::Of("Indicator"));
-held!(WheelsetHealth: Kind::Of("WheelsetHealth"));
+held!(WheelsetHealth: Kind::Of("WheelsetHealth"), Verdict: Kind::Of("Verdict"));
 
 impl<T: Held, const N: usize> Held for [T; N] {
     const KIND: Kind = T::KIND;
@@ -121,6 +121,8 @@ fn layouts() -> Vec<Layout> {
             grade_rad,
             sanding,
             position_m,
+            load_kg,
+            brake_demand,
             valid,
             wsp_active,
             wheelsets,
@@ -272,6 +274,34 @@ fn layouts() -> Vec<Layout> {
             latency_p50_ns,
             latency_p99_ns,
             uptime_s
+        ),
+        layout!(
+            Verdict,
+            "railgrip/Verdict/v1",
+            wagons,
+            probability,
+            instead_probability,
+            instead,
+            cause,
+            grade,
+            wheelsets,
+            brakings_seen,
+            number,
+            found_t_s,
+            reason
+        ),
+        layout!(
+            Verdicts,
+            Verdicts::TYPE_NAME,
+            sequence,
+            stamp,
+            time_s,
+            instants,
+            brakings,
+            count,
+            wagons,
+            reserved,
+            verdict
         ),
     ]
 }

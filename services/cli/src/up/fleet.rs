@@ -48,6 +48,9 @@ impl Fleet {
             let number = wagon.to_string();
             others.push(unit(format!("estimator {number}"), &["estimator", "--wagon", &number])?);
         }
+        if settings.judged_together {
+            others.push(unit("judge".into(), &["judge"])?);
+        }
         for wagon in &bus.microphones {
             let number = wagon.to_string();
             others.push(unit(format!("listener {number}"), &["listener", "--wagon", &number])?);

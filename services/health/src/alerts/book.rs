@@ -3,13 +3,14 @@
 use super::evaluate::{Evaluation, Patience, Symptom};
 use super::group::{Group, group};
 use super::journal::Journal;
+use super::judged::Judged;
 use super::model::{Alert, AlertPlace, AlertState, Change, Scope};
 use super::nflog::Notification;
 use super::rule::Rules;
 use crate::api::grade::Grade;
 use crate::api::train::model::AlertCounts;
 use railgrip_indicators::{INDICATORS, Table};
-use railgrip_messages::Stamp;
+use railgrip_messages::{Stamp, Verdicts};
 use railgrip_settings::AlertSettings;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::PathBuf;
@@ -31,6 +32,7 @@ pub struct AlertBook {
     wagons: u32,
     gaps: PathBuf,
     evaluation: Evaluation,
+    judged: Judged,
     pub(super) open: BTreeMap<Group, Alert>,
     pub(super) over: VecDeque<Alert>,
     last_id: u64,
@@ -56,11 +58,12 @@ impl AlertBook {
     #[must_use]
     pub fn with(table: Table, settings: AlertSettings, wagons: u32, gaps: PathBuf) -> Self {
         Self {
-            rules: Rules(table),
+            rules: Rules { table, together: false },
             settings,
             wagons,
             gaps,
             evaluation: Evaluation::default(),
+            judged: Judged::default(),
             open: BTreeMap::new(),
             over: VecDeque::new(),
             last_id: 0,
@@ -72,6 +75,22 @@ impl AlertBook {
             refused_ns: None,
             looked_ns: 0,
             trouble: None,
+        }
+    }
+
+    /// The wagons are judged together from now on, by their causes.
+    #[must_use]
+    pub fn judged_together(mut self) -> Self {
+        self.rules.together = true;
+        self
+    }
+
+    /// Takes what is wrong with a train whose wagons are judged together; what is not named any more is gone.
+    pub fn judge_together(&mut self, verdicts: &Verdicts, now: Stamp) {
+        let rules = self.rules;
+        let before = self.evaluation.of_rules(|rule| rules.judged(rule).is_some());
+        for (symptom, grade, reason) in self.judged.take(verdicts, &before) {
+            self.judge(symptom, grade, &reason, now);
         }
     }
 
@@ -88,6 +107,7 @@ impl AlertBook {
                     continue;
                 };
                 let symptom = Symptom { wagon: place.wagon, wheelset: place.wheelset, rule };
+                self.judged.restore(rule, place.wagon, alert.wagon);
                 self.evaluation.restore(symptom, place.grade, place.reason.clone());
             }
             let wagon = (alert.scope == Scope::Wagon).then_some(alert.wagon);
@@ -119,7 +139,8 @@ impl AlertBook {
     /// Turns the symptoms that fire into alerts; to be called after all were judged.
     pub fn settle(&mut self, now: Stamp) {
         let is_common = |cause: &str, wagons| self.is_common(cause, wagons);
-        let mut shown = group(self.rules, self.evaluation.firing(), is_common);
+        let home = |rule, wagon| self.judged.home(rule, wagon);
+        let mut shown = group(self.rules, self.evaluation.firing(), is_common, home);
         let gone: Vec<Group> = self.open.keys().filter(|key| !shown.contains_key(*key)).cloned().collect();
         for key in gone {
             let into = shown.contains_key(&(key.0.clone(), None)) && key.1.is_some();
@@ -133,6 +154,9 @@ impl AlertBook {
             } else {
                 self.raise(key, places, now);
             }
+        }
+        for ((cause, wagon), alert) in &mut self.open {
+            self.judged.explain(cause, wagon.unwrap_or(0), alert);
         }
         self.find_recordings(now);
         self.end_silences(now);

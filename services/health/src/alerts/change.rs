@@ -32,12 +32,16 @@ impl Alert {
             scope,
             wagon: 0,
             wheelset: None,
+            wheelsets: Vec::new(),
             wagons: Vec::new(),
             affected: Vec::new(),
             places: Vec::new(),
             grade,
             grade_now: grade,
             reason: String::new(),
+            probability: None,
+            instead: Vec::new(),
+            brakings_seen: None,
             advice: advice.to_owned(),
             evidence: Evidence { history: String::new(), recording: None },
             active: true,
@@ -63,7 +67,8 @@ impl Alert {
         self.affected.sort_unstable();
         self.affected.dedup();
         self.wagon = self.wagons.first().copied().unwrap_or(0);
-        self.wheelset = worst.filter(|_| self.scope == Scope::Wagon).and_then(|place| place.wheelset);
+        let alone = |place: &&AlertPlace| self.scope == Scope::Wagon && place::pair(&places, place).is_none();
+        self.wheelset = worst.filter(alone).and_then(|place| place.wheelset);
         self.grade_now = place::grade(&places);
         self.reason = place::reason(self.scope, &places);
         let wagon = worst.map_or(1, |place| place.wagon.max(1));

@@ -65,6 +65,11 @@ impl Evaluation {
         }
     }
 
+    /// The symptoms under watch whose rules are chosen.
+    pub fn of_rules(&self, chosen: impl Fn(&str) -> bool) -> Vec<Symptom> {
+        self.watched.keys().filter(|symptom| chosen(symptom.rule)).cloned().collect()
+    }
+
     /// The symptoms that fire, with how bad they are and why.
     pub fn firing(&self) -> impl Iterator<Item = (&Symptom, Grade, &str)> {
         self.watched.iter().filter_map(|(symptom, watched)| {

@@ -18,6 +18,7 @@ mod change;
 mod evaluate;
 mod group;
 pub mod journal;
+mod judged;
 pub mod model;
 pub mod moved;
 pub mod nflog;

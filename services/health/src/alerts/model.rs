@@ -178,6 +178,9 @@ pub struct Alert {
     pub wagon: u32,
     /// The wheelset, 1 leading; `null` for the whole wagon.
     pub wheelset: Option<u32>,
+    /// All wheelsets that it may be, where the wagons are judged together and no single one is told.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub wheelsets: Vec<u32>,
     /// All wagons that show it now, front first; when it is over, every wagon that did at some time.
     pub wagons: Vec<u32>,
     /// Every wagon that has shown it since its cause last came, front first.
@@ -191,6 +194,15 @@ pub struct Alert {
     pub grade_now: Grade,
     /// What happens, in words.
     pub reason: String,
+    /// Probability of the cause, where the wagons are judged together.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probability: Option<f64>,
+    /// What it may be instead, likewise.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub instead: Vec<Instead>,
+    /// Brake applications that had been seen when it was found, likewise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub brakings_seen: Option<u32>,
     /// What to do, in words.
     pub advice: String,
     /// Where to see for oneself.
@@ -216,6 +228,15 @@ pub struct Alert {
     pub changes: u64,
     /// When its cause last came or went, Unix ns.
     pub unix_ns: i64,
+}
+
+/// Another cause that would explain the same.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Instead {
+    /// The cause.
+    pub cause: String,
+    /// Its probability.
+    pub probability: f64,
 }
 
 /// Alerts, active ones first, then the latest.

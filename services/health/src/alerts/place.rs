@@ -11,7 +11,10 @@ pub(super) fn worst(places: &[AlertPlace]) -> Option<&AlertPlace> {
 /// What happens, in words.
 pub(super) fn reason(scope: Scope, places: &[AlertPlace]) -> String {
     let Some(worst) = worst(places) else { return String::new() };
-    let wheelset = worst.wheelset.map_or_else(String::new, |number| format!("wheelset {number}: "));
+    let wheelset = match pair(places, worst) {
+        Some([first, second]) => format!("wheelsets {first}, {second}: "),
+        None => worst.wheelset.map_or_else(String::new, |number| format!("wheelset {number}: ")),
+    };
     match (scope, worst.wagon) {
         (Scope::Wagon, _) | (_, 0) => format!("{wheelset}{}", worst.reason),
         (Scope::Train, wagon) => {
@@ -23,6 +26,13 @@ pub(super) fn reason(scope: Scope, places: &[AlertPlace]) -> String {
             format!("{} {noun} ({list}), worst wagon {wagon}: {wheelset}{}", wagons.len(), worst.reason)
         }
     }
+}
+
+/// Two wheelsets of a wagon that show the same.
+pub(super) fn pair(places: &[AlertPlace], worst: &AlertPlace) -> Option<[u32; 2]> {
+    let same = |place: &&AlertPlace| place.wagon == worst.wagon && place.reason == worst.reason;
+    let numbers: Vec<u32> = places.iter().filter(same).filter_map(|place| place.wheelset).collect();
+    <[u32; 2]>::try_from(numbers).ok()
 }
 
 /// The wagons of some places, front first, each once; places that are no wagon's do not count.

@@ -4,7 +4,8 @@ use crate::history::Recorder;
 use crate::history::watch::Watch;
 use crate::store::Store;
 use railgrip_bus::{
-    Bus, BusConfig, BusError, HealthSubscriber, HeardSubscriber, HeartbeatPublisher, HeartbeatSubscriber, now,
+    Bus, BusConfig, BusError, HealthSubscriber, HeardSubscriber, HeartbeatPublisher, HeartbeatSubscriber,
+    VerdictSubscriber, now,
 };
 use railgrip_messages::{Heartbeat, NO_WAGON, ProcessKind};
 use railgrip_settings::TrainSettings;
@@ -14,6 +15,8 @@ pub(super) struct Ends {
     pub bus: Bus,
     health: Vec<(u32, HealthSubscriber)>,
     heard: Vec<(u32, HeardSubscriber)>,
+    /// Of a train whose wagons are judged together.
+    verdicts: Option<VerdictSubscriber>,
     heartbeats: HeartbeatSubscriber,
     own: HeartbeatPublisher,
     sequence: u64,
@@ -31,8 +34,9 @@ impl Ends {
         let heard = microphones
             .map(|microphone| Ok((microphone.wagon, bus.heard_subscriber(microphone.wagon)?)))
             .collect::<Result<_, BusError>>()?;
+        let verdicts = settings.judged_together.then(|| bus.verdict_subscriber()).transpose()?;
         let (heartbeats, own) = (bus.heartbeat_subscriber()?, bus.heartbeat_publisher()?);
-        Ok(Self { bus, health, heard, heartbeats, own, sequence: 0 })
+        Ok(Self { bus, health, heard, verdicts, heartbeats, own, sequence: 0 })
     }
 
     /// Hands on everything that has arrived.
@@ -50,7 +54,9 @@ impl Ends {
         for (wagon, subscriber) in &mut self.health {
             subscriber.receive(|batch| {
                 let now = now();
-                for health in batch.iter().filter_map(|health| store.receive_health(*wagon, health, now)) {
+                for health in batch {
+                    let health = store.limit(health);
+                    let Some(health) = store.receive_health(*wagon, &health, now) else { continue };
                     if let Some(recorder) = recorder {
                         recorder.take(&health);
                     }
@@ -63,6 +69,14 @@ impl Ends {
                 let now = now();
                 for heard in batch {
                     let _ = store.receive_heard(*wagon, heard, now);
+                }
+            })?;
+        }
+        if let Some(verdicts) = &mut self.verdicts {
+            verdicts.receive(|batch| {
+                let now = now();
+                for verdicts in batch {
+                    let _ = store.receive_verdicts(verdicts, now);
                 }
             })?;
         }

@@ -155,8 +155,15 @@ fn place(alert: &Alert) -> String {
     match alert.scope {
         Scope::Train if alert.wagons.iter().all(|wagon| *wagon == 0) => t("Whole train").to_owned(),
         Scope::Train if alert.wagons.len() > 1 => say("Wagons {list}", &[("list", &ranges(&alert.wagons))]),
+        Scope::Wagon if alert.wagons.len() > 1 => say("Wagons {list}", &[("list", &ranges(&alert.wagons))]),
         _ => {
             let wagon = say("Wagon {number}", &[("number", &alert.wagon)]);
+            if alert.wheelsets.len() == 2 {
+                return format!(
+                    "{wagon}, {}",
+                    say("wheelsets {list}", &[("list", &ranges(&alert.wheelsets))])
+                );
+            }
             alert.wheelset.map_or_else(|| wagon.clone(), |set| format!("{wagon}, {}", wheelset(set)))
         }
     }

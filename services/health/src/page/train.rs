@@ -11,7 +11,7 @@ use crate::store::Snapshot;
 use crate::words::{say, t};
 use maud::{Markup, html};
 use railgrip_indicators::IndicatorSpec;
-use railgrip_indicators::indicator::{ASYMMETRY, BRAKE_FRICTION, SLIDES};
+use railgrip_indicators::indicator::{ASYMMETRY, BRAKE_FRICTION};
 
 /// Longer trains are drawn with small wagons.
 const ROOMY: usize = 16;
@@ -90,8 +90,11 @@ fn active(snapshot: &Snapshot) -> String {
 fn headline(train: &TrainView) -> String {
     let of = |grade: Grade| train.worst.iter().filter(|row| row.grade == grade).count();
     match train.grade {
+        Grade::Act if of(Grade::Act) == 0 => t("The train needs action").to_owned(),
         Grade::Act if of(Grade::Act) == 1 => t("1 wagon needs action").to_owned(),
         Grade::Act => say("{count} wagons need action", &[("count", &of(Grade::Act))]),
+        // What is no wagon's own: the rail, stopping distances, a disk.
+        Grade::Watch if of(Grade::Watch) == 0 => t("The train needs a look").to_owned(),
         Grade::Watch if of(Grade::Watch) == 1 => t("1 wagon needs a look").to_owned(),
         Grade::Watch => say("{count} wagons need a look", &[("count", &of(Grade::Watch))]),
         Grade::Ok if train.ready => t("All wagons are well").to_owned(),
@@ -168,7 +171,7 @@ fn tile(row: &WagonRow, wagon: &WagonView, current: Option<u32>, small: bool) ->
                 @if current.is_none() && !small { span .more { (about(row)) } }
             }
             @for axle in &wagon.wheelsets {
-                i class={ "axle g-" (worst(axle).word()) @if slides(axle) { " slides" } } {}
+                i class={ "axle g-" (axle.grade.word()) @if slides(axle) { " slides" } } {}
             }
         }
     }
@@ -176,19 +179,13 @@ fn tile(row: &WagonRow, wagon: &WagonView, current: Option<u32>, small: bool) ->
 
 /// What is worth saying of a wheelset: that it slides, or that it is not well.
 fn about_axle(axle: &WheelsetView) -> Option<String> {
-    let grade = Some(worst(axle)).filter(|grade| *grade >= Grade::Watch).map(|grade| t(grade.word()));
+    let grade = Some(axle.grade).filter(|grade| *grade >= Grade::Watch).map(|grade| t(grade.word()));
     let said: Vec<&str> = grade.into_iter().chain(slides(axle).then(|| t("slides now"))).collect();
     (!said.is_empty()).then(|| format!("{} {}", wheelset(axle.id), said.join(", ")))
 }
 
 fn slides(axle: &WheelsetView) -> bool {
     axle.now.as_ref().is_some_and(|now| now.sliding || now.wsp_active)
-}
-
-/// The worst grade of what shows on one axle: its pads and its slides.
-fn worst(axle: &WheelsetView) -> Grade {
-    let shown = [&BRAKE_FRICTION, &SLIDES].into_iter().filter_map(|spec| axle.indicators.get(spec));
-    shown.map(|figure| figure.grade).max().unwrap_or(Grade::Unknown)
 }
 
 /// What a roomy wagon also says.

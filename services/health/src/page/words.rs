@@ -5,7 +5,8 @@ use crate::api::grade::{Condition, DataState, Grade};
 use crate::time::parse_rfc3339;
 use crate::words::{localised, reword, say, t};
 use maud::{Markup, html};
-use railgrip_indicators::{Form, INDICATORS};
+use railgrip_causes::Cause;
+use railgrip_indicators::{Form, INDICATORS, IndicatorSpec};
 
 /// What stands for something unknown.
 pub(super) const NOTHING: &str = "–";
@@ -81,8 +82,9 @@ pub(super) fn plain(name: &str) -> String {
 
 /// What an indicator or the cause of an alert is called on the pages: the heading of its meaning, or its id in words.
 pub(super) fn named(id: &str) -> String {
-    let spec = INDICATORS.iter().find(|spec| spec.id == id);
-    spec.map_or_else(|| sentence(&plain(id)), |spec| t(spec.name()).to_owned())
+    let spec = INDICATORS.iter().find(|spec| spec.id == id).map(IndicatorSpec::name);
+    let name = spec.or_else(|| Cause::from_word(id).map(Cause::title));
+    name.map_or_else(|| sentence(&plain(id)), |name| t(name).to_owned())
 }
 
 /// A sentence of the service, such as a reason, in the language of the page and with a large letter at its start.

@@ -3,12 +3,13 @@
 use crate::alerts::model::Alert;
 use crate::alerts::{AlertBook, SharedBook};
 use crate::store::inference::{Inference, Whole};
+use crate::store::judgement::Judgement;
 use crate::store::received::Received;
 use crate::store::snapshot::{Basis, Snapshot};
 use crate::store::symptoms;
 use railgrip_indicators::train::track::KeptCell;
 use railgrip_indicators::{INDICATORS, Table};
-use railgrip_messages::{Health, Heard, Heartbeat, NO_WAGON, Stamp, Validated};
+use railgrip_messages::{Health, Heard, Heartbeat, NO_WAGON, Stamp, Validated, Verdicts};
 use railgrip_settings::TrainSettings;
 
 /// Everything that is known about the train.
@@ -18,6 +19,7 @@ pub struct Store {
     table: Table,
     received: Received,
     inference: Inference,
+    judgement: Judgement,
     alerts: SharedBook,
     started: Option<Stamp>,
     /// What is wrong with the history.
@@ -34,20 +36,38 @@ impl Store {
     /// The same by another table of indicators.
     #[must_use]
     pub fn with(table: Table, settings: &TrainSettings) -> Self {
+        let book = AlertBook::with(
+            table,
+            settings.alerts,
+            settings.wagons.len() as u32,
+            settings.instance.dir.join("gaps"),
+        );
+        let book = if settings.judged_together { book.judged_together() } else { book };
         Self {
             train: settings.name.clone(),
             table,
+            judgement: Judgement::new(settings.judged_together),
             received: Received::new(settings),
             inference: Inference::new(settings, table),
-            alerts: SharedBook::new(AlertBook::with(
-                table,
-                settings.alerts,
-                settings.wagons.len() as u32,
-                settings.instance.dir.join("gaps"),
-            )),
+            alerts: SharedBook::new(book),
             started: None,
             history: None,
         }
+    }
+
+    /// What a wagon says, without what it can say only where it runs alone; to be asked before it is taken.
+    #[must_use]
+    pub fn limit(&self, health: &Health) -> Health {
+        self.judgement.limit(self.table, health)
+    }
+
+    /// Checks and takes what is wrong with a train whose wagons are judged together; false if it is refused.
+    pub fn receive_verdicts(&mut self, verdicts: &Verdicts, now: Stamp) -> bool {
+        let taken = self.received.admit(NO_WAGON, verdicts, now).is_some();
+        if taken {
+            self.judgement.take(verdicts);
+        }
+        taken
     }
 
     /// Checks and takes the indicators that came on the channel of a wagon; `None` if they are refused.
@@ -59,7 +79,10 @@ impl Store {
     ) -> Option<Validated<'a, Health>> {
         let valid = self.received.admit(channel, health, now)?;
         if let Some(before) = self.received.take_health(valid) {
-            self.inference.chart(&valid, before.as_deref());
+            let slides = valid.wheelset[..valid.wheelset_count()].iter().any(|one| one.sliding != 0);
+            if self.judgement.charts(valid.wagon, slides) {
+                self.inference.chart(&valid, before.as_deref());
+            }
         }
         Some(valid)
     }
@@ -96,9 +119,10 @@ impl Store {
     pub fn snapshot(&mut self, now: Stamp) -> Snapshot {
         self.received.forget_silent_processes(now);
         self.inference.compare(&self.received, now.monotonic_ns);
-        let whole = self.inference.whole(&self.received, now.monotonic_ns);
+        let whole = self.inference.whole(&self.received, &self.judgement, now.monotonic_ns);
         let news = self.judge(&whole, now);
-        let basis = Basis::new(self.table, &self.train, &self.received, &self.inference, whole);
+        let basis =
+            Basis::new(self.table, &self.train, &self.received, &self.inference, &self.judgement, whole);
         Snapshot::take(basis, &self.alerts, news, now)
     }
 
@@ -122,8 +146,10 @@ impl Store {
     fn judge(&mut self, whole: &Whole, now: Stamp) -> Vec<Alert> {
         let started = *self.started.get_or_insert(now);
         let mut book = self.alerts.lock();
-        symptoms::judge(&mut book, self.table, &self.received, &self.inference, started, now);
+        let judgement = &self.judgement;
+        symptoms::judge(&mut book, self.table, &self.received, &self.inference, judgement, started, now);
         symptoms::judge_train(&mut book, whole, now);
+        symptoms::judge_together(&mut book, judgement, started, now);
         symptoms::judge_service(&mut book, self.history.as_deref(), now);
         book.settle(now);
         book.take_news()

@@ -6,6 +6,7 @@ use crate::api::capability::model::CapabilityView;
 use crate::api::figure::{Freshness, figure, rounded};
 use crate::api::grade::Grade;
 use crate::api::wagons::model::{WagonRow, WagonView};
+use crate::store::judgement::Judgement;
 use crate::store::received::{Received, Wagon};
 use railgrip_indicators::belief::Rail;
 use railgrip_indicators::train::braked;
@@ -112,14 +113,15 @@ impl Inference {
     }
 
     /// What is said of the whole train; worked out anew every few seconds.
-    pub fn whole(&mut self, received: &Received, now_ns: u64) -> Arc<Whole> {
+    pub fn whole(&mut self, received: &Received, judgement: &Judgement, now_ns: u64) -> Arc<Whole> {
         if let Some(whole) = &self.whole
             && now_ns.saturating_sub(whole.at_ns) < WHOLE_PERIOD_NS
         {
             return Arc::clone(whole);
         }
         let map = MapView::of(&self.map, self.capability.cell_m, now_ns as f64 * 1e-9);
-        let whole = Arc::new(Whole::new(self.table, received, self.capability.clone(), map, now_ns));
+        let whole =
+            Arc::new(Whole::new(self.table, received, judgement, self.capability.clone(), map, now_ns));
         self.whole = Some(Arc::clone(&whole));
         whole
     }
@@ -129,17 +131,22 @@ impl Whole {
     fn new(
         table: Table,
         received: &Received,
+        judgement: &Judgement,
         settings: CapabilitySettings,
         map: MapView,
         at_ns: u64,
     ) -> Self {
         let of_wagon = |wagon: &Wagon| {
-            let now = braked::now(&wagon.nominal, received.fresh(wagon, at_ns));
-            (now, braked::nominally(&wagon.nominal))
+            let nominal = braked::nominally(&wagon.nominal);
+            let now = match judgement.is_together() {
+                true => judgement.braked(wagon.number, &wagon.nominal, nominal),
+                false => braked::now(&wagon.nominal, received.fresh(wagon, at_ns)),
+            };
+            (now, nominal)
         };
         let braked: Vec<(BrakedWagon, BrakedWagon)> = received.wagons.iter().map(of_wagon).collect();
         let fresh = received.wagons.iter().filter_map(|wagon| received.fresh(wagon, at_ns));
-        let known = fresh.filter(|health| braked::is_known(health)).count();
+        let known = fresh.filter(|health| judgement.is_together() || braked::is_known(health)).count();
         let full = settings.full_braking();
         let found = Capability::of(&braked, known, &full, &settings.speeds_km_h);
         let judged = table.iter().filter_map(|spec| Some((spec, spec.judge.train?(&found)))).collect();
@@ -148,18 +155,18 @@ impl Whole {
     }
 
     /// The same some time later, when nothing new has come.
-    pub(super) fn aged(&self, received: &Received, now_ns: u64) -> Self {
+    pub(super) fn aged(&self, received: &Received, judgement: &Judgement, now_ns: u64) -> Self {
         let mut map = self.map.clone();
         let passed_s = now_ns.saturating_sub(self.at_ns) as f64 * 1e-9;
         map.cells.iter_mut().for_each(|cell| cell.age_s = rounded(cell.age_s + passed_s));
-        Self::new(self.table, received, self.settings.clone(), map, now_ns)
+        Self::new(self.table, received, judgement, self.settings.clone(), map, now_ns)
     }
 }
 
 impl Among {
     /// Adds what the neighbours show to what a live wagon says of itself.
-    pub fn amend(&self, row: &mut WagonRow, view: &mut WagonView, fresh: Freshness) {
-        for (spec, indicator) in &self.0 {
+    pub fn amend(&self, row: &mut WagonRow, view: &mut WagonView, fresh: Freshness, judgement: &Judgement) {
+        for (spec, indicator) in self.0.iter().filter(|(spec, _)| judgement.grades(spec)) {
             let shown = view.indicators.0.iter_mut().find(|(own, _)| own.id == spec.id);
             let Some((_, shown)) = shown else { continue };
             let figure = figure(indicator, fresh);

@@ -14,6 +14,7 @@
 
 mod feed;
 mod inference;
+mod judgement;
 mod received;
 mod refused;
 mod snapshot;

@@ -6,10 +6,11 @@ use crate::api::acoustic::acoustic;
 use crate::api::figure::Freshness;
 use crate::api::grade::{DataState, Grade};
 use crate::api::processes::process;
-use crate::api::train::model::{RefusedView, TrainView};
-use crate::api::wagons::model::{WagonList, WagonRow, WagonView};
+use crate::api::train::model::{AlertCounts, RefusedView, TrainView};
+use crate::api::wagons::model::{WagonList, WagonRow, WagonView, WheelsetView};
 use crate::api::wagons::view;
 use crate::store::inference::{Among, Inference, Whole};
+use crate::store::judgement::Judgement;
 use crate::store::received::{Received, Wagon};
 use crate::time::rfc3339;
 use crate::web::json::json;
@@ -60,6 +61,7 @@ pub(super) struct Basis {
     received: Received,
     /// Of each wagon, front first.
     among: Vec<Among>,
+    judgement: Judgement,
     whole: Arc<Whole>,
 }
 
@@ -70,10 +72,18 @@ impl Basis {
         train: &str,
         received: &Received,
         inference: &Inference,
+        judgement: &Judgement,
         whole: Arc<Whole>,
     ) -> Self {
         let among = received.wagons.iter().map(|wagon| inference.among(wagon.number)).collect();
-        Self { table, train: train.to_owned(), received: received.clone(), among, whole }
+        Self {
+            table,
+            train: train.to_owned(),
+            received: received.clone(),
+            among,
+            judgement: judgement.clone(),
+            whole,
+        }
     }
 }
 
@@ -87,7 +97,8 @@ impl Snapshot {
     /// The same train later, when nothing has come since: ages, states and readiness as they are at `now`.
     #[must_use]
     pub fn aged(&self, now: Stamp) -> Self {
-        let whole = Arc::new(self.basis.whole.aged(&self.basis.received, now.monotonic_ns));
+        let whole =
+            Arc::new(self.basis.whole.aged(&self.basis.received, &self.basis.judgement, now.monotonic_ns));
         Self::at(Arc::clone(&self.basis), whole, &self.book, Vec::new(), self.taken, now)
     }
 
@@ -107,22 +118,24 @@ impl Snapshot {
         taken: Stamp,
         now: Stamp,
     ) -> Self {
-        let (rows, wagons) = wagons(&basis, now.monotonic_ns);
+        let locked = book.lock();
+        let (alert_version, alerts) = (locked.version(), AlertList { alerts: locked.list(), next: None });
+        let counts = locked.counts();
+        drop(locked);
+        let (mut rows, mut wagons) = wagons(&basis, now.monotonic_ns);
+        accuse(&alerts.alerts, &mut rows, &mut wagons);
         let not_ready: Vec<String> = rows
             .iter()
             .filter(|row| row.state != DataState::Live)
             .map(|row| format!("wagon {} ({}) is {}", row.id, row.name, row.reason))
             .collect();
-        let train = train(&basis, book, &rows, now);
+        let train = train(&basis, &alerts.alerts, counts, &rows, now);
         let list = WagonList {
             train: train.name.clone(),
             generated_at: train.generated_at.clone(),
             wagons: rows.clone(),
             next: None,
         };
-        let locked = book.lock();
-        let (alert_version, alerts) = (locked.version(), AlertList { alerts: locked.list(), next: None });
-        drop(locked);
         Self {
             taken,
             as_of: now,
@@ -154,7 +167,13 @@ fn wagons(basis: &Basis, now_ns: u64) -> (Vec<WagonRow>, Vec<WagonView>) {
         let mut row = view::row(table, known.number, &known.name, health, fresh);
         let mut wagon = view::wagon(table, known.number, &known.name, health, estimator, fresh, now_ns);
         if row.state == DataState::Live {
-            among.amend(&mut row, &mut wagon, fresh);
+            among.amend(&mut row, &mut wagon, fresh, &basis.judgement);
+            if basis.judgement.speaks(now_ns) {
+                wagon
+                    .wheelsets
+                    .iter_mut()
+                    .for_each(|wheelset| wheelset.grade = wheelset.grade.max(Grade::Ok));
+            }
         }
         let heard = known.microphone.then_some(known.heard.as_ref());
         wagon.acoustic = heard.map(|heard| acoustic(heard, now_ns, received.stale_after_s));
@@ -163,8 +182,31 @@ fn wagons(basis: &Basis, now_ns: u64) -> (Vec<WagonRow>, Vec<WagonView>) {
     received.wagons.iter().zip(&basis.among).map(of_wagon).unzip()
 }
 
+/// Grades of wagons and wheelsets are never better than what active alerts say of them, so that page and interface speak with
+/// one voice. What somebody has silenced does not count.
+fn accuse(alerts: &[Alert], rows: &mut [WagonRow], wagons: &mut [WagonView]) {
+    for alert in alerts.iter().filter(|alert| alert.active && alert.silenced.is_none()) {
+        for place in &alert.places {
+            let Some(index) = rows.iter().position(|row| row.id == place.wagon) else { continue };
+            let (row, wagon) = (&mut rows[index], &mut wagons[index]);
+            if row.state != DataState::Live {
+                continue;
+            }
+            if place.grade > row.grade {
+                row.grade = place.grade;
+                row.reason = alert.reason.clone();
+                (wagon.grade, wagon.reason) = (row.grade, row.reason.clone());
+            }
+            let accused = |wheelset: &&mut WheelsetView| Some(wheelset.id) == place.wheelset;
+            if let Some(wheelset) = wagon.wheelsets.iter_mut().find(accused) {
+                wheelset.grade = wheelset.grade.max(place.grade);
+            }
+        }
+    }
+}
+
 /// The train at a glance.
-fn train(basis: &Basis, book: &SharedBook, rows: &[WagonRow], now: Stamp) -> TrainView {
+fn train(basis: &Basis, alerts: &[Alert], counts: AlertCounts, rows: &[WagonRow], now: Stamp) -> TrainView {
     let received = &basis.received;
     let count = |state| rows.iter().filter(|row| row.state == state).count() as u32;
     let mut worst: Vec<WagonRow> = rows.iter().filter(|row| row.grade >= Grade::Watch).cloned().collect();
@@ -175,6 +217,12 @@ fn train(basis: &Basis, book: &SharedBook, rows: &[WagonRow], now: Stamp) -> Tra
             (Grade::Ok, "everything that is known is as it should be".to_owned())
         }
         _ => (Grade::Unknown, "nothing is known yet".to_owned()),
+    };
+    // What is no wagon's (the rail, stopping distances, a disk that is full) makes the train no less in need of a look.
+    let told = alerts.iter().filter(|alert| alert.active && alert.silenced.is_none());
+    let (grade, reason) = match told.max_by_key(|alert| alert.grade_now) {
+        Some(alert) if alert.grade_now > grade => (alert.grade_now, alert.reason.clone()),
+        _ => (grade, reason),
     };
     let live = count(DataState::Live);
     TrainView {
@@ -188,7 +236,9 @@ fn train(basis: &Basis, book: &SharedBook, rows: &[WagonRow], now: Stamp) -> Tra
         stale: count(DataState::Stale),
         silent: count(DataState::Silent),
         worst,
-        alerts: book.lock().counts(),
+        alerts: counts,
+        judged_together: basis.judgement.is_together(),
+        brakings_judged: basis.judgement.brakings(),
         refused: received
             .refused
             .counts()

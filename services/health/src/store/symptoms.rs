@@ -3,8 +3,10 @@
 use crate::alerts::{AlertBook, Symptom};
 use crate::api::grade::Grade;
 use crate::store::inference::{Inference, Whole};
+use crate::store::judgement::Judgement;
 use crate::store::received::Received;
 use crate::time::rfc3339;
+use railgrip_causes::Cause;
 use railgrip_indicators::{Judged, Table};
 use railgrip_messages::Stamp;
 
@@ -14,6 +16,7 @@ pub(super) fn judge(
     table: Table,
     received: &Received,
     inference: &Inference,
+    judgement: &Judgement,
     started: Stamp,
     now: Stamp,
 ) {
@@ -28,9 +31,14 @@ pub(super) fn judge(
         let Some(health) = known.health.as_deref().filter(|_| !stale) else { continue };
         for Judged { spec, wheelset, indicator } in table.judged(health) {
             let symptom = Symptom { wagon, wheelset, rule: spec.id };
-            book.judge(symptom, indicator.grade().into(), indicator.reason.as_str(), now);
+            if judgement.grades(spec) {
+                book.judge(symptom, indicator.grade().into(), indicator.reason.as_str(), now);
+            } else if Cause::from_word(spec.id).is_none() {
+                // What a journal still holds of it, of a time when the wagon ran alone, is over.
+                book.judge(symptom, Grade::Ok, "", now);
+            }
         }
-        for (spec, indicator) in &inference.among(wagon).0 {
+        for (spec, indicator) in inference.among(wagon).0.iter().filter(|(spec, _)| judgement.grades(spec)) {
             book.judge(of_wagon(spec.id), indicator.grade().into(), indicator.reason.as_str(), now);
         }
     }
@@ -42,6 +50,20 @@ pub(super) fn judge_train(book: &mut AlertBook, whole: &Whole, now: Stamp) {
         let symptom = Symptom { wagon: 0, wheelset: None, rule: spec.id };
         book.judge(symptom, indicator.grade().into(), indicator.reason.as_str(), now);
     }
+}
+
+/// Judges what is wrong with a train whose wagons are judged together, and that nobody judges it.
+pub(super) fn judge_together(book: &mut AlertBook, judgement: &Judgement, started: Stamp, now: Stamp) {
+    if let Some(verdicts) = judgement.fresh(now) {
+        book.judge_together(verdicts, now);
+    }
+    let (grade, reason) = match judgement.silence(started, now) {
+        Some(last) => {
+            (Grade::Watch, format!("the train as a whole is not judged since {}", rfc3339(last.unix_ns)))
+        }
+        None => (Grade::Ok, String::new()),
+    };
+    book.judge(Symptom { wagon: 0, wheelset: None, rule: "judge" }, grade, &reason, now);
 }
 
 /// Since when no data of a wagon were taken, and why not if some came.

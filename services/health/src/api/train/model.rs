@@ -52,6 +52,10 @@ pub struct TrainView {
     pub worst: Vec<WagonRow>,
     /// Alerts that are active now.
     pub alerts: AlertCounts,
+    /// True if its wagons are judged together, because they are coupled.
+    pub judged_together: bool,
+    /// Brake applications that were seen so far by who judges them; `null` where nobody does.
+    pub brakings_judged: Option<u32>,
     /// Messages that were refused since the service started, by kind and reason.
     pub refused: Vec<RefusedView>,
     /// Its processes.

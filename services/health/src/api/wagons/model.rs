@@ -107,6 +107,8 @@ pub struct WheelsetPresent {
 pub struct WheelsetView {
     /// Number in the wagon, 1 leading.
     pub id: u32,
+    /// Worst grade of what is judged of it, alerts included.
+    pub grade: Grade,
     /// What it does now; `null` unless the wagon is live.
     pub now: Option<WheelsetPresent>,
     /// Its indicators, each under the name of its field.

@@ -7,7 +7,7 @@ use crate::api::processes::process;
 use crate::api::wagons::model::{Present, WagonRow, WagonView, WheelsetPresent, WheelsetView};
 use crate::time::rfc3339;
 use railgrip_indicators::Table;
-use railgrip_indicators::indicator::{ADHESION_AVAILABLE, ASYMMETRY, BRAKE_FRICTION};
+use railgrip_indicators::indicator::{ADHESION_AVAILABLE, ASYMMETRY, BRAKE_FRICTION, SLIDES};
 use railgrip_messages::{Health, Heartbeat, valid};
 
 /// The worst grade of a wagon and where it comes from.
@@ -155,10 +155,13 @@ fn wheelset(table: Table, wagon: &Health, index: usize, fresh: Freshness) -> Whe
     });
     let friction = table.wheelset(wagon, index, &BRAKE_FRICTION).figure();
     let figure = |spec| (spec, figure(table.wheelset(wagon, index, spec), fresh));
+    let indicators = Figures(table.of_wheelset().map(figure).collect());
+    let shown = [&BRAKE_FRICTION, &SLIDES].into_iter().filter_map(|spec| indicators.get(spec));
     WheelsetView {
         id: index as u32 + 1,
+        grade: shown.map(|figure| figure.grade).max().unwrap_or(Grade::Unknown),
         now,
-        indicators: Figures(table.of_wheelset().map(figure).collect()),
+        indicators,
         brake_friction_to_nominal: friction.and_then(|_| known(health.brake_friction_ratio)),
         adhesion_available_is_lower_bound: health.adhesion_available_is_bound != 0,
         slide_energy_j: rounded(health.slide_energy_j),

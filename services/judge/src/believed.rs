@@ -6,8 +6,9 @@ use railgrip_vehicle::VehicleParameters;
 /// Mass is believed to this share where a file says nothing.
 const PLATE_SIGMA: f64 = 0.015;
 
-/// What is believed of a wagon.
-pub(super) fn believed(vehicle: &VehicleParameters) -> WagonFile {
+/// What is believed of a wagon, by its vehicle file.
+#[must_use]
+pub fn believed(vehicle: &VehicleParameters) -> WagonFile {
     let contact = &vehicle.contact;
     // Slope of Polach's law at the origin.
     let slope_n = 2.0 / std::f64::consts::PI * (contact.k_a + contact.k_s) * contact.stiffness_n;
