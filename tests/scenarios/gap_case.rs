@@ -38,10 +38,16 @@ fn scenario(condition: &str, brake: f64) -> String {
 
 /// A case whose recordings come from a vehicle with a wheel radius that the case's vehicle file does not know.
 fn case(folder: &Path) -> PathBuf {
-    let plain = include_str!("../../config/vehicle.toml");
     let effect = format!(
         "\n[[effect]]\nid = \"wheel_radius\"\nparameters = {{ relative_error = {RADIUS_ERROR}, wheelset = 2.0 }}\n"
     );
+    case_of(folder, &effect, &[])
+}
+
+/// A case whose recordings come from a vehicle with an effect that the case's vehicle file does not know; `more` goes to the
+/// simulator.
+fn case_of(folder: &Path, effect: &str, more: &[&str]) -> PathBuf {
+    let plain = include_str!("../../config/vehicle.toml");
     let case = folder.join("case");
     std::fs::create_dir_all(&case).expect("case");
     std::fs::write(case.join("vehicle.toml"), plain).expect("vehicle");
@@ -53,17 +59,10 @@ fn case(folder: &Path) -> PathBuf {
         std::fs::write(&file, scenario(condition, brake)).expect("scenario");
         let seed = (index + 1).to_string();
         let vehicle = text(&folder.join("true.toml"));
-        must(&[
-            "simulate",
-            "--scenario",
-            &text(&file),
-            "--vehicle",
-            &vehicle,
-            "--out",
-            &text(&out),
-            "--seed",
-            &seed,
-        ]);
+        let (file, to) = (text(&file), text(&out));
+        let simulate =
+            ["simulate", "--scenario", &file, "--vehicle", &vehicle, "--out", &to, "--seed", &seed];
+        must(&[&simulate, more].concat());
         let to = case.join(format!("{name}.csv"));
         std::fs::create_dir_all(to.parent().expect("folder")).expect("folder");
         std::fs::copy(out.join(format!("wagon01.{condition}.csv")), to).expect("recording");
@@ -203,6 +202,61 @@ fn a_case_is_answered_by_the_contract_and_alike_on_any_number_of_threads() {
     ]);
     let (scenario, again) = (text(&folder.path().join("scenario.toml")), text(&folder.path().join("again")));
     must(&["simulate", "--scenario", &scenario, "--vehicle", &applied, "--out", &again]);
+}
+
+/// A pad that glazes while it presses, on one wheelset: no effect of the catalogue does that.
+const GLAZING: &str = r#"schema = 1
+[[effect]]
+id = "glazing"
+term = "brake_friction"
+law = "brake_friction"
+wheelset = 2
+expression = "value * (1 - depth * min(state / 4, 1))"
+state.rate = "min(pressing_force_n / 10e3, 1)"
+parameters.depth = { upper = 0.8, default = 0.1, neutral = 0.0 }
+"#;
+
+#[test]
+fn an_effect_from_a_file_is_simulated_found_applied_and_estimated_with() {
+    let folder = tempfile::tempdir().expect("folder");
+    let file = text(&folder.path().join("effects.toml"));
+    std::fs::write(&file, GLAZING).expect("effects");
+    let own = ["--effects", file.as_str()];
+    let effect = "\n[[effect]]\nid = \"glazing\"\nparameters = { depth = 0.4 }\n";
+    let case = case_of(folder.path(), effect, &own);
+    let at = |name: &str| text(&folder.path().join(name));
+    let (report, applied) = (at("report.json"), at("applied.toml"));
+    let diagnose = ["gap", "diagnose", &text(&case), "--json", &report, "--apply", &applied];
+    must(&[&diagnose, &own[..]].concat());
+    let report: Value =
+        serde_json::from_str(&std::fs::read_to_string(report).expect("report")).expect("JSON");
+    let found = &report["effects"][0];
+    println!("{found}");
+    assert_eq!((found["id"].as_str(), found["term"].as_str()), (Some("glazing"), Some("brake_friction")));
+    let depth = found["parameters"]["depth"]["value"].as_f64().expect("depth");
+    assert!((depth - 0.4).abs() < 0.04, "depth {depth}");
+    let run = text(&case.join("holdout/other.dry.csv"));
+    let estimate = ["estimate", &run, "--vehicle", &applied, "--out", &at("estimate.csv")];
+    must(&[&estimate, &own[..]].concat());
+    // Without its file nobody knows the effect.
+    let unknown = run_of(&estimate);
+    assert_eq!(unknown.0, Some(2));
+    assert!(unknown.1.contains("effect `glazing` is not in the catalogue"), "{}", unknown.1);
+    std::fs::write(&file, GLAZING.replace("pressing_force_n", "pressing_force_kn")).expect("effects");
+    let wrong = run_of(&["gap", "effects", "--effects", &file]);
+    println!("{}", wrong.1);
+    assert_eq!(wrong.0, Some(2));
+    assert!(
+        wrong.1.contains("effects.toml:8: effect `glazing`, `state.rate`: nothing is called"),
+        "{}",
+        wrong.1
+    );
+}
+
+/// Exit code, and what was said of errors.
+fn run_of(arguments: &[&str]) -> (Option<i32>, String) {
+    let output = run(arguments);
+    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
 #[test]

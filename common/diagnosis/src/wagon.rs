@@ -15,11 +15,13 @@
 use crate::answer::schema::Report;
 use crate::answer::supplement::{Detail, Settings};
 use crate::data::align::Alignments;
-use crate::data::case::Case;
+use crate::data::case::{Case, Run};
 use crate::decide::criteria::Criteria;
 use crate::decide::evidence;
 use crate::decide::selection::{self, Selection};
+use crate::decide::verdict::in_practice;
 use crate::fit::windows::Models;
+use crate::model::parameters::Built;
 use crate::write::{details, predictions, regime, report};
 use railgrip_recording::Table;
 use railgrip_vehicle::VehicleParameters;
@@ -82,19 +84,31 @@ pub fn diagnose(case: &Case, options: &Options, progress: &(dyn Fn(&'static str)
     // Judge: are they the answer, a part of it, or none? What they leave, and what a free curve would explain beside them or
     // instead of them, goes through the table of rules. Here a case becomes `unknown`.
     progress("verdict");
-    let judgement = evidence::judge(&selection, &criteria, options.seed);
+    let mut judgement = evidence::judge(&selection, &criteria, options.seed);
 
     // Fit once more, on the windows by which the gap is defined: the verdict stands, the numbers of the report are these.
     progress("fit on windows");
-    let named = judgement.decision.names_effects().then_some(&selection.best.fitted);
-    let models = Models::fit(case, &selection.base.fitted, named);
+    let mut named = judgement.decision.names_effects().then_some(&selection.best.fitted);
+    let mut models = Models::fit(case, &selection.base.fitted, named);
+    let mut built = models.build();
+    let predict = |built: &[Built; 3], runs: &[Run]| predictions::predict(case, runs, built.each_ref());
+    let (mut fit, mut holdout) = (predict(&built, &case.fit), predict(&built, &case.holdout));
+
+    // In practice: what does next to nothing to the gap is no answer to where it comes from.
+    if named.is_some() {
+        let shrinks = [&fit, &holdout].map(|runs| predictions::shrinks(runs));
+        judgement.decision = in_practice(judgement.decision, &shrinks, &criteria);
+        if !judgement.decision.names_effects() {
+            named = None;
+            models = Models::fit(case, &selection.base.fitted, named);
+            built = models.build();
+            (fit, holdout) = (predict(&built, &case.fit), predict(&built, &case.holdout));
+        }
+    }
 
     // Write: predictions of the three models, the report, what is shown beside it, the vehicle file.
     progress("report");
-    let [nominal, calibrated, extended] = &models.build();
-    let three = [nominal, calibrated, extended];
-    let fit = predictions::predict(case, &case.fit, three);
-    let holdout = predictions::predict(case, &case.holdout, three);
+    let [_, calibrated, extended] = &built;
     let answer = match named.and_then(|fitted| fitted.shape.effects.first()) {
         Some(effect) => {
             Some(regime::Answer { term: effect.spec.term, variable: regime::variable_of(effect.spec.id) })

@@ -18,6 +18,7 @@ mod microphones;
 mod mistakes;
 mod nominal;
 mod overrides;
+pub mod own_effects;
 mod place;
 pub mod plant;
 mod receivers;

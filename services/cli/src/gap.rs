@@ -13,7 +13,7 @@ use railgrip_diagnosis::wagon;
 use railgrip_diagnosis::words;
 use railgrip_diagnosis::write::predictions;
 use railgrip_vehicle::VehicleParameters;
-use railgrip_vehicle::effects::{CATALOGUE, EffectSpec};
+use railgrip_vehicle::effects::{self, EffectSpec};
 use serde_json::{Value, json};
 
 use crate::output::say;
@@ -86,7 +86,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         Command::Prepare(args) => gap_prepare::run(args),
         Command::Compare(args) => gap_compare::run(args),
         Command::Effects(args) => {
-            effects(args);
+            list_effects(args);
             Ok(())
         }
         Command::Calibrate(args) => gap_calibrate::run(args),
@@ -200,11 +200,12 @@ fn law_case_vehicle(args: &DiagnoseArgs) -> Result<VehicleParameters, CliError> 
 }
 
 fn check_ids(ids: &[String]) -> Result<(), CliError> {
-    let known = |id: &&String| CATALOGUE.iter().all(|(spec, _)| spec.id != id.as_str());
+    let all = effects::all();
+    let known = |id: &&String| all.iter().all(|(spec, _)| spec.id != id.as_str());
     match ids.iter().find(known) {
         None => Ok(()),
         Some(id) => {
-            let all: Vec<&str> = CATALOGUE.iter().map(|(spec, _)| spec.id).collect();
+            let all: Vec<&str> = all.iter().map(|(spec, _)| spec.id).collect();
             Err(CliError::bad_input(format!(
                 "--without {id}: not in the catalogue, known are {}",
                 all.join(", ")
@@ -230,7 +231,7 @@ fn command(args: &DiagnoseArgs) -> String {
 /// A bar on a terminal, nothing elsewhere.
 fn progress_bar() -> ProgressBar {
     // One round over the library, a second one when something was found, and the closing steps.
-    let bar = ProgressBar::new(2 * CATALOGUE.len() as u64 + 3);
+    let bar = ProgressBar::new(2 * effects::all().len() as u64 + 3);
     if !std::io::stderr().is_terminal() {
         bar.set_draw_target(ProgressDrawTarget::hidden());
     }
@@ -240,13 +241,13 @@ fn progress_bar() -> ProgressBar {
     bar
 }
 
-fn effects(args: &EffectsArgs) {
+fn list_effects(args: &EffectsArgs) {
     if args.json {
-        let all: Vec<Value> = CATALOGUE.iter().map(|(spec, _)| entry(spec)).collect();
+        let all: Vec<Value> = effects::all().iter().map(|(spec, _)| entry(spec)).collect();
         say(&serde_json::to_string_pretty(&all).unwrap_or_default());
         return;
     }
-    for (spec, _) in CATALOGUE {
+    for (spec, _) in effects::all() {
         say(&format!("{}  ({})\n    {}", spec.id, spec.term.name(), spec.equation));
         for p in spec.parameters {
             say(&format!("    {:<26} {:>10} to {:<10} {}", p.name, p.lower, p.upper, p.unit));

@@ -32,6 +32,7 @@ mod local_http;
 mod logging;
 mod map;
 mod output;
+mod own_effects;
 mod payloads;
 mod process_figures;
 mod record;
@@ -45,6 +46,7 @@ mod token;
 mod train;
 mod up;
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
@@ -58,6 +60,9 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("RAIL
 #[derive(Debug, Parser)]
 #[command(name = "railgrip", version = VERSION, propagate_version = true, max_term_width = 120)]
 struct Cli {
+    /// File with effects of your own: the diagnosis tries them, vehicle files may name them [env: RAILGRIP_EFFECTS]
+    #[arg(long, value_name = "FILE", global = true)]
+    effects: Option<PathBuf>,
     #[command(subcommand)]
     command: Command,
 }
@@ -150,7 +155,7 @@ impl Command {
 #[must_use]
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
-    match cli.command.run() {
+    match own_effects::read(cli.effects.as_deref()).and_then(|()| cli.command.run()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             output::complain(&error);

@@ -253,6 +253,9 @@ pub struct VerdictLimits {
     /// Share of what freeing the likeliest place gained without the effects above which most of the misfit is left beside
     /// them. Set by hand (plant).
     pub most_left: f64,
+    /// Relative reduction of the gap, of fitted and of predicted runs alike, below which effects do next to nothing. Set by
+    /// hand: a hundredth is less than a gap changes from one recording to the next.
+    pub least_reduction: f64,
 }
 
 impl Default for VerdictLimits {
@@ -267,6 +270,7 @@ impl Default for VerdictLimits {
             outdone_factor: 1.25,
             outdone_margin: 60.0,
             most_left: 0.55,
+            least_reduction: 0.01,
         }
     }
 }

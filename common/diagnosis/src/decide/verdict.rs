@@ -176,6 +176,24 @@ pub static RULES: [Rule; 11] = [
     },
 ];
 
+/// Beside the table, because it is asked last, of the models fitted to the windows: effects that are there beyond chance and
+/// do next to nothing.
+pub static NEXT_TO_NOTHING: Rule = Rule {
+    name: "next_to_nothing",
+    words: "The best candidate gains more than chance, but the gap is next to nothing smaller with it than without.",
+    verdict: Verdict::None,
+    missing: Missing::Nothing,
+    holds: |_, _| true,
+};
+
+/// The decision in view of what the effects do to the gap: by how much the fitted and the predicted recordings' shrink,
+/// relative.
+pub fn in_practice(decision: Decision, shrinks: &[f64], criteria: &Criteria) -> Decision {
+    let least = criteria.verdict.least_reduction;
+    let nothing = decision.verdict == Verdict::Effects && shrinks.iter().all(|share| *share < least);
+    if nothing { Decision { verdict: NEXT_TO_NOTHING.verdict, rule: &NEXT_TO_NOTHING } } else { decision }
+}
+
 /// What was decided, and by which rule.
 #[derive(Clone, Copy, Debug)]
 pub struct Decision {
@@ -257,6 +275,18 @@ mod tests {
         for rule in &RULES {
             assert!(cases.iter().any(|(name, _)| *name == rule.name), "{} decides no case", rule.name);
         }
+    }
+
+    #[test]
+    fn effects_that_do_next_to_nothing_are_none() {
+        let criteria = Criteria::default();
+        let named = decide(&EXPLAINED, &criteria);
+        let asked = |shrinks: &[f64]| in_practice(named, shrinks, &criteria).rule.name;
+        assert_eq!(asked(&[0.001, 0.002]), "next_to_nothing");
+        assert_eq!(asked(&[0.001, 0.05]), "effects_explain_gap");
+        assert_eq!(asked(&[0.3, -0.1]), "effects_explain_gap", "whether it carries over is said elsewhere");
+        let unknown = decide(&beside(700.0), &criteria);
+        assert_eq!(in_practice(unknown, &[0.0], &criteria).rule.name, unknown.rule.name);
     }
 
     #[test]

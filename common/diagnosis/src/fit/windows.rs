@@ -58,7 +58,8 @@ impl Models {
     pub(crate) fn vehicle(&self) -> VehicleParameters {
         let shape = &self.extended_shape;
         let (mut vehicle, factors) = shape.vehicle(&self.extended);
-        let pads: Vec<f64> = factors.iter().zip(vehicle.pad_friction()).map(|(f, pad)| f * pad).collect();
+        let pads = factors.iter().zip(vehicle.pad_friction()).map(|(f, pad)| f * pad);
+        let pads: Vec<f64> = pads.take(vehicle.wheelsets()).collect();
         vehicle.brake.friction_coefficient = pads.iter().sum::<f64>() / pads.len() as f64;
         vehicle.brake.friction_by_wheelset = Some(pads);
         for (e, effect) in shape.effects.iter().enumerate() {

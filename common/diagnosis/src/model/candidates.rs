@@ -2,7 +2,7 @@
 
 use crate::data::case::Case;
 use crate::model::parameters::FittedEffect;
-use railgrip_vehicle::effects::{CATALOGUE, Constructor, EffectSpec, ParameterSpec};
+use railgrip_vehicle::effects::{self, Constructor, EffectSpec, ParameterSpec};
 
 /// A candidate: one effect, its forms (values of discrete parameters) and starts.
 #[derive(Clone, Debug)]
@@ -13,10 +13,10 @@ pub struct Candidate {
     pub starts: Vec<FittedEffect>,
 }
 
-/// All candidates but those in `without`, in the order of the catalogue.
+/// All candidates but those in `without`: the catalogue in its order, then own effects.
 pub fn all(case: &Case, without: &[String]) -> Vec<Candidate> {
-    let known = CATALOGUE.iter().filter(|(spec, _)| without.iter().all(|id| id != spec.id));
-    known.map(|&(spec, constructor)| candidate(case, spec, constructor)).collect()
+    let known = effects::all().into_iter().filter(|(spec, _)| without.iter().all(|id| id != spec.id));
+    known.map(|(spec, constructor)| candidate(case, spec, constructor)).collect()
 }
 
 fn candidate(case: &Case, spec: &'static EffectSpec, constructor: Constructor) -> Candidate {

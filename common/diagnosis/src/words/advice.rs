@@ -38,6 +38,14 @@ const AT_THE_VEHICLE: &[(&str, &str)] = &[
     ("coupler_force", "Record the wagon uncoupled, or record its neighbour, too: something pulls at it."),
     ("pressing_force_offset", "Check return springs, rigging and the zero of the brake-pressure sensor."),
     ("rigging_hysteresis", "Check the brake rigging for stiff joints."),
+    (
+        "pressure_dump",
+        "Log the dump valves, or measure pressure behind them: the slide protection vents there.",
+    ),
+    (
+        "cast_iron",
+        "If the wagon has cast-iron blocks, say so in the vehicle file; if not, have the pads looked at.",
+    ),
     ("brake_lag", "If the lag is new, check cylinder and rigging; if it always was, the model lacks it."),
     ("axle_torsion", "Look at the drivetrain or axle for a vibration at this frequency."),
     ("brake_friction", "Nothing needs repair: pads behave so. The model lacks the law."),
@@ -81,7 +89,7 @@ mod tests {
 
     #[test]
     fn every_effect_of_the_catalogue_has_a_step_at_the_vehicle() {
-        for (spec, _) in railgrip_vehicle::effects::CATALOGUE {
+        for (spec, _) in railgrip_vehicle::effects::all() {
             let named = |key: &str| AT_THE_VEHICLE.iter().any(|(name, _)| *name == key);
             assert!(named(spec.id) || named(spec.term.name()), "{}", spec.id);
         }

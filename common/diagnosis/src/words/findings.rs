@@ -42,8 +42,11 @@ fn of_catalogue(effect: &FoundEffect) -> Option<String> {
         }
         "speed_latency" => format!("vehicle speed reads {} late", told("latency_s")?),
         "wheel_radius" => format!(
-            "the {} wheelset's radius is {} than the vehicle file says",
-            wheelset(),
+            "{} is {} than the vehicle file says",
+            match value("wheelset") {
+                Some(0.0) => "the radius of all wheelsets".to_owned(),
+                _ => format!("the {} wheelset's radius", wheelset()),
+            },
             signed("relative_error", "larger", "smaller")?
         ),
         "wheel_encoder_eccentricity" => {
@@ -51,7 +54,7 @@ fn of_catalogue(effect: &FoundEffect) -> Option<String> {
             format!(
                 "the speed reading of {} swings by ±{} % once a turn",
                 if value("wheelset") == Some(0.0) {
-                    "both wheelsets".to_owned()
+                    "all wheelsets".to_owned()
                 } else {
                     format!("the {} wheelset", wheelset())
                 },
@@ -92,6 +95,15 @@ fn of_catalogue(effect: &FoundEffect) -> Option<String> {
             format!("pads grip {} near standstill than at speed", signed("rise", "more", "less")?)
         }
         "brake_friction_pressure" => pressure(effect)?,
+        "cast_iron" => format!(
+            "pads grip like cast iron, less with speed and with pressure ({} of Karwatzki's law)",
+            told("share")?
+        ),
+        "pressure_dump" => format!(
+            "in a slide {} of the force that pressure tells is vented within {}",
+            told("depth")?,
+            told("venting_time_s")?
+        ),
         "brake_wet_delay" => format!(
             "wet pads grip {} less until about {} kJ have gone into each disc",
             told("loss")?,
@@ -202,8 +214,8 @@ fn stretch(effect: &FoundEffect) -> Option<String> {
 /// A wheelset by its number from the front.
 fn wheelset_name(number: f64) -> &'static str {
     match number.round() as i64 {
-        1 => "front",
-        2 => "rear",
+        1 => "first",
+        2 => "second",
         3 => "third",
         4 => "fourth",
         _ => "one",
@@ -245,7 +257,7 @@ mod tests {
             (
                 "wheel_radius",
                 &[("relative_error", 0.0062, [0.0057, 0.0066]), ("wheelset", 2.0, [2.0, 2.0])],
-                "the rear wheelset's radius is 0.62\u{a0}% larger (0.57–0.66) than the vehicle file says",
+                "the second wheelset's radius is 0.62\u{a0}% larger (0.57–0.66) than the vehicle file says",
             ),
             (
                 "brake_fade",
@@ -286,7 +298,7 @@ mod tests {
 
     #[test]
     fn every_effect_of_the_catalogue_has_its_sentence() {
-        for (spec, _) in railgrip_vehicle::effects::CATALOGUE {
+        for (spec, _) in railgrip_vehicle::effects::all() {
             let parameters: Vec<(&str, f64, [f64; 2])> = spec
                 .parameters
                 .iter()

@@ -179,7 +179,7 @@ fn freed(wheelsets: usize, selection: &Selection, report: &Report) -> Vec<FreedP
 
 /// Terms of the catalogue whose effects show at a place.
 fn terms_at(place: Place) -> Vec<String> {
-    let mut terms: Vec<_> = railgrip_vehicle::effects::CATALOGUE
+    let mut terms: Vec<_> = railgrip_vehicle::effects::all()
         .iter()
         .map(|(spec, _)| spec.term)
         .filter(|term| places::of(*term).contains(&place))

@@ -129,7 +129,7 @@ impl Law {
         let law = |x, y, range, scale, value| Some(Self { x, y, range, scale, value });
         let (speed, pressing) = (("speed", "m/s"), ("pressing force", "kN"));
         match id {
-            "brake_friction_speed" => {
+            "brake_friction_speed" | "cast_iron" => {
                 law(speed, friction_axis, (0.0, most(Covariate::Speed)), 1.0, over_speed)
             }
             "brake_friction_pressure" => law(pressing, friction_axis, (2e3, force()), 1e-3, over_force),

@@ -49,6 +49,12 @@ pub fn totals(predicted: &[Predicted]) -> [Tally; 3] {
     std::array::from_fn(|m| Tally::total(predicted.iter().flat_map(|p| &p.tallies[m])))
 }
 
+/// By how much the extended model shrinks the calibrated one's gap over these runs, relative.
+pub fn shrinks(predicted: &[Predicted]) -> f64 {
+    let [_, calibrated, extended] = totals(predicted);
+    reduction(calibrated.gap(), extended.gap())
+}
+
 /// 95 % interval of `1 − extended / calibrated` by resampling windows.
 pub fn reduction_interval(predicted: &[Predicted], seed: u64) -> [f64; 2] {
     let pairs: Vec<(Tally, Tally)> = predicted

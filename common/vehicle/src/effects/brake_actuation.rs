@@ -2,7 +2,9 @@
 
 use super::delay::DelayLine;
 use super::{Effect, EffectSpec, Operating, ParameterSpec, Term, Twin};
-use crate::MAX_WHEELSETS;
+use crate::wagon::Constants;
+use crate::{MAX_WHEELSETS, PerWheelset};
+use std::sync::OnceLock;
 
 /// Longest dead time that can be fitted, s.
 const LONGEST_DEAD_TIME_S: f64 = 1.0;
@@ -229,6 +231,88 @@ pub static DRAGGING: EffectSpec = EffectSpec {
     twins: &[Twin::look_alike("running_resistance")],
     separated_by: "coasting with one wheelset on a low-adhesion rail or lifted: only the dragging one slows by itself",
 };
+
+/// Slide protection that vents the cylinder behind the pressure sensor.
+pub static DUMP: EffectSpec = EffectSpec {
+    id: "pressure_dump",
+    term: Term::BrakeActuation,
+    equation: "F_pad = F (1 - d x), dx/dt = (1 - x)/T while the wheelset slides by more than 5 %, -x/(3 T) else",
+    source: "dump valves between sensor and cylinder vent within tenths of a second and fill more slowly (EN 15595 asks for less than \
+             0.25 s of venting); general knowledge",
+    parameters: &[
+        ParameterSpec {
+            name: "depth",
+            lower: 0.0,
+            upper: 1.0,
+            default: 0.4,
+            neutral: Some(0.0),
+            ..ParameterSpec::PLAIN
+        },
+        ParameterSpec {
+            name: "venting_time_s",
+            unit: "s",
+            lower: 0.05,
+            upper: 2.0,
+            default: 0.3,
+            ..ParameterSpec::PLAIN
+        },
+    ],
+    hidden: &["share that is vented of each wheelset"],
+    twins: &[Twin::look_alike("falling_friction"), Twin::look_alike("low_adhesion_patch")],
+    separated_by: "a slide with the slide protection switched off",
+};
+
+/// See [`DUMP`].
+#[derive(Debug)]
+pub struct Dump {
+    depth: f64,
+    venting_time_s: f64,
+    /// Rolling radius of each wheelset of the model, m, known once it is built.
+    wheel_radius_m: OnceLock<PerWheelset>,
+}
+
+/// Creepage from which the slide protection vents.
+const VENTS: f64 = 0.05;
+/// Filling takes so many times as long as venting.
+const FILLS_SLOWER: f64 = 3.0;
+/// Vehicle speed below which slide protection is off, m/s.
+const PROTECTED_M_S: f64 = 1.5;
+
+impl Dump {
+    /// From the values of the spec's parameters.
+    pub fn boxed(values: &[f64]) -> Box<dyn Effect> {
+        Box::new(Self { depth: values[0], venting_time_s: values[1], wheel_radius_m: OnceLock::new() })
+    }
+}
+
+impl Effect for Dump {
+    fn spec(&self) -> &'static EffectSpec {
+        &DUMP
+    }
+
+    fn hidden_len(&self, _sample_period_s: f64) -> usize {
+        MAX_WHEELSETS
+    }
+
+    fn constants(&self, constants: &mut Constants) {
+        self.wheel_radius_m.get_or_init(|| constants.wheel_radius_m);
+    }
+
+    fn advance(&self, at: &Operating, dt_s: f64, hidden: &mut [f64]) {
+        let Some(radius_m) = self.wheel_radius_m.get() else { return };
+        let (vent, fill) =
+            ((-dt_s / self.venting_time_s).exp(), (-dt_s / (FILLS_SLOWER * self.venting_time_s)).exp());
+        for (i, vented) in hidden.iter_mut().enumerate() {
+            let slide_m_s = at.v_m_s - radius_m[i] * at.wheel_speed_rad_s[i];
+            let slides = at.v_m_s > PROTECTED_M_S && slide_m_s > VENTS * at.v_m_s;
+            *vented = if slides { 1.0 - (1.0 - *vented) * vent } else { *vented * fill };
+        }
+    }
+
+    fn pad_force_n(&self, wheelset: usize, _at: &Operating, hidden: &[f64], force_n: f64) -> f64 {
+        force_n * (1.0 - self.depth * hidden[wheelset])
+    }
+}
 
 /// Which wheelset, counted from the front.
 pub(super) const WHEELSET: ParameterSpec = ParameterSpec {

@@ -72,6 +72,83 @@ impl Effect for Speed {
     }
 }
 
+/// Cast-iron blocks in place of pads.
+pub static CAST_IRON: EffectSpec = EffectSpec {
+    id: "cast_iron",
+    term: Term::BrakeFriction,
+    equation: "mu = mu0 (1 - s + s K(v, F) / K(50 km/h, F1)), K = (16 F/F1 + 100)/(80 F/F1 + 100) (v + 100)/(5 v + 100), v in km/h",
+    source: "Karwatzki's formula for cast-iron blocks, Glasers Annalen 1950, as brake calculations use it (F/F1 is the block force in \
+             tonnes-force); friction falls both with speed and with pressure",
+    parameters: &[
+        ParameterSpec {
+            name: "share",
+            lower: 0.0,
+            upper: 1.3,
+            default: 1.0,
+            neutral: Some(0.0),
+            starts: &[0.4],
+            ..ParameterSpec::PLAIN
+        },
+        ParameterSpec {
+            name: "tonne_force_n",
+            unit: "N",
+            lower: 9e3,
+            upper: 4e5,
+            default: 4e4,
+            starts: &[1.2e5],
+            ..ParameterSpec::PLAIN
+        },
+    ],
+    hidden: &[],
+    twins: &[Twin::look_alike("brake_friction_speed"), Twin::look_alike("brake_friction_pressure")],
+    separated_by: "stops from high speed at full and at a third of the pressure: cast iron changes with both at once",
+};
+
+/// See [`CAST_IRON`].
+#[derive(Debug)]
+pub struct CastIron {
+    share: f64,
+    /// Pressing force of a wheelset at which each of its blocks is pressed with a tonne-force, N.
+    tonne_force_n: f64,
+    /// Rolling radius of each wheelset of the model, m, known once it is built.
+    wheel_radius_m: OnceLock<PerWheelset>,
+}
+
+/// Speed at which cast iron is compared with the pad of the model, km/h.
+const CAST_IRON_SPEED_KM_H: f64 = 50.0;
+
+impl CastIron {
+    /// From the values of the spec's parameters.
+    pub fn boxed(values: &[f64]) -> Box<dyn Effect> {
+        Box::new(Self { share: values[0], tonne_force_n: values[1], wheel_radius_m: OnceLock::new() })
+    }
+
+    /// Karwatzki's law without its constant 0.6.
+    fn law(speed_km_h: f64, tonnes: f64) -> f64 {
+        (16.0 * tonnes + 100.0) / (80.0 * tonnes + 100.0) * (speed_km_h + 100.0) / (5.0 * speed_km_h + 100.0)
+    }
+}
+
+impl Effect for CastIron {
+    fn spec(&self) -> &'static EffectSpec {
+        &CAST_IRON
+    }
+
+    fn constants(&self, constants: &mut Constants) {
+        self.wheel_radius_m.get_or_init(|| constants.wheel_radius_m);
+    }
+
+    fn brake_friction(&self, wheelset: usize, at: &Operating, _hidden: &[f64], friction: f64) -> f64 {
+        let rim_m_s = match self.wheel_radius_m.get() {
+            Some(radius_m) => radius_m[wheelset] * at.wheel_speed_rad_s[wheelset],
+            None => at.v_m_s,
+        };
+        let tonnes = at.pressing_force_n[wheelset].max(0.0) / self.tonne_force_n;
+        let relative = Self::law(3.6 * rim_m_s.abs(), tonnes) / Self::law(CAST_IRON_SPEED_KM_H, 1.0);
+        friction * (1.0 + self.share * (relative - 1.0)).max(0.05)
+    }
+}
+
 /// Thermal fade.
 pub static FADE: EffectSpec = EffectSpec {
     id: "brake_fade",

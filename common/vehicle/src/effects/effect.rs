@@ -31,6 +31,21 @@ pub enum Term {
 }
 
 impl Term {
+    /// All terms.
+    pub const ALL: [Self; 11] = [
+        Self::BrakeFriction,
+        Self::BrakeActuation,
+        Self::Adhesion,
+        Self::LoadDistribution,
+        Self::Inertia,
+        Self::Kinematics,
+        Self::Resistance,
+        Self::LongitudinalForce,
+        Self::SensorWheelSpeed,
+        Self::SensorSpeed,
+        Self::Drivetrain,
+    ];
+
     /// The term's stable name.
     pub fn name(self) -> &'static str {
         match self {
@@ -141,6 +156,8 @@ pub struct EffectSpec {
 /// The operating point at which a law is asked: what was measured or simulated at this sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Operating {
+    /// Number of wheelsets; 0 where nobody said.
+    pub wheelsets: usize,
     /// Time since the start of the run, s.
     pub time_s: f64,
     /// Vehicle speed, m/s.

@@ -5,7 +5,7 @@
 //! states (a temperature, a film, a delay line), which advance once a sample, outside of the integrator's stages.
 //!
 //! **Adding an effect**: write it in the file of its term (one file a term) and name its constructor in the table
-//! [`CATALOGUE`].
+//! [`CATALOGUE`]; or, without Rust, write it in a file of its own, see [`own`].
 
 mod adhesion;
 mod brake_actuation;
@@ -18,6 +18,7 @@ mod inertia;
 mod kinematics;
 mod load_distribution;
 mod longitudinal_force;
+pub mod own;
 mod resistance;
 mod sensor_speed;
 mod sensor_wheel_speed;
@@ -30,42 +31,49 @@ pub use stretch::window_share;
 use crate::EffectEntry;
 
 /// Builds an effect from its parameter values, in the order of its spec.
-pub type Constructor = fn(&[f64]) -> Box<dyn Effect>;
+pub type Constructor = &'static (dyn Fn(&[f64]) -> Box<dyn Effect> + Send + Sync);
 
-/// Every effect railgrip knows.
+/// Every effect that railgrip brings along.
 pub static CATALOGUE: &[(&EffectSpec, Constructor)] = &[
-    (&brake_friction::SPEED, brake_friction::Speed::boxed),
-    (&brake_friction::FADE, brake_friction::Fade::boxed),
-    (&brake_friction::PRESSURE, brake_friction::Pressure::boxed),
-    (&brake_friction::WET_DELAY, brake_friction::WetDelay::boxed),
-    (&brake_actuation::LAG, brake_actuation::Lag::boxed),
-    (&brake_actuation::HYSTERESIS, brake_actuation::Hysteresis::boxed),
-    (&brake_actuation::OFFSET, brake_actuation::Offset::boxed),
-    (&brake_actuation::DRAGGING, brake_actuation::Dragging::boxed),
-    (&adhesion::FALLING, adhesion::Falling::boxed),
-    (&adhesion::SELF_CLEANING, adhesion::SelfCleaning::boxed),
-    (&adhesion::PATCH, adhesion::Patch::boxed),
-    (&adhesion::SPEED, adhesion::Speed::boxed),
-    (&adhesion::SANDING, adhesion::Sanding::boxed),
-    (&load_distribution::LOAD_TRANSFER, load_distribution::LoadTransfer::boxed),
-    (&inertia::MASS, inertia::Mass::boxed),
-    (&inertia::ROTATING, inertia::Rotating::boxed),
-    (&kinematics::WHEEL_RADIUS, kinematics::WheelRadius::boxed),
-    (&resistance::GRADE, resistance::Grade::boxed),
-    (&resistance::RUNNING, resistance::Running::boxed),
-    (&resistance::HEADWIND, resistance::Headwind::boxed),
-    (&longitudinal_force::COUPLER, longitudinal_force::Coupler::boxed),
-    (&sensor_wheel_speed::ECCENTRICITY, sensor_wheel_speed::Eccentricity::boxed),
-    (&sensor_wheel_speed::WINDOW, sensor_wheel_speed::Window::boxed),
-    (&sensor_wheel_speed::CLOCK_SKEW, sensor_wheel_speed::ClockSkew::boxed),
-    (&sensor_speed::LATENCY, sensor_speed::Latency::boxed),
-    (&sensor_speed::SCALE, sensor_speed::Scale::boxed),
-    (&drivetrain::TORSION, drivetrain::Torsion::boxed),
+    (&brake_friction::SPEED, &brake_friction::Speed::boxed),
+    (&brake_friction::FADE, &brake_friction::Fade::boxed),
+    (&brake_friction::PRESSURE, &brake_friction::Pressure::boxed),
+    (&brake_friction::WET_DELAY, &brake_friction::WetDelay::boxed),
+    (&brake_friction::CAST_IRON, &brake_friction::CastIron::boxed),
+    (&brake_actuation::LAG, &brake_actuation::Lag::boxed),
+    (&brake_actuation::HYSTERESIS, &brake_actuation::Hysteresis::boxed),
+    (&brake_actuation::OFFSET, &brake_actuation::Offset::boxed),
+    (&brake_actuation::DRAGGING, &brake_actuation::Dragging::boxed),
+    (&brake_actuation::DUMP, &brake_actuation::Dump::boxed),
+    (&adhesion::FALLING, &adhesion::Falling::boxed),
+    (&adhesion::SELF_CLEANING, &adhesion::SelfCleaning::boxed),
+    (&adhesion::PATCH, &adhesion::Patch::boxed),
+    (&adhesion::SPEED, &adhesion::Speed::boxed),
+    (&adhesion::SANDING, &adhesion::Sanding::boxed),
+    (&load_distribution::LOAD_TRANSFER, &load_distribution::LoadTransfer::boxed),
+    (&inertia::MASS, &inertia::Mass::boxed),
+    (&inertia::ROTATING, &inertia::Rotating::boxed),
+    (&kinematics::WHEEL_RADIUS, &kinematics::WheelRadius::boxed),
+    (&resistance::GRADE, &resistance::Grade::boxed),
+    (&resistance::RUNNING, &resistance::Running::boxed),
+    (&resistance::HEADWIND, &resistance::Headwind::boxed),
+    (&longitudinal_force::COUPLER, &longitudinal_force::Coupler::boxed),
+    (&sensor_wheel_speed::ECCENTRICITY, &sensor_wheel_speed::Eccentricity::boxed),
+    (&sensor_wheel_speed::WINDOW, &sensor_wheel_speed::Window::boxed),
+    (&sensor_wheel_speed::CLOCK_SKEW, &sensor_wheel_speed::ClockSkew::boxed),
+    (&sensor_speed::LATENCY, &sensor_speed::Latency::boxed),
+    (&sensor_speed::SCALE, &sensor_speed::Scale::boxed),
+    (&drivetrain::TORSION, &drivetrain::Torsion::boxed),
 ];
 
-/// The catalogue's entry of that id.
+/// Every effect there is: those of the [`CATALOGUE`], then those that were read from files of [`own`] effects.
+pub fn all() -> Vec<(&'static EffectSpec, Constructor)> {
+    CATALOGUE.iter().copied().chain(own::known()).collect()
+}
+
+/// The effect of that id, from the catalogue or a file of [`own`] effects.
 pub fn find(id: &str) -> Option<(&'static EffectSpec, Constructor)> {
-    CATALOGUE.iter().find(|(spec, _)| spec.id == id).copied()
+    CATALOGUE.iter().copied().chain(own::known()).find(|(spec, _)| spec.id == id)
 }
 
 /// Builds the effect of a vehicle file.

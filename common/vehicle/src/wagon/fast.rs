@@ -111,6 +111,7 @@ impl<'a> FastWagon<'a> {
     /// The operating point of a simulated motion at a sample.
     fn operating(&self, motion: &Motion, input: &SampleInput) -> Operating {
         let mut at = Operating {
+            wheelsets: self.wheelsets,
             time_s: input.time_s,
             v_m_s: motion.state[0],
             acceleration_m_s2: motion.acceleration_m_s2,

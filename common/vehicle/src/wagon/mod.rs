@@ -150,6 +150,7 @@ impl WagonModel {
     /// The operating point of `state` under `input`; powers and acceleration are zero until [`Self::note_forces`].
     pub fn operating(&self, state: &WagonState, input: &WagonInput) -> Operating {
         Operating {
+            wheelsets: self.constants.wheelsets,
             time_s: input.time_s,
             v_m_s: state.v_m_s,
             position_m: input.position_m,

@@ -9,8 +9,8 @@ use rustix::process::{Pid, Signal, kill_process};
 
 use super::restart::Restarts;
 use super::watchdog::{self, Watchdog};
-use crate::CliError;
 use crate::runner::SUPERVISOR_VARIABLE;
+use crate::{CliError, own_effects};
 
 /// What became of a process since the last look.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -97,6 +97,7 @@ impl Unit {
             .env("NOTIFY_SOCKET", self.watchdog.path())
             .env("WATCHDOG_USEC", watchdog::LIMIT.as_micros().to_string())
             .env_remove("WATCHDOG_PID")
+            .envs(own_effects::environment())
             .stdin(stdin)
             .process_group(0)
             .spawn()
