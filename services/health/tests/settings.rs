@@ -90,8 +90,8 @@ async fn what_the_file_would_be_refused_for_changes_nothing() {
     let file = config(folder.path());
     let shared = shared(&file);
     for (change, status, said) in [
-        (json!({"key": "wsp.share_watch", "value": 1.5, "by": "kim", "why": "x"}), 422, "allowed"),
-        (json!({"key": "wsp.share_watch", "value": 0.8, "by": "kim", "why": "x"}), 422, "share_act"),
+        (json!({"key": "wsp.share_watch", "value": 1.5, "by": "kim", "why": "x"}), 409, "allowed"),
+        (json!({"key": "wsp.share_watch", "value": 0.8, "by": "kim", "why": "x"}), 409, "share_act"),
         (json!({"key": "wsp.share", "value": 0.3, "by": "kim", "why": "x"}), 404, "wsp.share"),
         (json!({"key": "wsp.share_watch", "value": 0.35, "why": "x"}), 422, "`by`"),
         (json!({"key": "wsp.share_watch", "value": 0.35, "by": "kim", "why": "a\nb = 1"}), 422, "`why`"),

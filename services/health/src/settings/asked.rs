@@ -17,8 +17,8 @@ impl From<ChangeError> for Problem {
     fn from(error: ChangeError) -> Self {
         let status = match error {
             ChangeError::Unknown(_) | ChangeError::NoReceiver(_) => StatusCode::NOT_FOUND,
-            ChangeError::Refused(_) => StatusCode::UNPROCESSABLE_ENTITY,
-            ChangeError::Form(_) => StatusCode::CONFLICT,
+            // Each value may be right by itself: what is wrong is what they say together.
+            ChangeError::Refused(_) | ChangeError::Form(_) => StatusCode::CONFLICT,
             ChangeError::Disk(_) => StatusCode::SERVICE_UNAVAILABLE,
         };
         Self::new(status, error.to_string())

@@ -20,11 +20,7 @@ const SECRETS: [&str; 2] = ["token_file", "password_file"];
 /// A receiver that is not there, what the check of the whole file refuses, or a file that cannot be read or written. The file
 /// is then as before.
 pub fn change_receiver(file: &Path, request: &ReceiverRequest, note: &str) -> Result<(), ChangeError> {
-    rewrite(file, |text| edit(text, request, note)).map_err(|error| match error {
-        // Each value may be right by itself: what is wrong is what they say of one receiver together.
-        ChangeError::Refused(error) => ChangeError::Form(error.to_string()),
-        other => other,
-    })
+    rewrite(file, |text| edit(text, request, note))
 }
 
 fn edit(text: &str, request: &ReceiverRequest, note: &str) -> Result<String, ChangeError> {

@@ -56,10 +56,10 @@ fn of_file(file: &Path) -> Option<IndicatorSettings> {
         (status = 200, description = "The settings now", body = SettingList),
         (status = 400, description = "The body is no JSON"),
         (status = 404, description = "There is no such setting"),
-        (status = 409, description = "There is no config file: the built-in config holds, or it cannot be edited"),
+        (status = 409, description = "There is no config file, or its check refuses the value"),
         (status = 413, description = "The body is too large"),
         (status = 415, description = "The body is not application/json"),
-        (status = 422, description = "The check of the file refuses the value, or the body lacks something"),
+        (status = 422, description = "The body lacks something, or a value in it is not allowed"),
         (status = 503, description = "The file cannot be written; nothing was changed"),
     ))]
 pub(crate) async fn change_setting(
