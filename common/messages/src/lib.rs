@@ -1,7 +1,7 @@
 //! What travels between the processes of a train: fixed-size payloads, and what each must fulfil ([`Checked`]).
 //!
 //! Every payload is `repr(C)`, free of padding and of pointers, and its type name carries a layout version
-//! (`railgrip/Sample/v1`). iceoryx2 compares names and sizes when a process opens a channel, but two fields that
+//! (`railgrip/Sample/v2`). iceoryx2 compares names and sizes when a process opens a channel, but two fields that
 //! swap places at equal size go unnoticed: **whoever changes a layout raises the version**. The test in
 //! `tests/layout.rs` pins sizes and offsets, so it cannot be forgotten.
 //!
@@ -68,7 +68,7 @@ pub const NO_WAGON: u32 = 0;
 pub trait Payload:
     bytemuck::Pod + std::fmt::Debug + iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend
 {
-    /// Name and version of the layout, for example `railgrip/Sample/v1`.
+    /// Name and version of the layout, for example `railgrip/Sample/v2`.
     const TYPE_NAME: &'static str;
 
     /// The running number of this item.

@@ -404,7 +404,7 @@ mod tests {
     #[test]
     fn both_languages_name_the_version_and_the_size() {
         let (c, python) = (c_header(), python_module());
-        assert!(c.contains("#define RAILGRIP_SAMPLE_TYPE_NAME \"railgrip/Sample/v1\""), "{c}");
+        assert!(c.contains("#define RAILGRIP_SAMPLE_TYPE_NAME \"railgrip/Sample/v2\""), "{c}");
         assert!(c.contains("    double wheel_speed_rad_s[4];") && c.contains("    railgrip_Stamp acquired;"));
         assert!(
             python.contains("(\"wheel_speed_rad_s\", ctypes.c_double * 4),")
