@@ -253,6 +253,34 @@ fn an_effect_from_a_file_is_simulated_found_applied_and_estimated_with() {
     );
 }
 
+/// A plan names what it separates, keeps to its limits and comes as a scenario that runs.
+#[test]
+fn the_next_run_is_planned_within_its_limits() {
+    let folder = tempfile::tempdir().expect("folder");
+    let case = case(folder.path());
+    let at = |name: &str| text(&folder.path().join(name));
+    let (json, scenario) = (at("plan.json"), at("planned.toml"));
+    let limits = ["--v-max", "20", "--rails", "dry", "--length-s", "40"];
+    let plan = ["gap", "plan", &text(&case), "--json", &json, "--scenario", &scenario];
+    must(&[&plan, &limits[..]].concat());
+    let plan: Value = serde_json::from_str(&std::fs::read_to_string(json).expect("plan")).expect("JSON");
+    println!("{}", plan["words"]);
+    assert_eq!(plan["separates"][0][0], "wheel_radius", "{plan}");
+    assert!(plan["separates"].as_array().is_some_and(|sets| sets.len() >= 2), "{plan}");
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let [before, after, random] =
+        ["entropy_before", "entropy_after", "entropy_after_random"].map(|key| number(&plan[key]));
+    assert!(after <= before && after <= random, "{before} {after} {random}");
+    assert!(number(&plan["run"]["v0_m_s"]) <= 20.0 && plan["run"]["rail"] == "dry");
+    let phases = plan["run"]["phases"].as_array().expect("phases");
+    assert_eq!(phases.last().map(|phase| number(&phase["until_s"])), Some(40.0));
+    let vehicle = text(&case.join("vehicle.toml"));
+    must(&["simulate", "--scenario", &scenario, "--vehicle", &vehicle, "--out", &at("planned")]);
+    let wrong = run_of(&["gap", "plan", &text(&case), "--rails", "dry,ice"]);
+    assert_eq!(wrong.0, Some(2));
+    assert!(wrong.1.contains("no rail \"ice\"; there are dry, wet, low"), "{}", wrong.1);
+}
+
 /// Exit code, and what was said of errors.
 fn run_of(arguments: &[&str]) -> (Option<i32>, String) {
     let output = run(arguments);

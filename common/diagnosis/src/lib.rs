@@ -8,6 +8,7 @@
 //! * [`predict`] – whitened one-step errors, open-loop errors, and errors with one place of the equations freed;
 //! * [`fit`] – the solver, what it minimises, whole models fitted by it;
 //! * [`decide`] – which effects are selected, what chance alone would gain, the verdict and how sure it is;
+//! * [`plan`] – the next run, which would tell apart what is left open;
 //! * [`answer`] – the form of a report; [`mod@write`] fills it, [`words`] says it in sentences, [`html`] draws it.
 //!
 //! Everything is deterministic: results are collected in the order of the library whatever the threads, random numbers
@@ -43,6 +44,7 @@ pub mod fit;
 pub mod html;
 pub mod law_bench;
 pub mod model;
+pub mod plan;
 pub mod predict;
 pub mod wagon;
 pub mod words;

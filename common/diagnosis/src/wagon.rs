@@ -22,6 +22,7 @@ use crate::decide::selection::{self, Selection};
 use crate::decide::verdict::in_practice;
 use crate::fit::windows::Models;
 use crate::model::parameters::Built;
+use crate::plan::{self, Limits, Plan};
 use crate::write::{details, predictions, regime, report};
 use railgrip_recording::Table;
 use railgrip_vehicle::VehicleParameters;
@@ -57,6 +58,32 @@ pub struct Outcome {
 
 /// Diagnoses a case. `progress` is told what has just been done; threads are those of the surrounding rayon pool.
 pub fn diagnose(case: &Case, options: &Options, progress: &(dyn Fn(&'static str) + Sync)) -> Outcome {
+    diagnose_and(case, options, progress, |_, _, _, _| ()).0
+}
+
+/// Diagnoses a case and designs the run that best tells apart what is left open; `None` where nothing is.
+pub fn plan(
+    case: &Case,
+    options: &Options,
+    limits: &Limits,
+    progress: &(dyn Fn(&'static str) + Sync),
+) -> (Outcome, Option<Plan>) {
+    let started = Instant::now();
+    let (outcome, plan) = diagnose_and(case, options, progress, |case, selection, report, criteria| {
+        progress("plan");
+        plan::plan(case, selection, report, limits, criteria)
+    });
+    let plan = plan.map(|plan| Plan { seconds: started.elapsed().as_secs_f64(), ..plan });
+    (outcome, plan)
+}
+
+/// Diagnoses a case, and does something more with what was weighed.
+fn diagnose_and<T>(
+    case: &Case,
+    options: &Options,
+    progress: &(dyn Fn(&'static str) + Sync),
+    more: impl FnOnce(&Case, &Selection, &Report, &Criteria) -> T,
+) -> (Outcome, T) {
     let started = Instant::now();
     let criteria = Criteria::default();
 
@@ -140,7 +167,8 @@ pub fn diagnose(case: &Case, options: &Options, progress: &(dyn Fn(&'static str)
     let predictions = predictions::tables(&case.holdout, &holdout).unwrap_or_default();
     let vehicle = models.vehicle();
     let report = Report { seconds: started.elapsed().as_secs_f64(), notes: case.notes.clone(), ..report };
-    Outcome { report, detail, predictions, vehicle }
+    let more = more(case, &selection, &report, &criteria);
+    (Outcome { report, detail, predictions, vehicle }, more)
 }
 
 /// How to make the report again.

@@ -46,7 +46,13 @@ pressing_force_sigma_n = 150.0
 /// A stop from 30 m/s on dry rail as a driver makes it, in three notches; noise from a fixed sequence.
 fn stop() -> Run {
     let (dt, n, pad) = (0.02, 1100, 0.35 * 0.24);
-    let mut columns = Columns::default();
+    let two = || vec![Vec::new(); 2];
+    let mut columns = Columns {
+        wheel_speed_rad_s: two(),
+        pressing_force_n: two(),
+        drive_torque_nm: two(),
+        ..Columns::default()
+    };
     let (mut v, mut state) = (30.0_f64, 0x2545_f491_4f6c_dd1d_u64);
     let mut noise = || {
         // Twelve uniform numbers make a normal one.

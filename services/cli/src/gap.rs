@@ -1,9 +1,7 @@
 //! `railgrip gap`: why a simulator and recordings disagree.
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use railgrip_diagnosis::answer::schema::Report;
 use railgrip_diagnosis::answer::supplement::Detail;
 use railgrip_diagnosis::data::load;
@@ -16,8 +14,9 @@ use railgrip_vehicle::VehicleParameters;
 use railgrip_vehicle::effects::{self, EffectSpec};
 use serde_json::{Value, json};
 
+use crate::gap_shared::{check_ids, name_of, progress_bar, version, write};
 use crate::output::say;
-use crate::{CliError, blind, gap_calibrate, gap_compare, gap_prepare};
+use crate::{CliError, blind, gap_calibrate, gap_compare, gap_plan, gap_prepare};
 
 /// Diagnose the gap between simulator and recordings.
 #[derive(Debug, clap::Args)]
@@ -30,6 +29,8 @@ pub(crate) struct Args {
 enum Command {
     /// Say where the gap of a case lies, which effect causes it, and how far it shrinks
     Diagnose(DiagnoseArgs),
+    /// Design the run that would best tell apart what a diagnosis leaves open
+    Plan(gap_plan::Args),
     /// Compare two reports of one vehicle: what is new, what is gone, what has changed
     Compare(gap_compare::Args),
     /// Make runs of a case out of recordings as they are: regular rate, cut at gaps, columns mapped
@@ -84,6 +85,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     match &args.command {
         Command::Diagnose(args) => diagnose(args),
         Command::Prepare(args) => gap_prepare::run(args),
+        Command::Plan(args) => gap_plan::run(args),
         Command::Compare(args) => gap_compare::run(args),
         Command::Effects(args) => {
             list_effects(args);
@@ -127,10 +129,6 @@ fn diagnose(args: &DiagnoseArgs) -> Result<(), CliError> {
     }
     say(&words::summary(&answer.report, &answer.detail));
     Ok(())
-}
-
-fn write(path: &Path, text: &str) -> Result<(), CliError> {
-    std::fs::write(path, text).map_err(|error| CliError::failed(format!("{}: {error}", path.display())))
 }
 
 fn of_wagon(args: &DiagnoseArgs) -> Result<Answer, CliError> {
@@ -199,46 +197,9 @@ fn law_case_vehicle(args: &DiagnoseArgs) -> Result<VehicleParameters, CliError> 
     vehicle.map_err(CliError::bad_input)
 }
 
-fn check_ids(ids: &[String]) -> Result<(), CliError> {
-    let all = effects::all();
-    let known = |id: &&String| all.iter().all(|(spec, _)| spec.id != id.as_str());
-    match ids.iter().find(known) {
-        None => Ok(()),
-        Some(id) => {
-            let all: Vec<&str> = all.iter().map(|(spec, _)| spec.id).collect();
-            Err(CliError::bad_input(format!(
-                "--without {id}: not in the catalogue, known are {}",
-                all.join(", ")
-            )))
-        }
-    }
-}
-
-fn name_of(folder: &Path) -> String {
-    let full = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
-    full.file_name().map_or_else(|| "case".to_owned(), |name| name.to_string_lossy().into_owned())
-}
-
-fn version() -> String {
-    format!("railgrip {}", env!("CARGO_PKG_VERSION"))
-}
-
 fn command(args: &DiagnoseArgs) -> String {
     let without: String = args.without.iter().map(|id| format!(" --without {id}")).collect();
     format!("railgrip gap diagnose {} --seed {}{without}", name_of(&args.case), args.seed)
-}
-
-/// A bar on a terminal, nothing elsewhere.
-fn progress_bar() -> ProgressBar {
-    // One round over the library, a second one when something was found, and the closing steps.
-    let bar = ProgressBar::new(2 * effects::all().len() as u64 + 3);
-    if !std::io::stderr().is_terminal() {
-        bar.set_draw_target(ProgressDrawTarget::hidden());
-    }
-    if let Ok(style) = ProgressStyle::with_template("{elapsed:>4} [{bar:40}] {pos}/{len} {msg}") {
-        bar.set_style(style.progress_chars("=> "));
-    }
-    bar
 }
 
 fn list_effects(args: &EffectsArgs) {

@@ -31,7 +31,8 @@ pub use error::OwnEffectError;
 pub use expression::QUANTITIES;
 pub use law::{LAWS, Law};
 
-use super::{CATALOGUE, Constructor, Effect, EffectSpec, Observation, Operating, ParameterSpec, Term, Twin};
+use super::catalogue::{CATALOGUE, Constructor};
+use super::{Effect, EffectSpec, Observation, Operating, ParameterSpec, Term, Twin};
 use crate::MAX_WHEELSETS;
 use expression::{Expression, Scope};
 use serde::Deserialize;
