@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use railgrip_diagnosis::answer::schema::Report;
 use railgrip_diagnosis::answer::supplement::Detail;
-use railgrip_diagnosis::data::load;
 use railgrip_diagnosis::html;
 use railgrip_diagnosis::law_bench::{self, LawCaseError};
 use railgrip_diagnosis::wagon;
@@ -14,7 +13,7 @@ use railgrip_vehicle::VehicleParameters;
 use railgrip_vehicle::effects::{self, EffectSpec};
 use serde_json::{Value, json};
 
-use crate::gap_shared::{check_ids, name_of, progress_bar, version, write};
+use crate::gap_shared::{SearchArgs, name_of, version, write};
 use crate::output::say;
 use crate::{CliError, blind, gap_calibrate, gap_compare, gap_plan, gap_prepare};
 
@@ -63,15 +62,8 @@ struct DiagnoseArgs {
     /// Vehicle onto which a law-level case is applied [default: vehicle.toml of the case, else the built-in vehicle]
     #[arg(long, value_name = "FILE", requires = "apply")]
     onto: Option<PathBuf>,
-    /// Leave a candidate out of the library; may be repeated
-    #[arg(long, value_name = "ID")]
-    without: Vec<String>,
-    /// Seed of the bootstraps
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Threads (default: one a core); the report does not depend on it
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    search: SearchArgs,
 }
 
 #[derive(Debug, clap::Args)]
@@ -132,28 +124,15 @@ fn diagnose(args: &DiagnoseArgs) -> Result<(), CliError> {
 }
 
 fn of_wagon(args: &DiagnoseArgs) -> Result<Answer, CliError> {
-    check_ids(&args.without)?;
-    let path = args.case.join("vehicle.toml");
-    let vehicle = railgrip_settings::vehicle::load(&path).map_err(CliError::bad_input)?;
-    let case = load::load(&args.case, vehicle).map_err(CliError::bad_input)?;
+    let case = args.search.read(&args.case)?;
     let options = wagon::Options {
         case: name_of(&args.case),
-        without: args.without.clone(),
-        seed: args.seed,
+        without: args.search.without.clone(),
+        seed: args.search.seed,
         version: version(),
         command: command(args),
     };
-    let bar = progress_bar();
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(args.threads.map_or(0, usize::from))
-        .build()
-        .map_err(CliError::failed)?;
-    let step = |what: &'static str| {
-        bar.set_message(what);
-        bar.inc(1);
-    };
-    let outcome = pool.install(|| wagon::diagnose(&case, &options, &step));
-    bar.finish_and_clear();
+    let outcome = args.search.run(|step| wagon::diagnose(&case, &options, step))?;
     Ok(Answer {
         report: outcome.report,
         detail: outcome.detail,
@@ -164,8 +143,8 @@ fn of_wagon(args: &DiagnoseArgs) -> Result<Answer, CliError> {
 
 fn of_law_case(args: &DiagnoseArgs) -> Result<Answer, CliError> {
     let options = law_bench::Options {
-        without: args.without.clone(),
-        seed: args.seed,
+        without: args.search.without.clone(),
+        seed: args.search.seed,
         version: version(),
         command: command(args),
     };
@@ -198,8 +177,8 @@ fn law_case_vehicle(args: &DiagnoseArgs) -> Result<VehicleParameters, CliError> 
 }
 
 fn command(args: &DiagnoseArgs) -> String {
-    let without: String = args.without.iter().map(|id| format!(" --without {id}")).collect();
-    format!("railgrip gap diagnose {} --seed {}{without}", name_of(&args.case), args.seed)
+    let without: String = args.search.without.iter().map(|id| format!(" --without {id}")).collect();
+    format!("railgrip gap diagnose {} --seed {}{without}", name_of(&args.case), args.search.seed)
 }
 
 fn list_effects(args: &EffectsArgs) {

@@ -4,14 +4,13 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use railgrip_diagnosis::data::load;
 use railgrip_diagnosis::plan::{Limits, Plan};
 use railgrip_diagnosis::wagon;
 use railgrip_vehicle::RailClass;
 use serde_json::json;
 
 use crate::CliError;
-use crate::gap_shared::{check_ids, name_of, progress_bar, version, write};
+use crate::gap_shared::{SearchArgs, name_of, version, write};
 use crate::output::say;
 
 /// Arguments of `railgrip gap plan`.
@@ -35,42 +34,22 @@ pub(crate) struct Args {
     /// Length of the run, s
     #[arg(long, value_name = "S", default_value_t = 60.0)]
     length_s: f64,
-    /// Leave a candidate out of the library; may be repeated
-    #[arg(long, value_name = "ID")]
-    without: Vec<String>,
-    /// Seed of the bootstraps
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Threads (default: one a core); the plan does not depend on it
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    search: SearchArgs,
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     let started = Instant::now();
     let limits = limits(args)?;
-    check_ids(&args.without)?;
-    let vehicle =
-        railgrip_settings::vehicle::load(&args.case.join("vehicle.toml")).map_err(CliError::bad_input)?;
-    let case = load::load(&args.case, vehicle).map_err(CliError::bad_input)?;
+    let case = args.search.read(&args.case)?;
     let options = wagon::Options {
         case: name_of(&args.case),
-        without: args.without.clone(),
-        seed: args.seed,
+        without: args.search.without.clone(),
+        seed: args.search.seed,
         version: version(),
         command: format!("railgrip gap plan {}", name_of(&args.case)),
     };
-    let bar = progress_bar();
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(args.threads.map_or(0, usize::from))
-        .build()
-        .map_err(CliError::failed)?;
-    let step = |what: &'static str| {
-        bar.set_message(what);
-        bar.inc(1);
-    };
-    let (_, plan) = pool.install(|| wagon::plan(&case, &options, &limits, &step));
-    bar.finish_and_clear();
+    let (_, plan) = args.search.run(|step| wagon::plan(&case, &options, &limits, step))?;
     if let Some(path) = &args.json {
         let value = match &plan {
             Some(plan) => serde_json::to_value(plan).map_err(CliError::failed)?,

@@ -4,15 +4,59 @@ use std::io::IsTerminal;
 use std::path::Path;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use railgrip_diagnosis::data::case::Case;
+use railgrip_diagnosis::data::load;
 use railgrip_vehicle::effects;
 
 use crate::CliError;
+
+/// How the library is searched.
+#[derive(Debug, clap::Args)]
+pub(crate) struct SearchArgs {
+    /// Leave a candidate out of the library; may be repeated
+    #[arg(long, value_name = "ID")]
+    pub(crate) without: Vec<String>,
+    /// Seed of the bootstraps
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Threads (default: one a core); the answer does not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+}
+
+impl SearchArgs {
+    /// The case of a wagon in this folder.
+    pub(crate) fn read(&self, folder: &Path) -> Result<Case, CliError> {
+        check_ids(&self.without)?;
+        let vehicle = railgrip_settings::vehicle::load(&folder.join("vehicle.toml"));
+        load::load(folder, vehicle.map_err(CliError::bad_input)?).map_err(CliError::bad_input)
+    }
+
+    /// Does the work on as many threads as are asked for, with a bar on a terminal that each step moves on.
+    pub(crate) fn run<T: Send>(
+        &self,
+        work: impl FnOnce(&(dyn Fn(&'static str) + Sync)) -> T + Send,
+    ) -> Result<T, CliError> {
+        let bar = progress_bar();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(self.threads.map_or(0, usize::from))
+            .build()
+            .map_err(CliError::failed)?;
+        let step = |what: &'static str| {
+            bar.set_message(what);
+            bar.inc(1);
+        };
+        let answer = pool.install(|| work(&step));
+        bar.finish_and_clear();
+        Ok(answer)
+    }
+}
 
 pub(crate) fn write(path: &Path, text: &str) -> Result<(), CliError> {
     std::fs::write(path, text).map_err(|error| CliError::failed(format!("{}: {error}", path.display())))
 }
 
-pub(crate) fn check_ids(ids: &[String]) -> Result<(), CliError> {
+fn check_ids(ids: &[String]) -> Result<(), CliError> {
     let all = effects::all();
     let known = |id: &&String| all.iter().all(|(spec, _)| spec.id != id.as_str());
     match ids.iter().find(known) {
@@ -37,7 +81,7 @@ pub(crate) fn version() -> String {
 }
 
 /// A bar on a terminal, nothing elsewhere.
-pub(crate) fn progress_bar() -> ProgressBar {
+fn progress_bar() -> ProgressBar {
     // One round over the library, a second one when something was found, and the closing steps.
     let bar = ProgressBar::new(2 * effects::all().len() as u64 + 3);
     if !std::io::stderr().is_terminal() {
