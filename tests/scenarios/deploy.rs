@@ -16,6 +16,7 @@ railgrip_requirements::tests! {
     systemd_finds_the_units_hardly_exposed: [SYSTEMD_ANALYZE],
     the_command_of_the_container_starts: [],
     prometheus_accepts_rules_their_tests_and_the_config: [PROMTOOL],
+    a_package_is_installed_runs_is_upgraded_and_purged: [DPKG_DEB],
     a_service_says_when_it_is_ready_alive_and_stopping: [],
 }
 
@@ -37,7 +38,7 @@ fn verify(edit: impl Fn(&str) -> String) -> String {
         files.push(folder.path().join(name));
         std::fs::write(files.last().expect("just pushed"), edit(&text)).expect("write");
     }
-    assert_eq!(files.len(), 7, "{files:?}");
+    assert_eq!(files.len(), 8, "{files:?}");
     let output =
         Command::new(SYSTEMD_ANALYZE.path()).arg("verify").args(&files).output().expect("systemd-analyze");
     String::from_utf8_lossy(&output.stderr).into_owned()
@@ -98,6 +99,72 @@ fn prometheus_accepts_rules_their_tests_and_the_config() {
         println!("{said}");
         assert!(output.status.success(), "promtool {words:?}: {said}");
     }
+}
+
+/// dpkg on a root folder of the test's own; its scripts know that folder by `DPKG_ROOT`.
+fn dpkg(root: &Path, words: &[&str]) {
+    let mut dpkg = Command::new("dpkg");
+    dpkg.arg(format!("--root={}", root.display()))
+        .args(["--force-not-root", "--force-script-chrootless", "--force-depends", "--force-confold"])
+        .args(["--force-bad-path", "--log=/dev/null"])
+        .args(words);
+    let output = dpkg.env("DEBIAN_FRONTEND", "noninteractive").output().expect("dpkg");
+    let said =
+        [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
+    println!("{said}");
+    assert!(output.status.success(), "dpkg {words:?}: {said}");
+}
+
+fn a_package_is_installed_runs_is_upgraded_and_purged() {
+    let folder = tempfile::Builder::new().prefix("rg").tempdir_in("/tmp").expect("folder");
+    let root = folder.path().join("root");
+    for place in ["var/lib/dpkg/info", "var/lib/dpkg/updates", "etc"] {
+        std::fs::create_dir_all(root.join(place)).expect("folder");
+    }
+    for file in ["var/lib/dpkg/status", "var/lib/dpkg/available", "etc/passwd", "etc/group"] {
+        std::fs::write(root.join(file), "").expect("file");
+    }
+    let script = units().join("../deb");
+    let output = Command::new(script).arg(program!()).arg(folder.path()).output().expect("deploy/deb");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let package = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+    let size = std::fs::metadata(root.parent().expect("folder").join(&package)).expect("a package").len();
+    println!("{package}: {size} bytes");
+    dpkg(&root, &["--install", &package]);
+    // The program runs on the config that came with it, and a unit names nothing that is not there.
+    let (installed, config) = (root.join("usr/bin/railgrip"), root.join("etc/railgrip/railgrip.toml"));
+    let program = std::fs::metadata(&installed).expect("a program").len();
+    println!("the program: {program} bytes");
+    let mut up = Command::new(&installed);
+    up.args(["up", "--for", "2", "--listen", "127.0.0.1:0", "--config"]).arg(&config);
+    up.arg("--instance").arg(folder.path().join("i")).current_dir(folder.path());
+    let output = up.output().expect("start");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    for file in [
+        "usr/lib/systemd/system/railgrip-ingest.service",
+        "usr/share/man/man1/railgrip-up.1.gz",
+        "usr/share/bash-completion/completions/railgrip",
+    ] {
+        assert!(root.join(file).exists(), "{file}");
+    }
+    let passwd = std::fs::read_to_string(root.join("etc/passwd")).expect("users");
+    assert!(
+        passwd.contains("railgrip:") || Command::new("systemd-sysusers").arg("--version").output().is_err(),
+        "{passwd}"
+    );
+    // What an operator changed survives an upgrade and a removal; a purge takes it, with what was remembered.
+    let mine = std::fs::read_to_string(&config).expect("config").replace("wagons = 8", "wagons = 2");
+    std::fs::write(&config, &mine).expect("config");
+    dpkg(&root, &["--install", &package]);
+    assert_eq!(std::fs::read_to_string(&config).expect("config"), mine);
+    let state = root.join("var/lib/railgrip/history");
+    std::fs::create_dir_all(&state).expect("folder");
+    dpkg(&root, &["--remove", "railgrip"]);
+    assert!(!installed.exists() && config.exists() && state.exists());
+    dpkg(&root, &["--purge", "railgrip"]);
+    assert!(!config.exists() && !state.exists());
+    let left = std::fs::read_dir(root.join("etc/railgrip")).map_or(0, Iterator::count);
+    assert_eq!(left, 0, "nothing is left of the config");
 }
 
 /// A holder that talks to a systemd of ours.

@@ -6,12 +6,13 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use railgrip_requirements::ICEORYX2_PYTHON;
+use railgrip_requirements::{CXX, ICEORYX2_PYTHON};
 use railgrip_tests::{TrainUnderTest, program, within};
 
 railgrip_requirements::tests! {
     a_program_in_python_feeds_a_wagon: [ICEORYX2_PYTHON],
     the_header_for_c_is_one: [],
+    the_publisher_in_cpp_fits_the_header: [CXX],
 }
 
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -69,4 +70,25 @@ fn the_header_for_c_is_one() {
     cc.args(["-Wall", "-Werror", "-std=c11", "-fsyntax-only", "use.c"]).current_dir(folder.path());
     let output = cc.output().expect("a C compiler, which the build needs too");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// The example against the header, and against the shape of the calls that it makes: the library itself is not there.
+fn the_publisher_in_cpp_fits_the_header() {
+    let folder = tempfile::tempdir().expect("folder");
+    std::fs::write(folder.path().join("railgrip_payloads.h"), payloads("--c")).expect("write");
+    std::fs::create_dir(folder.path().join("iox2")).expect("folder");
+    std::fs::write(folder.path().join("iox2/iceoryx2.hpp"), include_str!("iceoryx2_shape.hpp"))
+        .expect("write");
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../services/ingest/examples/publish.cpp");
+    let text = std::fs::read_to_string(&example).expect("the example");
+    let compile = |text: &str| {
+        std::fs::write(folder.path().join("publish.cpp"), text).expect("write");
+        let mut cxx = Command::new(CXX.path());
+        cxx.args(["-Wall", "-Wextra", "-Werror", "-std=c++17", "-fsyntax-only", "-I.", "publish.cpp"]);
+        cxx.current_dir(folder.path()).output()
+    };
+    let output = compile(&text).expect("a C++ compiler");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let wrong = compile(&text.replace("sample.v_m_s", "sample.speed")).expect("a C++ compiler");
+    assert!(!wrong.status.success(), "a field that is none must not compile");
 }

@@ -6,6 +6,8 @@ use serde_json::Value;
 use std::time::Duration;
 
 const PATIENCE: Duration = Duration::from_secs(60);
+/// A diagnosis has the lowest priority, beside whatever tests run.
+const DIAGNOSIS: Duration = Duration::from_secs(900);
 
 fn config(name: &str, more: &str) -> String {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../config");
@@ -80,5 +82,21 @@ fn what_the_model_lacks_raises_an_alert_with_a_suspect_and_a_recording() {
     assert!(alert["advice"].as_str().is_some_and(|words| words.contains("gap diagnose")), "{alert}");
     let case = std::path::PathBuf::from(alert["evidence"]["recording"].as_str().unwrap_or_default());
     assert!(case.join("vehicle.toml").is_file() && case.join("fit").is_dir(), "{}", case.display());
+    // Minutes later the answer joins the alert by itself, and the report can be read.
+    let id = alert["id"].as_u64().expect("a number");
+    let diagnosed = || {
+        let alert = train.http().and_then(|http| http.json(&format!("/api/v1/alerts/{id}")))?;
+        Some(alert["evidence"]["diagnosis"].clone()).filter(Value::is_object)
+    };
+    let diagnosis = within(DIAGNOSIS, diagnosed).unwrap_or_else(|| panic!("no diagnosis:\n{}", train.log()));
+    println!("{diagnosis}");
+    let named: Vec<&str> =
+        diagnosis["effects"].as_array().into_iter().flatten().filter_map(|it| it["id"].as_str()).collect();
+    assert_eq!(named.first(), Some(&"brake_lag"), "{diagnosis}");
+    let page = train.http().and_then(|http| http.get(&format!("/api/v1/alerts/{id}/report")));
+    assert!(
+        page.is_some_and(|(status, page)| status == 200 && page.contains("brake lag")),
+        "the whole report"
+    );
     assert!(train.stop().success());
 }

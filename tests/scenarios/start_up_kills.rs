@@ -10,8 +10,8 @@ use railgrip_tests::{Random, TrainUnderTest, program, within};
 const TRAINS: u64 = 4;
 /// Kills on each of them.
 const KILLS: u64 = 50;
-/// Supervisor, holder, ingest, health and two estimators.
-const PROCESSES: usize = 6;
+/// Supervisor, holder, ingest, health, diagnoser and two estimators.
+const PROCESSES: usize = 7;
 /// Kills come within so many milliseconds of the start.
 const START_UP_MS: usize = 120;
 

@@ -2,7 +2,7 @@
 
 use railgrip_messages::{
     AUDIO_TYPE_NAME, BogieSample, Estimate, Event, Health, Heard, Heartbeat, Innovation, MotorSample,
-    Payload, Sample, Verdicts,
+    Payload, Sample, SourceState, Verdicts,
 };
 
 use crate::audio::{AUDIO_BUFFER, MAX_AUDIO_BLOCK};
@@ -16,7 +16,7 @@ pub enum Scope {
     Wagon,
     /// One channel for each wagon that has a microphone, `name/N`.
     Microphone,
-    /// One channel for the train; every process may publish.
+    /// One channel for the train; every process may publish, unless the row says that one does.
     Train,
 }
 
@@ -39,6 +39,8 @@ pub struct Channel {
     pub deadline_s: f64,
     /// Batches that a late joiner gets.
     pub history: usize,
+    /// One process of the train publishes, and no other does.
+    pub alone: bool,
     /// Readers are woken (otherwise they poll).
     pub wakes: bool,
     /// `sequence` counts items without gaps, so that readers can count what they missed.
@@ -57,8 +59,9 @@ pub const CHANNELS: &[Channel] = &[
     row::<Health>("health", Scope::Wagon).rate(5.0, 2.0).history(1),
     audio("audio").rate(10.0, 2.0),
     row::<Heard>("heard", Scope::Microphone).rate(1.0, 5.0).history(1),
-    row::<Verdicts>("verdicts", Scope::Train).rate(1.0, 5.0).history(1),
+    row::<Verdicts>("verdicts", Scope::Train).rate(1.0, 5.0).history(1).alone(),
     row::<Event>("events", Scope::Train).history(16),
+    row::<SourceState>("sources", Scope::Train).batched().rate(1.0, 5.0).history(1).alone(),
     row::<Heartbeat>("heartbeats", Scope::Train).rate(1.0, 5.0).history(1),
 ];
 
@@ -78,6 +81,7 @@ const fn row<T: Payload>(name: &'static str, scope: Scope) -> Channel {
         rate_hz: 0.0,
         deadline_s: f64::INFINITY,
         history: 0,
+        alone: false,
         wakes: false,
         counted: false,
         create: |creator, service| creator.channel::<T>(service),
@@ -109,6 +113,11 @@ impl Channel {
 
     const fn history(mut self, batches: usize) -> Self {
         self.history = batches;
+        self
+    }
+
+    const fn alone(mut self) -> Self {
+        self.alone = true;
         self
     }
 

@@ -55,5 +55,6 @@ pub use ports::{
     BogiePublisher, BogieSubscriber, EstimatePublisher, EstimateSubscriber, EventPublisher, EventSubscriber,
     HealthPublisher, HealthSubscriber, HeardPublisher, HeardSubscriber, HeartbeatPublisher,
     HeartbeatSubscriber, InnovationPublisher, InnovationSubscriber, MotorPublisher, MotorSubscriber,
-    Publisher, SamplePublisher, SampleSubscriber, Subscriber, VerdictPublisher, VerdictSubscriber, Wake,
+    Publisher, SamplePublisher, SampleSubscriber, SourcePublisher, SourceSubscriber, Subscriber,
+    VerdictPublisher, VerdictSubscriber, Wake,
 };

@@ -19,7 +19,7 @@ use crate::{
     EstimatePublisher, EstimateSubscriber, EventPublisher, EventSubscriber, HealthPublisher,
     HealthSubscriber, HeardPublisher, HeardSubscriber, HeartbeatPublisher, HeartbeatSubscriber,
     InnovationPublisher, InnovationSubscriber, MotorPublisher, MotorSubscriber, SamplePublisher,
-    SampleSubscriber, VerdictPublisher, VerdictSubscriber, channel, node,
+    SampleSubscriber, SourcePublisher, SourceSubscriber, VerdictPublisher, VerdictSubscriber, channel, node,
 };
 
 /// How long to wait for a holder that is still creating, and for places of dead processes to come free.
@@ -256,6 +256,22 @@ impl Bus {
     /// As for every port.
     pub fn event_subscriber(&self) -> Result<EventSubscriber, BusError> {
         self.subscriber("events", NO_WAGON)
+    }
+
+    /// Sends how the source of samples fares.
+    ///
+    /// # Errors
+    /// As for every port.
+    pub fn source_publisher(&self) -> Result<SourcePublisher, BusError> {
+        self.publisher("sources", NO_WAGON)
+    }
+
+    /// Receives how the source of samples fares.
+    ///
+    /// # Errors
+    /// As for every port.
+    pub fn source_subscriber(&self) -> Result<SourceSubscriber, BusError> {
+        self.subscriber("sources", NO_WAGON)
     }
 
     /// Sends heartbeats.

@@ -12,7 +12,7 @@ use iceoryx2::prelude::{
 use iceoryx2::waitset::WaitSetAttachmentError;
 use railgrip_messages::{
     BogieSample, Estimate, Event, Health, Heard, Heartbeat, Innovation, MotorSample, Payload, Sample,
-    Verdicts,
+    SourceState, Verdicts,
 };
 
 use crate::BusError;
@@ -53,6 +53,10 @@ pub type VerdictSubscriber = Subscriber<Verdicts>;
 pub type EventPublisher = Publisher<Event>;
 /// Receives events.
 pub type EventSubscriber = Subscriber<Event>;
+/// Sends how the source fares.
+pub type SourcePublisher = Publisher<SourceState>;
+/// Receives how the source fares.
+pub type SourceSubscriber = Subscriber<SourceState>;
 /// Sends heartbeats.
 pub type HeartbeatPublisher = Publisher<Heartbeat>;
 /// Receives heartbeats.

@@ -107,7 +107,8 @@ pub(crate) fn needed_bytes(config: &BusConfig) -> u64 {
     let wagon = inlet + sum(outlets);
     let (wagons, microphones) = (config.wagons.len() as u64, config.microphones.len() as u64);
     // Every process of the train publishes on its channels; one serves the pages, one brings the samples.
-    let train = sum(of(Scope::Train).collect()) * (wagons + microphones + 2);
+    let (alone, shared): (Vec<_>, Vec<_>) = of(Scope::Train).partition(|row| row.alone);
+    let train = sum(alone) + sum(shared) * (wagons + microphones + 2);
     let data = wagons * wagon + microphones * sum(of(Scope::Microphone).collect()) + train;
     data + (data as f64 * ADMINISTRATION) as u64
 }

@@ -16,6 +16,7 @@ use crate::answer::schema::Report;
 use crate::answer::supplement::{Detail, Settings};
 use crate::data::align::Alignments;
 use crate::data::case::{Case, Run};
+use crate::data::lacks;
 use crate::decide::criteria::Criteria;
 use crate::decide::evidence;
 use crate::decide::selection::{self, Selection};
@@ -121,8 +122,9 @@ fn diagnose_and<T>(
     let predict = |built: &[Built; 3], runs: &[Run]| predictions::predict(case, runs, built.each_ref());
     let (mut fit, mut holdout) = (predict(&built, &case.fit), predict(&built, &case.holdout));
 
-    // In practice: what does next to nothing to the gap is no answer to where it comes from.
-    if named.is_some() {
+    // In practice: what does next to nothing to the gap is no answer to where it comes from. That of a coupled wagon is
+    // mostly its couplers.
+    if named.is_some() && !case.is_coupled() {
         let shrinks = [&fit, &holdout].map(|runs| predictions::shrinks(runs));
         judgement.decision = in_practice(judgement.decision, &shrinks, &criteria);
         if !judgement.decision.names_effects() {
@@ -163,13 +165,20 @@ fn diagnose_and<T>(
     details::add_runs(&mut detail, case, &fit, &holdout);
     detail.effect_curves =
         details::effect_curves(case, &selection, &models, calibrated, &report, criteria.report.widening);
-    detail.notes.extend(case.notes.iter().cloned());
+    let lacks = lacks::of(case).into_iter().map(|lack| format!("the recordings show little: {}", lack.words));
+    let coupled = case.is_coupled().then(|| COUPLED.to_owned());
+    let notes: Vec<String> = case.notes.iter().cloned().chain(lacks).chain(coupled).collect();
+    detail.notes.extend(notes.iter().cloned());
     let predictions = predictions::tables(&case.holdout, &holdout).unwrap_or_default();
     let vehicle = models.vehicle();
-    let report = Report { seconds: started.elapsed().as_secs_f64(), notes: case.notes.clone(), ..report };
+    let report = Report { seconds: started.elapsed().as_secs_f64(), notes, ..report };
     let more = more(case, &selection, &report, &criteria);
     (Outcome { report, detail, predictions, vehicle }, more)
 }
+
+/// What is said of a wagon that does not run alone.
+const COUPLED: &str = "the wagon is coupled: forces of its couplers were estimated along with it, so that resistance, grade and \
+     other forces on the body cannot be named, and the gap of the vehicle speed is mostly theirs";
 
 /// How to make the report again.
 fn settings(options: &Options, selection: &Selection) -> Settings {

@@ -35,10 +35,15 @@ fn small(label: &Label, wheelsets: usize, noise: &str) -> bool {
 }
 
 fn answer(case: &FamilyCase) -> Report {
+    answer_with(case, "")
+}
+
+/// The answer where the vehicle file says this, too.
+fn answer_with(case: &FamilyCase, more: &str) -> Report {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path().join("case");
     case.write(&at, None).expect("the case is written");
-    let vehicle = std::fs::read_to_string(at.join("vehicle.toml")).expect("vehicle.toml");
+    let vehicle = std::fs::read_to_string(at.join("vehicle.toml")).expect("vehicle.toml") + more;
     let case_read = load::load(&at, toml::from_str(&vehicle).expect("vehicle")).expect("a case");
     let options = Options { case: "family".into(), seed: 1, ..Options::default() };
     let report = diagnose(&case_read, &options, &|_| ()).report;
@@ -99,4 +104,23 @@ fn a_drifting_clock_is_found_and_carries_over() {
     let (gap, floor) = (&report.gap.holdout, case.label.gap_without_the_effect.holdout);
     let closure = (gap.calibrated - gap.extended) / (gap.calibrated - floor);
     assert!(closure > 0.5, "closes {closure:.2} of what is above the floor of {floor:.2}");
+}
+
+/// The couplers of a wagon that runs in a train once were its cause.
+#[test]
+fn what_couplers_do_to_a_wagon_in_a_train_is_no_effect_and_hides_none() {
+    let coupled = "\n[train]\nfree = false\n";
+    let pushed = first(300, FormSet::A, &[("coupler_force", 3.0)], |label| {
+        small(label, 2, "white") && label.salience() > 1.0
+    });
+    let alone = answer(&pushed);
+    assert_eq!(alone.effects.first().map(|effect| effect.id.as_str()), Some("coupler_force"));
+    let report = answer_with(&pushed, coupled);
+    assert_eq!(report.verdict, Verdict::None);
+    assert!(report.notes.iter().any(|note| note.contains("coupled")), "{:?}", report.notes);
+    let effects = [("coupler_force", 3.0), ("wheel_encoder_eccentricity", 2.0)];
+    let both = first(300, FormSet::A, &effects, |label| small(label, 2, "white") && label.salience() > 1.0);
+    let report = answer_with(&both, coupled);
+    let named: Vec<&str> = report.effects.iter().map(|effect| effect.id.as_str()).collect();
+    assert_eq!(named, ["wheel_encoder_eccentricity"]);
 }

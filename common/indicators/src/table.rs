@@ -47,6 +47,12 @@ pub struct Judged<'a> {
 }
 
 impl IndicatorSpec {
+    /// Whether its cause lies in the line or the train and never in a wagon.
+    #[must_use]
+    pub fn is_of_train(&self) -> bool {
+        self.alert.is_some_and(|alert| alert.of_train)
+    }
+
     /// What a wagon says of it, by the table of the program.
     #[must_use]
     pub fn of<'a>(&self, health: &'a Health) -> &'a Indicator {
@@ -128,7 +134,7 @@ impl Table {
         Some(&mut health.wheelset.get_mut(index)?.indicator[place])
     }
 
-    /// What raises alerts and makes the grade of a wagon, in the order of the table, the wagon before its wheelsets.
+    /// What raises alerts, in the order of the table, the wagon before its wheelsets.
     #[must_use]
     pub fn judged(self, health: &Health) -> Vec<Judged<'_>> {
         let raises = |spec: &IndicatorSpec| spec.alert.map_or(Reach::Nowhere, |alert| alert.raised_by);
@@ -144,13 +150,14 @@ impl Table {
         all
     }
 
-    /// The worst grade of a wagon: of all its indicators that have a rule for alerts.
+    /// The worst grade of a wagon: of all its indicators that have a rule for alerts, but for what lies in the line or the
+    /// train. A rail that is low is no fault of the wagons that run on it.
     #[must_use]
     pub fn worst(self, health: &Health) -> Grade {
-        let ruled = |spec: &IndicatorSpec| spec.alert.is_some();
+        let ruled = |spec: &IndicatorSpec| spec.alert.is_some() && !spec.is_of_train();
         let wagon = self.of_wagon().zip(&health.indicator).filter(|(spec, _)| ruled(spec));
         let own = wagon.map(|(_, indicator)| indicator.grade());
-        let judged = self.judged(health).into_iter().map(|judged| judged.indicator.grade());
-        own.chain(judged).max().unwrap_or(Grade::Unknown)
+        let judged = self.judged(health).into_iter().filter(|judged| !judged.spec.is_of_train());
+        own.chain(judged.map(|judged| judged.indicator.grade())).max().unwrap_or(Grade::Unknown)
     }
 }

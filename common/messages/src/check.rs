@@ -10,7 +10,7 @@
 
 use crate::{
     BogieSample, Condition, Grade, Health, Heard, HearingState, Heartbeat, Indicator, MAX_WHEELSETS,
-    MotorSample, Payload, ProcessKind, Sample, Stamp, Verdicts, WheelsetHealth,
+    MotorSample, Payload, ProcessKind, Sample, SourceState, Stamp, Verdicts, WheelsetHealth,
 };
 
 /// A stamp may be so far ahead of the reader's monotonic clock, ns: all processes of a train share that clock.
@@ -195,6 +195,20 @@ impl Checked for Heartbeat {
         taken(self.stamp, now)?;
         code(ProcessKind::from_code(self.process))?;
         within(self.uptime_s, 0.0, f64::MAX)
+    }
+}
+
+impl Checked for SourceState {
+    const NAME: &'static str = "source state";
+
+    fn wagon(&self) -> u32 {
+        self.wagon
+    }
+
+    fn check(&self, now: Stamp) -> Result<(), Refusal> {
+        taken(self.stamp, now)?;
+        flag(self.drift_known)?;
+        if self.drift_known == 0 { Ok(()) } else { finite(self.drift_ppm) }
     }
 }
 

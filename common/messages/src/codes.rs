@@ -205,6 +205,56 @@ codes! {
         HearingChanged = 13, "hearing changed";
         /// The columns of a wagon's source cannot be in their units and are withheld, or are plausible again.
         UnitsImplausible = 14, "units implausible";
+        /// The clock of a wagon's source drifts, or no longer does; values: parts in a million.
+        ClockDrifts = 15, "clock drifts";
+    }
+}
+
+codes! {
+    /// What a source of samples counts. Each thing that is dropped has its name here.
+    SourceCount {
+        /// Frames, telegrams, lines or messages that arrived.
+        Arrived = 0, "arrived";
+        /// Samples of a wagon that came of them.
+        Samples = 1, "samples";
+        /// Samples with a time that is not after that of the one before.
+        Late = 2, "late";
+        /// Samples of a wagon whose columns cannot be in their units.
+        Withheld = 3, "withheld";
+        /// Lines and messages that are no sample.
+        Unreadable = 4, "unreadable";
+        /// Frames and telegrams that the mapping has no use for.
+        Unwanted = 5, "unwanted";
+        /// Values that a frame or telegram is too short for.
+        Short = 6, "short";
+        /// Values outside of what their description says that they can be.
+        OutOfRange = 7, "out_of_range";
+        /// Frames by which a CAN controller reports an error.
+        ErrorFrame = 8, "error_frame";
+        /// CAN frames that ask for data.
+        RemoteFrame = 9, "remote_frame";
+        /// Frames lost because the queue of the socket was full.
+        Overrun = 10, "overrun";
+        /// Telegrams shorter than a header.
+        HeaderShort = 11, "header_short";
+        /// Telegrams with a wrong checksum of the header.
+        HeaderCrc = 12, "header_crc";
+        /// Telegrams of another version of the protocol.
+        ProtocolVersion = 13, "protocol_version";
+        /// Telegrams that carry no process data.
+        TelegramKind = 14, "telegram_kind";
+        /// Telegrams that are not as long as they say.
+        TelegramLength = 15, "telegram_length";
+        /// Telegrams that never came, by the gaps of their counters.
+        Lost = 16, "lost";
+        /// Telegrams that came twice, or that others had overtaken.
+        Old = 17, "old";
+        /// Telegrams of an address that is no sender of this train.
+        ForeignSender = 18, "foreign_sender";
+        /// Times at which a sender began its counter again.
+        SenderRestarts = 19, "sender_restarts";
+        /// Times at which the topography of the train changed.
+        TopologyChanges = 20, "topology_changes";
     }
 }
 

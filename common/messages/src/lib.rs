@@ -17,6 +17,7 @@
 //! | [`Health`] | `health/N` | the indicators of wagon N, a few times a second |
 //! | [`Verdicts`] | `verdicts` | what is wrong with the train, by all its wagons together |
 //! | [`Event`] | `events` | something happened that people care about |
+//! | [`SourceState`] | `sources` | what ingest counted, and the clocks of the sources |
 //! | [`Heartbeat`] | `heartbeats` | a process is alive, with its counters |
 //!
 //! # Glossary
@@ -36,6 +37,7 @@ mod health;
 mod heartbeat;
 mod motor;
 mod sample;
+mod source;
 mod stamp;
 mod text;
 mod verdict;
@@ -43,13 +45,14 @@ mod verdict;
 pub use audio::{AUDIO_TYPE_NAME, AudioHeader, Heard};
 pub use bogie::{BogieSample, bogie_valid};
 pub use check::{Checked, Refusal, Validated};
-pub use codes::{Condition, EstimateState, EventKind, Grade, HearingState, ProcessKind};
+pub use codes::{Condition, EstimateState, EventKind, Grade, HearingState, ProcessKind, SourceCount};
 pub use estimate::{Estimate, Innovation, MAX_OUTPUTS, flags};
 pub use event::{Event, NO_WHEELSET};
 pub use health::{Health, Indicator, MAX_INDICATORS, MAX_WHEELSET_INDICATORS, WheelsetHealth};
 pub use heartbeat::Heartbeat;
 pub use motor::{MotorSample, motor_valid};
 pub use sample::{Sample, sample_flags, valid};
+pub use source::{MAX_SOURCE_COUNTS, SourceState};
 pub use stamp::Stamp;
 pub use text::Text;
 pub use verdict::{MAX_RUNNERS, MAX_VERDICTS, Verdict, Verdicts};

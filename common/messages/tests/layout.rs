@@ -5,7 +5,7 @@ use std::mem::{offset_of, size_of};
 
 use railgrip_messages::{
     AUDIO_TYPE_NAME, AudioHeader, BogieSample, Estimate, Event, Health, Heard, Heartbeat, Indicator,
-    Innovation, MotorSample, Payload, Sample, Stamp, Text, Verdict, Verdicts, WheelsetHealth,
+    Innovation, MotorSample, Payload, Sample, SourceState, Stamp, Text, Verdict, Verdicts, WheelsetHealth,
 };
 
 #[test]
@@ -20,6 +20,7 @@ fn layouts_belong_to_their_versions() {
         (Heard::TYPE_NAME, size_of::<Heard>(), "railgrip/Heard/v1", 112),
         (Event::TYPE_NAME, size_of::<Event>(), "railgrip/Event/v1", 208),
         (Heartbeat::TYPE_NAME, size_of::<Heartbeat>(), "railgrip/Heartbeat/v2", 120),
+        (SourceState::TYPE_NAME, size_of::<SourceState>(), "railgrip/SourceState/v1", 232),
         ("railgrip/Indicator/v1", size_of::<Indicator>(), "railgrip/Indicator/v1", 160),
         ("railgrip/WheelsetHealth/v3", size_of::<WheelsetHealth>(), "railgrip/WheelsetHealth/v3", 1688),
         (Health::TYPE_NAME, size_of::<Health>(), "railgrip/Health/v4", 10296),

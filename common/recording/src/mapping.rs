@@ -81,6 +81,12 @@ impl Rule {
             return f64::NAN;
         }
         let values: Vec<f64> = self.from.iter().map(|name| read(name)).collect();
+        self.of(&values)
+    }
+
+    /// The value of the column from those of its inputs in their order, NaN where there is nothing; the flag is not asked.
+    #[must_use]
+    pub fn of(&self, values: &[f64]) -> f64 {
         let there = || values.iter().copied().filter(|value| value.is_finite());
         let one = match self.combine {
             Combine::First => there().next().unwrap_or(f64::NAN),

@@ -3,6 +3,7 @@
 use crate::access::HttpTable;
 use crate::alerts::AlertTable;
 use crate::capability::CapabilityTable;
+use crate::diagnosis::DiagnosisTable;
 use crate::history::HistoryTable;
 use crate::instance::InstanceTable;
 use crate::mapping::RuleTable;
@@ -53,6 +54,8 @@ pub(crate) struct TrainFile {
     pub delivery: DeliveryTable,
     #[serde(default)]
     pub capability: CapabilityTable,
+    #[serde(default)]
+    pub diagnosis: DiagnosisTable,
     #[serde(default)]
     pub logging: LoggingTable,
 }

@@ -41,6 +41,12 @@ impl Instance {
         self.dir.join("http.address")
     }
 
+    /// Folder with recordings of what the model does not explain, a case of `railgrip gap diagnose` each.
+    #[must_use]
+    pub fn gap_folder(&self) -> PathBuf {
+        self.dir.join("gaps")
+    }
+
     /// Socket of the HTTP service for the user that runs the train; there while the network address is shut to strangers.
     #[must_use]
     pub fn http_socket(&self) -> PathBuf {

@@ -148,6 +148,8 @@ fn synthesised(
         | Source::Tcp(_)
         | Source::Udp(_)
         | Source::Mqtt(_)
+        | Source::Can(_)
+        | Source::Trdp(_)
         | Source::External => false,
     };
     if !rolls {

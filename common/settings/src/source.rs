@@ -2,11 +2,13 @@
 
 use crate::SettingsError;
 use crate::consist::RecordedTrain;
+use crate::fieldbus::{self, CanKeys, CanSource, MessageKeys, Several, TrdpSource};
 use crate::overrides::Overrides;
 use crate::place::{ConfigText, folder};
 use crate::plant::RigProgramme;
 use crate::receivers::{IN_THE_CLEAR, is_this_machine};
 use crate::runs::{self, ReplayRun};
+use railgrip_recording::Mapping;
 use railgrip_simulation::Scenario;
 use serde::Deserialize;
 use std::net::SocketAddr;
@@ -38,6 +40,13 @@ pub(crate) struct SourceTable {
     pub user: Option<String>,
     pub password_file: Option<String>,
     pub allow_insecure: Option<bool>,
+    pub interface: Option<Several>,
+    pub file: Option<String>,
+    pub database: Option<String>,
+    pub senders: Option<Vec<String>>,
+    pub groups: Option<Vec<String>>,
+    pub sample_on: Option<String>,
+    pub hold_ms: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -50,6 +59,8 @@ pub(crate) enum SourceKind {
     Tcp,
     Udp,
     Mqtt,
+    Can,
+    Trdp,
     External,
 }
 
@@ -95,6 +106,10 @@ pub enum Source {
     Udp(SocketAddr),
     /// The same in messages of an MQTT broker.
     Mqtt(MqttSource),
+    /// Frames of CAN buses, or of a log of them.
+    Can(CanSource),
+    /// Process data of a train network (IEC 61375-2-3).
+    Trdp(TrdpSource),
     /// Other programs publish on the channels of the samples themselves; there is no ingest.
     External,
 }
@@ -148,6 +163,17 @@ pub(crate) fn source(
         SourceKind::Tcp => Ok(Source::Tcp(listen(at, table)?)),
         SourceKind::Udp => Ok(Source::Udp(listen(at, table)?)),
         SourceKind::Mqtt => Ok(Source::Mqtt(broker(at, table)?)),
+        SourceKind::Can => {
+            let (interface, file) = (table.interface.as_ref(), table.file.as_deref());
+            let keys = CanKeys { interface, file, speed: table.speed, repeat: table.repeat };
+            Ok(Source::Can(fieldbus::can(at, &keys, speed, &message_keys(table))?))
+        }
+        SourceKind::Trdp => {
+            let listen = table.listen.is_some().then(|| listen(at, table)).transpose()?;
+            let (groups, senders) = (table.groups.as_deref(), table.senders.as_deref());
+            let (groups, senders) = (groups.unwrap_or_default(), senders.unwrap_or_default());
+            Ok(Source::Trdp(fieldbus::trdp(at, listen, groups, senders, &message_keys(table))?))
+        }
         SourceKind::External => Ok(Source::External),
         SourceKind::Simulate => {
             if let Some(rate) = table.sample_rate_hz {
@@ -177,6 +203,26 @@ pub(crate) fn source(
             Ok(Source::Replay { runs, speed, repeat: table.repeat.unwrap_or(true) })
         }
     }
+}
+
+fn message_keys(table: &SourceTable) -> MessageKeys<'_> {
+    let (database, sample_on) = (table.database.as_deref(), table.sample_on.as_deref());
+    MessageKeys { database, sample_on, hold_ms: table.hold_ms }
+}
+
+/// Makes the plan of a source that speaks in messages, once it is known how many wheelsets each wagon has.
+pub(crate) fn resolve(
+    at: &ConfigText<'_>,
+    source: &mut Source,
+    mapping: &Mapping,
+    wheelsets: &[usize],
+) -> Result<(), SettingsError> {
+    let (lanes, messages) = match source {
+        Source::Can(can) => (("source.interface", can.interfaces.len()), &mut can.messages),
+        Source::Trdp(trdp) => (("source.senders", trdp.senders.len()), &mut trdp.messages),
+        _ => return Ok(()),
+    };
+    fieldbus::resolve(at, lanes, messages, mapping, wheelsets)
 }
 
 /// The address that others send to.
@@ -223,33 +269,37 @@ fn scenario(at: &ConfigText<'_>, given: &str) -> Result<Scenario, SettingsError>
 
 /// A key that another kind of source understands is as wrong as an unknown one.
 fn check_keys_of_kind(at: &ConfigText<'_>, table: &SourceTable) -> Result<(), SettingsError> {
+    use SourceKind as Kind;
     let kind = table.kind;
-    let keys = [
-        ("source.scenario", table.scenario.is_some(), kind == SourceKind::Simulate),
-        ("source.programme", table.programme.is_some(), kind == SourceKind::Rig),
-        ("source.seed", table.seed.is_some(), matches!(kind, SourceKind::Simulate | SourceKind::Rig)),
-        ("source.sample_rate_hz", table.sample_rate_hz.is_some(), kind == SourceKind::Simulate),
-        ("source.runs", table.runs.is_some(), kind == SourceKind::Replay),
-        ("source.loop", table.repeat.is_some(), matches!(kind, SourceKind::Replay | SourceKind::Rig)),
-        (
-            "source.speed",
-            table.speed.is_some(),
-            matches!(kind, SourceKind::Simulate | SourceKind::Replay | SourceKind::Rig),
-        ),
-        ("source.listen", table.listen.is_some(), matches!(kind, SourceKind::Tcp | SourceKind::Udp)),
-        ("source.host", table.host.is_some(), kind == SourceKind::Mqtt),
-        ("source.port", table.port.is_some(), kind == SourceKind::Mqtt),
-        ("source.topic", table.topic.is_some(), kind == SourceKind::Mqtt),
-        ("source.client_id", table.client_id.is_some(), kind == SourceKind::Mqtt),
-        ("source.user", table.user.is_some(), kind == SourceKind::Mqtt),
-        ("source.allow_insecure", table.allow_insecure.is_some(), kind == SourceKind::Mqtt),
-        ("source.password_file", table.password_file.is_some(), kind == SourceKind::Mqtt),
+    let keys: [(&str, bool, &[Kind]); 22] = [
+        ("scenario", table.scenario.is_some(), &[Kind::Simulate]),
+        ("programme", table.programme.is_some(), &[Kind::Rig]),
+        ("seed", table.seed.is_some(), &[Kind::Simulate, Kind::Rig]),
+        ("sample_rate_hz", table.sample_rate_hz.is_some(), &[Kind::Simulate]),
+        ("runs", table.runs.is_some(), &[Kind::Replay]),
+        ("loop", table.repeat.is_some(), &[Kind::Replay, Kind::Rig, Kind::Can]),
+        ("speed", table.speed.is_some(), &[Kind::Simulate, Kind::Replay, Kind::Rig, Kind::Can]),
+        ("listen", table.listen.is_some(), &[Kind::Tcp, Kind::Udp, Kind::Trdp]),
+        ("host", table.host.is_some(), &[Kind::Mqtt]),
+        ("port", table.port.is_some(), &[Kind::Mqtt]),
+        ("topic", table.topic.is_some(), &[Kind::Mqtt]),
+        ("client_id", table.client_id.is_some(), &[Kind::Mqtt]),
+        ("user", table.user.is_some(), &[Kind::Mqtt]),
+        ("allow_insecure", table.allow_insecure.is_some(), &[Kind::Mqtt]),
+        ("password_file", table.password_file.is_some(), &[Kind::Mqtt]),
+        ("interface", table.interface.is_some(), &[Kind::Can]),
+        ("file", table.file.is_some(), &[Kind::Can]),
+        ("database", table.database.is_some(), &[Kind::Can, Kind::Trdp]),
+        ("senders", table.senders.is_some(), &[Kind::Trdp]),
+        ("groups", table.groups.is_some(), &[Kind::Trdp]),
+        ("sample_on", table.sample_on.is_some(), &[Kind::Can, Kind::Trdp]),
+        ("hold_ms", table.hold_ms.is_some(), &[Kind::Can, Kind::Trdp]),
     ];
-    match keys.into_iter().find(|(_, given, fits)| *given && !fits) {
+    match keys.into_iter().find(|(_, given, kinds)| *given && !kinds.contains(&kind)) {
         None => Ok(()),
         Some((key, ..)) => {
             let kind = format!("{kind:?}").to_lowercase();
-            Err(at.refuse(key, "given", format!("nothing here for kind = \"{kind}\"")))
+            Err(at.refuse(&format!("source.{key}"), "given", format!("nothing here for kind = \"{kind}\"")))
         }
     }
 }

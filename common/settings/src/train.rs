@@ -4,6 +4,7 @@ use crate::access::AccessSettings;
 use crate::alerts::AlertSettings;
 use crate::capability::CapabilitySettings;
 use crate::consist::RecordedTrain;
+use crate::diagnosis::DiagnosisSettings;
 use crate::file::{LogFormat, TrainFile, WagonTable};
 use crate::history::HistorySettings;
 use crate::mapping;
@@ -11,7 +12,7 @@ use crate::microphones::{self, AcousticSettings, MicrophoneSettings};
 use crate::overrides::Overrides;
 use crate::place::{ConfigText, folder, name};
 use crate::receivers::{NotifySettings, ReceiverTables};
-use crate::source::{Source, source};
+use crate::source::{Source, resolve, source};
 use crate::wagons::{DEFAULT_CONFIG, WagonSettings, wagons};
 use crate::{SettingsError, instance::Instance};
 use railgrip_filter::{ConfigError, EstimatorConfig, Plant};
@@ -64,6 +65,8 @@ pub struct TrainSettings {
     pub notify: NotifySettings,
     /// What full braking of this train is, and the adhesion map.
     pub capability: CapabilitySettings,
+    /// Whether the train diagnoses by itself what its model does not explain.
+    pub diagnosis: DiagnosisSettings,
     /// What is remembered.
     pub history: HistorySettings,
     /// Log lines.
@@ -134,7 +137,7 @@ impl TrainSettings {
         }
         at.within("schema", f64::from(form.schema), 1.0..=1.0)?;
         let name = name(&at, "train.name", &form.train.name)?;
-        let source = source(&at, &form.source, overrides, recorded.as_ref())?;
+        let mut source = source(&at, &form.source, overrides, recorded.as_ref())?;
         form.estimator.check().map_err(|wrong| match wrong {
             ConfigError::OutOfRange { key, value, allowed } => {
                 at.refuse(&format!("estimator.{key}"), value, allowed)
@@ -144,6 +147,9 @@ impl TrainSettings {
             }
         })?;
         let wagons = wagons(&at, &form, &source)?;
+        let mapping = mapping::mapping(&at, &form.mapping)?;
+        let wheelsets: Vec<_> = wagons.iter().map(|wagon| wagon.vehicle.wheelsets()).collect();
+        resolve(&at, &mut source, &mapping, &wheelsets)?;
         let base = folder(file);
         let microphones =
             microphones::microphones(&at, &form.microphone, wagons.len() as u32, &source, &base)?;
@@ -168,7 +174,7 @@ impl TrainSettings {
             microphones,
             acoustics,
             source,
-            mapping: mapping::mapping(&at, &form.mapping)?,
+            mapping,
             batch_s: at.within("samples.batch_ms", form.samples.batch_ms, 0.0..=1000.0)? * 1e-3,
             estimator: form.estimator,
             reporting: ReportingSettings {
@@ -195,6 +201,7 @@ impl TrainSettings {
             notify: ReceiverTables { receiver: form.receiver, notify: form.notify, delivery: form.delivery }
                 .check(&at, &name)?,
             capability: form.capability.check(&at)?,
+            diagnosis: form.diagnosis.check(&at)?,
             history,
             instance,
             name,

@@ -11,9 +11,10 @@ use railgrip_diagnosis::words;
 use railgrip_diagnosis::write::predictions;
 use railgrip_vehicle::VehicleParameters;
 use railgrip_vehicle::effects::{self, EffectSpec};
+use railgrip_words::speak;
 use serde_json::{Value, json};
 
-use crate::gap_shared::{SearchArgs, name_of, version, write};
+use crate::gap_shared::{LanguageArgs, SearchArgs, name_of, version, write};
 use crate::output::say;
 use crate::{CliError, blind, gap_calibrate, gap_compare, gap_plan, gap_prepare};
 
@@ -64,6 +65,8 @@ struct DiagnoseArgs {
     onto: Option<PathBuf>,
     #[command(flatten)]
     search: SearchArgs,
+    #[command(flatten)]
+    language: LanguageArgs,
 }
 
 #[derive(Debug, clap::Args)]
@@ -103,13 +106,14 @@ fn diagnose(args: &DiagnoseArgs) -> Result<(), CliError> {
     if !args.case.is_dir() {
         return Err(CliError::bad_input(format!("{}: no such folder", args.case.display())));
     }
+    let language = args.language.chosen();
     let answer = if law_bench::is_law_case(&args.case) { of_law_case(args)? } else { of_wagon(args)? };
     if let Some(path) = &args.json {
         let text = serde_json::to_string_pretty(&answer.report).map_err(CliError::failed)?;
         write(path, &(text + "\n"))?;
     }
     if let Some(path) = &args.html {
-        write(path, &html::render(&answer.report, &answer.detail))?;
+        write(path, &speak(language, || html::render(&answer.report, &answer.detail)))?;
     }
     if let Some(folder) = &args.predictions {
         std::fs::create_dir_all(folder)
@@ -119,7 +123,7 @@ fn diagnose(args: &DiagnoseArgs) -> Result<(), CliError> {
     if let Some(path) = &args.apply {
         write(path, &toml::to_string(&answer.vehicle).map_err(CliError::failed)?)?;
     }
-    say(&words::summary(&answer.report, &answer.detail));
+    say(&speak(language, || words::summary(&answer.report, &answer.detail)));
     Ok(())
 }
 

@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use railgrip_diagnosis::answer::schema::{Report, SCHEMA};
 use railgrip_diagnosis::html;
 use railgrip_diagnosis::words::compare::{Named, summary};
+use railgrip_words::speak;
 
 use crate::CliError;
+use crate::gap_shared::LanguageArgs;
 use crate::output::say;
 
 /// Compare two reports of one vehicle.
@@ -21,6 +23,8 @@ pub(crate) struct Args {
     /// Where the comparison goes, as one self-contained page
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
+    #[command(flatten)]
+    language: LanguageArgs,
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
@@ -28,11 +32,13 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     let names = names(&args.first, &args.second);
     let first = Named { name: &names[0], report: &first };
     let second = Named { name: &names[1], report: &second };
+    let language = args.language.chosen();
     if let Some(path) = &args.html {
-        std::fs::write(path, html::compare::render(first, second))
+        let page = speak(language, || html::compare::render(first, second));
+        std::fs::write(path, page)
             .map_err(|error| CliError::failed(format!("{}: {error}", path.display())))?;
     }
-    say(&summary(first, second));
+    say(&speak(language, || summary(first, second)));
     Ok(())
 }
 

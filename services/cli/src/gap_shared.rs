@@ -7,6 +7,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use railgrip_diagnosis::data::case::Case;
 use railgrip_diagnosis::data::load;
 use railgrip_vehicle::effects;
+use railgrip_words::Language;
 
 use crate::CliError;
 
@@ -50,6 +51,26 @@ impl SearchArgs {
         bar.finish_and_clear();
         Ok(answer)
     }
+}
+
+/// In which language people read.
+#[derive(Debug, clap::Args)]
+pub(crate) struct LanguageArgs {
+    /// Language of the page and of what is printed: en or de; files for programs stay English [default: that of the locale]
+    #[arg(long, value_name = "LANGUAGE", value_parser = language)]
+    language: Option<Language>,
+}
+
+impl LanguageArgs {
+    /// The one that was asked for, else that of the locale.
+    pub(crate) fn chosen(&self) -> Language {
+        self.language.unwrap_or_else(|| Language::of_locale(|name| std::env::var(name).ok()))
+    }
+}
+
+fn language(tag: &str) -> Result<Language, String> {
+    let known = || Language::ALL.map(|(language, name)| format!("{} ({name})", language.tag())).join(", ");
+    Language::parse(tag).ok_or_else(|| format!("known are {}", known()))
 }
 
 pub(crate) fn write(path: &Path, text: &str) -> Result<(), CliError> {

@@ -16,6 +16,7 @@ mod bench_unscented;
 mod blind;
 mod check;
 mod completions;
+mod diagnoser;
 mod drill;
 mod error;
 mod estimate;
@@ -32,12 +33,14 @@ mod hold;
 mod load;
 mod local_http;
 mod logging;
+mod manuals;
 mod map;
 mod output;
 mod own_effects;
 mod payloads;
 mod process_figures;
 mod record;
+mod reference;
 mod runner;
 mod sealed;
 mod services;
@@ -83,6 +86,8 @@ enum Command {
     Listener(services::ListenerArgs),
     /// Judge all wagons of a coupled train together
     Judge(services::JudgeArgs),
+    /// Diagnose by itself what the model does not explain on a running train
+    Diagnoser(diagnoser::Args),
     /// Serve the indicators over HTTP
     Health(services::HealthArgs),
     /// Check a config: all mistakes at once
@@ -93,6 +98,10 @@ enum Command {
     Payloads(payloads::Args),
     /// Print completions for a shell
     Completions(completions::Args),
+    /// Print every key of a config, with what it takes and its default
+    Reference(reference::Args),
+    /// Write the manual pages
+    Manuals(manuals::Args),
     /// Show what the HTTP service of a running train says
     Status(status::Args),
     /// Make, list and end tokens of the HTTP service
@@ -129,6 +138,7 @@ impl Command {
             Self::Estimator(args) => services::estimator(&args),
             Self::Listener(args) => services::listener(&args),
             Self::Judge(args) => services::judge(&args),
+            Self::Diagnoser(args) => diagnoser::run(&args),
             Self::Health(args) => services::health(&args),
             Self::Check(args) => check::run(&args),
             Self::Map(args) => map::run(&args),
@@ -137,6 +147,8 @@ impl Command {
                 completions::run(&args, &mut Cli::command());
                 Ok(())
             }
+            Self::Reference(args) => reference::run(&args),
+            Self::Manuals(args) => manuals::run(&args, Cli::command()),
             Self::Status(args) => status::run(&args),
             Self::Token(args) => token::run(&args),
             Self::History(args) => history::run(&args),

@@ -1,6 +1,7 @@
 //! The processes of the data path, each as `up` or systemd starts it.
 
 use railgrip_health::access::Access;
+use railgrip_health::shared::Build;
 
 use crate::train::TrainArgs;
 use crate::{CliError, runner};
@@ -79,6 +80,9 @@ pub(crate) fn judge(args: &JudgeArgs) -> Result<(), CliError> {
     runner::run(|lifecycle| railgrip_judge::run(&train.settings, lifecycle))
 }
 
+/// What the metrics say of this program.
+const BUILD: Build = Build { version: env!("CARGO_PKG_VERSION"), commit: env!("RAILGRIP_COMMIT") };
+
 pub(crate) fn health(args: &HealthArgs) -> Result<(), CliError> {
     let train = args.train.load()?;
     // Whoever calls by hand hears at once what is wrong. A supervisor shall try again: a certificate may be in the middle
@@ -87,5 +91,5 @@ pub(crate) fn health(args: &HealthArgs) -> Result<(), CliError> {
         Access::check(&train.settings).map_err(CliError::bad_input)?;
     }
     let _span = tracing::info_span!("health").entered();
-    runner::run(|lifecycle| railgrip_health::run(&train.settings, lifecycle))
+    runner::run(|lifecycle| railgrip_health::run(&train.settings, lifecycle, BUILD))
 }

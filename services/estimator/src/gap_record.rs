@@ -51,11 +51,20 @@ struct Stretch {
     rows: Vec<Row>,
 }
 
-/// Writes `CASE/vehicle.toml`, `CASE/fit/*.csv` and `CASE/holdout/*.csv`, anew if they exist; `false` if there is too little.
+/// File in a case that will be written anew once more has been seen: a diagnosis does better to wait.
+pub const GROWING: &str = "growing";
+
+/// Writes `CASE/vehicle.toml`, `CASE/fit/*.csv` and `CASE/holdout/*.csv`, anew if they exist, and [`GROWING`] if it `grows`;
+/// `false` if there is too little.
 ///
 /// # Errors
 /// If something cannot be written.
-pub fn write(case: &Path, watch: &GapWatch, vehicle: &VehicleParameters) -> Result<bool, GapRecordError> {
+pub fn write(
+    case: &Path,
+    watch: &GapWatch,
+    vehicle: &VehicleParameters,
+    grows: bool,
+) -> Result<bool, GapRecordError> {
     let mut kept: Vec<KeptRow> = watch.rows().collect();
     let Some(period_s) = period_s(&kept) else { return Ok(false) };
     steady(&mut kept, period_s);
@@ -86,11 +95,29 @@ pub fn write(case: &Path, watch: &GapWatch, vehicle: &VehicleParameters) -> Resu
     vehicle.sensors.sample_rate_hz = (1.0 / period_s * 1e3).round() / 1e3;
     let path = part.join("vehicle.toml");
     std::fs::write(&path, toml::to_string(&vehicle)?).map_err(failed(&path))?;
+    if grows {
+        let path = part.join(GROWING);
+        std::fs::write(&path, "written anew when more has been seen\n").map_err(failed(&path))?;
+    }
     if case.exists() {
         std::fs::remove_dir_all(case).map_err(failed(case))?;
     }
     std::fs::rename(&part, case).map_err(failed(case))?;
     Ok(true)
+}
+
+/// Says that a case will not be written anew.
+///
+/// # Errors
+/// If the mark cannot be taken away.
+pub fn settle(case: &Path) -> Result<(), GapRecordError> {
+    let path = case.join(GROWING);
+    match std::fs::remove_file(&path) {
+        Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
+            Err(GapRecordError::File { path, source })
+        }
+        _ => Ok(()),
+    }
 }
 
 fn write_run(file: &Path, rows: &[Row], wheelsets: usize) -> Result<(), GapRecordError> {

@@ -132,8 +132,13 @@ impl GapWatch {
         let begins = estimate.flags & flags::RESTARTED != 0 || !(0.0..0.5).contains(&dt_s);
         self.last_time_s = sample.time_s;
         self.wheelsets = sample.wheelset_count();
-        if begins {
+        // Holes are cut out when a recording is written; only where time begins anew what was kept is of another day. A filter
+        // that starts again says nothing about the samples: where the model is wrong it does so often.
+        let goes_on = dt_s >= 0.0;
+        if !goes_on {
             self.kept.clear();
+        }
+        if begins {
             self.last_force_n = sample.pressing_force_n.iter().sum();
         }
         self.keep(sample);

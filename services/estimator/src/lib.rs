@@ -142,7 +142,7 @@ impl Service {
             heartbeats: bus.heartbeat_publisher()?,
             snapshot_file: settings.instance.snapshot_file(wagon, own),
             snapshot_failing: false,
-            gap_folder: settings.instance.dir.join("gaps"),
+            gap_folder: settings.instance.gap_folder(),
             gap_cases: 0,
             gap_kept: false,
             gap_growing: None,
@@ -248,13 +248,24 @@ impl Service {
 
     /// Keeps the latest minutes for each mismatch, ready to be diagnosed: at once, and again when more has been seen.
     fn keep_mismatch(&mut self, worker: &Worker) {
-        if let Some((case, told_s)) = &self.gap_growing
-            && worker.gap.newest_s() - told_s > gap_watch::KEPT_S / 2.0
-        {
-            if let Err(error) = gap_record::write(case, &worker.gap, &worker.vehicle) {
+        if let Some((case, told_s)) = &self.gap_growing {
+            let more_s = worker.gap.newest_s() - told_s;
+            // Where time begins anew, what was kept is gone: the case stays as it is.
+            let again = || match gap_record::write(case, &worker.gap, &worker.vehicle, false) {
+                Ok(false) => gap_record::settle(case),
+                written => written.map(|_| ()),
+            };
+            let grown = match more_s {
+                more_s if more_s > gap_watch::KEPT_S / 2.0 => Some(again()),
+                more_s if more_s < 0.0 => Some(gap_record::settle(case)),
+                _ => None,
+            };
+            if let Some(Err(error)) = &grown {
                 tracing::warn!(%error, "the recording of a mismatch cannot be kept");
             }
-            self.gap_growing = None;
+            if grown.is_some() {
+                self.gap_growing = None;
+            }
         }
         let Some(mismatch) = worker.told.as_ref() else {
             self.gap_kept = false;
@@ -266,7 +277,7 @@ impl Service {
         self.gap_kept = true;
         let seconds = now().unix_ns / 1_000_000_000;
         let case = self.gap_folder.join(format!("wagon-{}-{seconds}", self.wagon));
-        match gap_record::write(&case, &worker.gap, &worker.vehicle) {
+        match gap_record::write(&case, &worker.gap, &worker.vehicle, true) {
             Ok(true) => {
                 self.gap_cases += 1;
                 tracing::warn!(

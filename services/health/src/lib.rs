@@ -17,10 +17,9 @@ pub mod shared;
 pub mod store;
 pub mod time;
 mod web;
-pub mod words;
 
 use crate::access::{Access, LocalSocket};
-use crate::shared::Shared;
+use crate::shared::{Build, Shared};
 use crate::store::Store;
 use railgrip_bus::{BusError, Lifecycle, now};
 use railgrip_settings::TrainSettings;
@@ -60,8 +59,9 @@ pub enum HealthError {
 ///
 /// # Errors
 /// An address that cannot be listened on, or channels that cannot be used.
-pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), HealthError> {
+pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle, build: Build) -> Result<(), HealthError> {
     let shared = Shared::new(Store::new(settings).snapshot(now()), now);
+    shared.built_from(build);
     shared.judge_by(limits::Limits::of(settings));
     shared.notes().keep(settings.alert_journal.with_file_name("notes.jsonl"));
     let (recorder, writer) = remember(settings, &shared).unzip();

@@ -4,6 +4,7 @@ use crate::history::{History, columns};
 use crate::limits::Limits;
 use crate::store::Snapshot;
 use axum::body::Bytes;
+use prometheus_client::encoding::EncodeLabelSet;
 use railgrip_indicators::Table;
 use railgrip_messages::Stamp;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -25,6 +26,15 @@ pub struct StreamEvent {
     pub data: Bytes,
 }
 
+/// From what the program is built.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, EncodeLabelSet)]
+pub struct Build {
+    /// Its version.
+    pub version: &'static str,
+    /// The commit of its sources, or `unknown`.
+    pub commit: &'static str,
+}
+
 /// The latest snapshot and the stream of changes. Clones share.
 #[derive(Debug, Clone)]
 pub struct Shared {
@@ -41,6 +51,7 @@ struct Inner {
     openapi: std::sync::OnceLock<Bytes>,
     history: std::sync::OnceLock<Arc<History>>,
     limits: std::sync::OnceLock<Limits>,
+    build: std::sync::OnceLock<Build>,
     receiver_states: crate::alerts::notify::ReceiverStates,
     notes: crate::notes::NoteBook,
     table: Table,
@@ -60,6 +71,7 @@ impl Shared {
             openapi: std::sync::OnceLock::new(),
             history: std::sync::OnceLock::new(),
             limits: std::sync::OnceLock::new(),
+            build: std::sync::OnceLock::new(),
             receiver_states: crate::alerts::notify::ReceiverStates::default(),
             notes: crate::notes::NoteBook::default(),
         };
@@ -161,6 +173,17 @@ impl Shared {
     /// The limits that the pages draw.
     pub(crate) fn limits(&self) -> &Limits {
         self.inner.limits.get_or_init(|| Limits::default().with(self.table()))
+    }
+
+    /// Says from what the program is built; only the first one counts.
+    pub fn built_from(&self, build: Build) {
+        let _ = self.inner.build.set(build);
+    }
+
+    /// From what the program is built.
+    #[must_use]
+    pub fn build(&self) -> Build {
+        self.inner.build.get().copied().unwrap_or_default()
     }
 
     /// How the receivers of notifications are.

@@ -7,6 +7,7 @@ use http_body_util::BodyExt;
 use railgrip_health::api::router;
 use railgrip_health::shared::{Shared, StreamEvent};
 use railgrip_health::store::Store;
+use railgrip_indicators::INDICATORS;
 use railgrip_indicators::indicator::{BRAKE_FRICTION, RAIL, SLIDES};
 use railgrip_messages::{Grade, Health, Heartbeat, Indicator, ProcessKind, Stamp};
 use railgrip_settings::{Overrides, TrainSettings};
@@ -179,6 +180,40 @@ async fn a_bad_brake_becomes_one_alert_with_advice() {
     assert_eq!(train["alerts"]["act"], 1);
     let (_, _, page) = get(&router, "/").await;
     assert!(page.contains("Wheelset 2: far too low: 0.200"), "{page}");
+}
+
+/// Eight wagons slide over one slippery stretch: that is no fault of theirs.
+#[tokio::test]
+async fn a_low_rail_is_one_alert_of_the_line_and_leaves_the_wagons_as_they_are() {
+    let mut store = sound_train();
+    let mut play = |from: u32, until: u32, rail: Indicator| {
+        for tenth in from..until {
+            let now = later(f64::from(tenth) * 0.1);
+            for wagon in 1..=8 {
+                let mut health = health(wagon, now);
+                RAIL.put(&mut health, rail);
+                health.grade = INDICATORS.worst(&health).code();
+                assert!(store.receive_health(wagon, &health, now).is_some());
+            }
+            store.snapshot(now);
+        }
+        serve(&mut store, later(f64::from(until) * 0.1)).0
+    };
+    let router = play(0, 40, indicator(0.9, Grade::Watch, "adhesion is low: low 90 %, wet 10 %"));
+    let alerts = get_json(&router, "/api/v1/alerts").await["alerts"].clone();
+    assert_eq!(alerts.as_array().unwrap().len(), 1, "{alerts}");
+    assert_eq!((&alerts[0]["scope"], &alerts[0]["grade"]), (&"train".into(), &"watch".into()));
+    let train = get_json(&router, "/api/v1/train").await;
+    assert_eq!((&train["grade"], train["worst"].as_array().unwrap().len()), (&"watch".into(), 0));
+    let wagons = get_json(&router, "/api/v1/wagons").await["wagons"].clone();
+    assert!(wagons.as_array().unwrap().iter().all(|wagon| wagon["grade"] == "ok"), "{wagons}");
+    let (_, _, page) = get(&router, "/").await;
+    assert!(page.contains("The train needs a look") && page.contains("<small> alert</small>"), "{page}");
+    // Dry again: the alert lasts a little, and does not say what is no longer so.
+    let router = play(40, 60, indicator(0.9, Grade::Ok, "adhesion is not low: dry 90 %"));
+    let reason = get_json(&router, "/api/v1/alerts").await["alerts"][0]["reason"].clone();
+    let reason = reason.as_str().unwrap().to_owned();
+    assert!(reason.contains("well since 2026-03-01T12:00:04.000Z; before: adhesion is low"), "{reason}");
 }
 
 #[tokio::test]

@@ -3,9 +3,10 @@
 
 use railgrip_health::api::metrics;
 use railgrip_health::history::{HistoryStatus, columns};
+use railgrip_health::shared::Build;
 use railgrip_health::store::{Snapshot, Store};
 use railgrip_indicators::INDICATORS;
-use railgrip_messages::{Grade, Health, Heartbeat, Indicator, ProcessKind, Stamp};
+use railgrip_messages::{Grade, Health, Heartbeat, Indicator, ProcessKind, SourceState, Stamp};
 use railgrip_settings::{Overrides, TrainSettings};
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -60,13 +61,22 @@ fn snapshot() -> Snapshot {
         ..Heartbeat::default()
     };
     assert!(store.receive_heartbeat(&beat, NOW).is_some());
+    let source = SourceState {
+        stamp: NOW,
+        wagon: 1,
+        drift_known: 1,
+        drift_ppm: 600.0,
+        counts: [7; 24],
+        ..SourceState::default()
+    };
+    assert!(store.receive_source(&source, NOW));
     store.snapshot(NOW)
 }
 
 /// Names of the metrics of that train.
 fn metric_names() -> BTreeSet<String> {
     let status = HistoryStatus { written_until_unix_s: Some(1), ..HistoryStatus::default() };
-    let text = metrics::text(&snapshot(), 1, Some(&status));
+    let text = metrics::text(&snapshot(), 1, Some(&status), Build::default());
     let lines = text.lines().filter(|line| !line.starts_with('#'));
     lines.map(|line| line.split(['{', ' ']).next().unwrap().to_owned()).collect()
 }

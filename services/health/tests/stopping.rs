@@ -4,6 +4,7 @@
 use railgrip_health::alerts::model::{Alert, Scope};
 use railgrip_health::api::grade::Grade;
 use railgrip_health::api::metrics;
+use railgrip_health::shared::Build;
 use railgrip_health::store::{Snapshot, Store};
 use railgrip_indicators::indicator::judging::known;
 use railgrip_indicators::indicator::{ADHESION_AVAILABLE, BRAKE_FRICTION, STOPPING_DISTANCE};
@@ -47,7 +48,7 @@ fn a_long_stopping_distance_raises_one_alert_of_the_train() {
     assert!(alert.grade >= Grade::Watch && alert.reason.contains("longer than nominal"), "{}", alert.reason);
     assert_eq!(alert.advice, STOPPING_DISTANCE.alert.unwrap().advice.train);
     assert!(alert.wagons.is_empty(), "it is no wagon's: {:?}", alert.wagons);
-    let text = metrics::text(&weak, 0, None);
+    let text = metrics::text(&weak, 0, None, Build::default());
     let line = text.lines().find(|line| line.starts_with("railgrip_stopping_distance_ratio ")).unwrap();
     let ratio: f64 = line.rsplit(' ').next().unwrap().parse().unwrap();
     let [_, low, _] = weak.whole.found.ratio().unwrap();

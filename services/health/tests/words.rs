@@ -1,6 +1,5 @@
-//! The table of messages is whole: nothing is missing, nothing is left over, and what the program says is found in it.
+//! What the service says is found in the table of messages.
 #![allow(clippy::unwrap_used, reason = "a test may end at what it does not expect")]
-#![allow(clippy::print_stdout, reason = "tests print the figures they measure")]
 
 use axum::body::Body;
 use axum::http::Request;
@@ -9,138 +8,18 @@ use railgrip_causes::Cause;
 use railgrip_health::api::router;
 use railgrip_health::shared::Shared;
 use railgrip_health::store::Store;
-use railgrip_health::words::{Language, german, in_language, reword, say, speak, t, table};
 use railgrip_indicators::train::capability::FullBraking;
 use railgrip_indicators::{INDICATORS, IndicatorSettings};
 use railgrip_messages::Stamp;
 use railgrip_settings::{Overrides, TrainSettings};
+use railgrip_words::{Language, german, in_language, reword, say, speak, t};
 use serde_json::Value;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use tower::ServiceExt;
 
-const SCRIPT: &str = include_str!("../src/page/assets/words.js");
-
-/// The table: English to German.
-fn messages() -> BTreeMap<String, String> {
-    let file = polib::po_file::parse_from_reader(table().as_bytes()).unwrap();
-    let pairs = file.messages().map(|one| (one.msgid().to_owned(), one.msgstr().unwrap().to_owned()));
-    pairs.collect()
-}
-
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
-}
-
-/// Source as one line of words: strings that go over several lines and comments of settings are joined.
-fn joined(text: &str) -> String {
-    let text = text.replace("\\\"", "\"");
-    let mut all = String::new();
-    for line in text.lines() {
-        match all.strip_suffix('\\') {
-            Some(before) => all = before.to_owned() + line.trim_start(),
-            None if line.trim_start().starts_with("///") && all.ends_with('\u{1}') => {
-                all.pop();
-                all.push_str(line.trim_start().trim_start_matches("///"));
-            }
-            None => all.push_str(line),
-        }
-        all.push(if line.trim_start().starts_with("///") { '\u{1}' } else { '\n' });
-        if all.ends_with("\\\n") {
-            all.pop();
-        }
-    }
-    all
-}
-
-fn files(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).unwrap().flatten() {
-        let path = entry.path();
-        if path.is_dir() {
-            files(&path, found);
-        } else if path.extension().is_some_and(|end| end == "rs") {
-            found.push(path);
-        }
-    }
-}
-
-/// Literals in `t("…")` and `say("…"` of the service.
-fn asked_for() -> BTreeSet<String> {
-    let mut all = Vec::new();
-    files(&root().join("services/health/src"), &mut all);
-    let mut found = BTreeSet::new();
-    for file in all.iter().filter(|file| !file.components().any(|part| part.as_os_str() == "words")) {
-        let text = std::fs::read_to_string(file).unwrap();
-        for call in ["t(", "say("] {
-            for (at, _) in text.match_indices(call) {
-                let before = text[..at].chars().next_back();
-                let rest = text[at + call.len()..].trim_start();
-                let Some(rest) = rest
-                    .strip_prefix('"')
-                    .filter(|_| before.is_some_and(|c| !c.is_alphanumeric() && c != '_' && c != '.'))
-                else {
-                    continue;
-                };
-                found.insert(rest[..rest.find('"').unwrap()].to_owned());
-            }
-        }
-    }
-    found
-}
-
-#[test]
-fn no_message_is_missing() {
-    let asked = asked_for();
-    assert!(asked.len() > 200, "{} messages are asked for", asked.len());
-    let script: Vec<String> = SCRIPT.split('"').skip(3).step_by(2).map(str::to_owned).collect();
-    let letters = |text: &str| text.chars().any(char::is_alphabetic);
-    let all = asked.into_iter().chain(script.into_iter().filter(|text| letters(text)));
-    let messages = messages();
-    let missing: Vec<String> = all.filter(|message| !messages.contains_key(message)).collect();
-    assert_eq!(missing, Vec::<String>::new(), "without German");
-}
-
-#[test]
-fn both_languages_fill_in_the_same() {
-    let names = |text: &str| -> BTreeSet<String> {
-        let open = text.split('{').skip(1);
-        open.filter_map(|rest| rest.split_once('}')).map(|(name, _)| name.to_owned()).collect()
-    };
-    let mut count = 0;
-    for (english, german) in messages() {
-        assert_eq!(names(&english), names(&german), "{english:?} and {german:?}");
-        assert!(!german.trim().is_empty(), "{english:?} has no German");
-        count += 1;
-    }
-    println!("{count} messages");
-    assert!(count > 600);
-}
-
-/// Each message stands in the file that its comment names: nothing in the table is unused.
-#[test]
-fn no_message_is_left_over() {
-    let file = polib::po_file::parse_from_reader(table().as_bytes()).unwrap();
-    let mut sources: BTreeMap<String, String> = BTreeMap::new();
-    let mut left_over = Vec::new();
-    for message in file.messages() {
-        let source = message.source().trim().to_owned();
-        let text = sources
-            .entry(source.clone())
-            .or_insert_with(|| joined(&std::fs::read_to_string(root().join(&source)).unwrap_or_default()));
-        let punctuation = |c: char| c.is_whitespace() || ",:;.()".contains(c);
-        let mut pieces: Vec<&str> = Vec::new();
-        let mut rest = message.msgid();
-        while let Some((before, behind)) = rest.split_once('{') {
-            pieces.push(before.trim_matches(punctuation));
-            rest = behind.split_once('}').map_or("", |(_, behind)| behind);
-        }
-        pieces.push(rest.trim_matches(punctuation));
-        let longest = pieces.into_iter().max_by_key(|piece| piece.len()).unwrap_or_default();
-        if !text.contains(longest) {
-            left_over.push(format!("{source}: {}", message.msgid()));
-        }
-    }
-    assert_eq!(left_over, Vec::<String>::new(), "not in the file that they name");
 }
 
 /// What the tables of indicators and settings say of themselves.
@@ -169,9 +48,9 @@ fn every_text_of_the_tables_is_known() {
     assert_eq!(unknown, Vec::<&String>::new(), "without German");
 }
 
-/// What the description of the interface says of its routes, their parameters and their answers.
+/// What the description of the interface says of its routes, their parameters and their answers, and of the fields of forms.
 #[tokio::test]
-async fn every_route_is_described_in_both_languages() {
+async fn every_route_and_field_is_described_in_both_languages() {
     let file = root().join("config/railgrip.toml");
     let settings = TrainSettings::load(Some(&file), &Overrides::default()).unwrap();
     let now = || Stamp { unix_ns: 1_772_366_400_000_000_000, monotonic_ns: 1 };
@@ -191,6 +70,13 @@ async fn every_route_is_described_in_both_languages() {
         let answers = route["responses"].as_object().unwrap().values();
         all.extend(answers.map(|one| &one["description"]));
     }
+    let forms = api["components"]["schemas"].as_object().unwrap().values();
+    for form in forms {
+        all.push(&form["description"]);
+        let fields = form["properties"].as_object();
+        all.extend(fields.into_iter().flat_map(|fields| fields.values()).map(|one| &one["description"]));
+    }
+    assert!(all.len() > 400, "{} descriptions", all.len());
     let texts = all.into_iter().filter_map(Value::as_str).map(|text| text.replace('\n', " "));
     // Refusals that every route has are told nowhere on the page.
     let common = [
@@ -205,7 +91,13 @@ async fn every_route_is_described_in_both_languages() {
     let unknown: BTreeSet<String> = own.filter(|text| german(text).is_none()).collect();
     assert_eq!(unknown, BTreeSet::new(), "without German");
     let page = ask("/docs", "de").await;
-    for needed in ["lang=\"de\"", "Die Schnittstelle", "Der Zug auf einen Blick.", "Was es ist"] {
+    for needed in [
+        "lang=\"de\"",
+        "Die Schnittstelle",
+        "Der Zug auf einen Blick.",
+        "Was es ist",
+        "Alter des letzten Abtastwerts",
+    ] {
         assert!(page.contains(needed), "{needed}");
     }
 }

@@ -18,14 +18,17 @@ pub mod validate;
 
 pub use counters::Counters;
 
-use crate::feed::{Arrival, Next, When};
+use crate::feed::{Account, Arrival, Feed, Next, When};
 use crate::microphones::Microphones;
 use crate::outbox::Outbox;
 use crate::pace::Pace;
 use railgrip_bus::{
-    Bus, BusConfig, BusError, EventPublisher, HeartbeatPublisher, Lifecycle, monotonic_ns, now,
+    Bus, BusConfig, BusError, EventPublisher, HeartbeatPublisher, Lifecycle, SourcePublisher, monotonic_ns,
+    now,
 };
-use railgrip_messages::{Event, EventKind, Heartbeat, NO_WAGON, NO_WHEELSET, ProcessKind, Stamp, Text};
+use railgrip_messages::{
+    Event, EventKind, Heartbeat, NO_WAGON, NO_WHEELSET, ProcessKind, SourceState, Stamp, Text,
+};
 use railgrip_settings::{Source, TrainSettings};
 use std::time::{Duration, Instant};
 
@@ -76,12 +79,12 @@ pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), Ingest
     let mut ended = false;
     while !lifecycle.should_stop() && !ended {
         let until_s = pace.wait(lifecycle);
-        let mut verdicts = Vec::new();
+        let mut news = Vec::new();
         let counters = &mut reporter.counters;
-        let mut sink = |arrival: Arrival<'_>| take(arrival, &pace, &mut outboxes, counters, &mut verdicts);
+        let mut sink = |arrival: Arrival<'_>| take(arrival, &pace, &mut outboxes, counters, &mut news);
         ended = feed.take_due(until_s, &mut sink) == Next::Ended;
-        for (wagon, why) in verdicts {
-            reporter.about_units(wagon, why.as_deref())?;
+        for news in &news {
+            reporter.tell(news)?;
         }
         for outbox in &mut outboxes {
             reporter.counters.published += outbox.send()?;
@@ -91,7 +94,7 @@ pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), Ingest
             tracing::warn!(skipped_s, "ingest was stopped or starved; the schedule goes on from here");
         }
         lifecycle.beat();
-        reporter.beat_if_due()?;
+        reporter.beat_if_due(feed.as_ref())?;
         if checked.elapsed() >= HOLDER_CHECK {
             checked = Instant::now();
             bus.check_holder()?;
@@ -103,8 +106,13 @@ pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), Ingest
     Ok(())
 }
 
-/// What was found about the units of a wagon: what gives them away, or nothing once they are plausible.
-type Verdict = (u32, Option<String>);
+/// What people should know about the source of a wagon.
+enum News {
+    /// What gives its units away, or nothing once they are plausible.
+    Units(u32, Option<String>),
+    /// Its clock drifts by so many parts in a million, more than it should or no longer.
+    Clock(u32, f64, bool),
+}
 
 /// The stamp of an instant of the monotonic clock.
 fn stamp_at(at_ns: u64) -> Stamp {
@@ -118,7 +126,7 @@ fn take(
     pace: &Pace,
     outboxes: &mut [Outbox],
     counters: &mut Counters,
-    verdicts: &mut Vec<Verdict>,
+    news: &mut Vec<News>,
 ) {
     counters.received += 1;
     match arrival {
@@ -150,7 +158,12 @@ fn take(
                 Some(why) => tracing::error!(wagon, "its samples are withheld: {why}"),
                 None => tracing::info!(wagon, "its columns are plausible again"),
             }
-            verdicts.push((wagon as u32, why));
+            news.push(News::Units(wagon as u32, why));
+        }
+        Arrival::Drifts { wagon, drift_ppm, wrong } => {
+            counters.received -= 1;
+            tracing::warn!(wagon = wagon + 1, drift_ppm, wrong, "the clock of the source drifts");
+            news.push(News::Clock(wagon as u32 + 1, drift_ppm, wrong));
         }
         Arrival::Refused(problem) => {
             counters.rejected += 1;
@@ -168,6 +181,7 @@ fn take(
 struct Reporter {
     heartbeats: HeartbeatPublisher,
     events: EventPublisher,
+    sources: SourcePublisher,
     counters: Counters,
     started: Instant,
     beaten: Option<Instant>,
@@ -180,6 +194,7 @@ impl Reporter {
         Ok(Self {
             heartbeats: bus.heartbeat_publisher()?,
             events: bus.event_publisher()?,
+            sources: bus.source_publisher()?,
             counters: Counters::default(),
             started: Instant::now(),
             beaten: None,
@@ -188,12 +203,13 @@ impl Reporter {
         })
     }
 
-    fn beat_if_due(&mut self) -> Result<(), BusError> {
+    fn beat_if_due(&mut self, feed: &dyn Feed) -> Result<(), BusError> {
         if self.beaten.is_some_and(|beaten| beaten.elapsed() < HEARTBEAT) {
             return Ok(());
         }
         self.beaten = Some(Instant::now());
         self.sequence += 1;
+        self.account(feed)?;
         self.heartbeats.publish(&[Heartbeat {
             sequence: self.sequence,
             stamp: now(),
@@ -208,20 +224,46 @@ impl Reporter {
         }])
     }
 
-    /// Tells people why nothing comes of a wagon any more, or that it does again.
-    fn about_units(&mut self, wagon: u32, why: Option<&str>) -> Result<(), BusError> {
-        let text = match why {
-            Some(why) => format!("samples withheld: {why}"),
-            None => "the columns are plausible again".to_owned(),
+    /// Says what the source has counted, and how its clocks run.
+    fn account(&mut self, feed: &dyn Feed) -> Result<(), BusError> {
+        let Some((whole, wagons)) = feed.accounts() else { return Ok(()) };
+        let state = |(wagon, account): (usize, Account)| SourceState {
+            sequence: self.sequence,
+            stamp: now(),
+            wagon: wagon as u32,
+            drift_known: u32::from(account.drift_ppm.is_some()),
+            drift_ppm: account.drift_ppm.unwrap_or(0.0),
+            counts: account.counts,
         };
-        self.event_about(EventKind::UnitsImplausible, wagon, &text)
+        let all: Vec<_> = std::iter::once(whole).chain(wagons).enumerate().map(state).collect();
+        self.sources.publish(&all)
+    }
+
+    /// Tells people why nothing comes of a wagon any more, or that it does again; and of clocks.
+    fn tell(&mut self, news: &News) -> Result<(), BusError> {
+        let (kind, wagon, value, text) = match news {
+            News::Units(wagon, Some(why)) => {
+                (EventKind::UnitsImplausible, *wagon, 0.0, format!("samples withheld: {why}"))
+            }
+            News::Units(wagon, None) => {
+                (EventKind::UnitsImplausible, *wagon, 0.0, "the columns are plausible again".to_owned())
+            }
+            News::Clock(wagon, ppm, true) => {
+                let text = format!("the clock of the source drifts by {ppm:.0} parts in a million");
+                (EventKind::ClockDrifts, *wagon, *ppm, text)
+            }
+            News::Clock(wagon, ppm, false) => {
+                (EventKind::ClockDrifts, *wagon, *ppm, "the clock of the source runs well again".to_owned())
+            }
+        };
+        self.event_about(kind, wagon, value, &text)
     }
 
     fn event(&mut self, kind: EventKind, text: &str) -> Result<(), BusError> {
-        self.event_about(kind, NO_WAGON, text)
+        self.event_about(kind, NO_WAGON, 0.0, text)
     }
 
-    fn event_about(&mut self, kind: EventKind, wagon: u32, text: &str) -> Result<(), BusError> {
+    fn event_about(&mut self, kind: EventKind, wagon: u32, value: f64, text: &str) -> Result<(), BusError> {
         self.event_sequence += 1;
         self.events.publish(&[Event {
             wagon,
@@ -229,6 +271,7 @@ impl Reporter {
             stamp: now(),
             kind: kind.code(),
             wheelset: NO_WHEELSET,
+            values: [value, 0.0, 0.0, 0.0],
             text: Text::new(text),
             ..Event::default()
         }])

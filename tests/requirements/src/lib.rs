@@ -103,6 +103,18 @@ pub static ICEORYX2_PYTHON: Requirement = Requirement {
     place: Place::File("ICEORYX2_PYTHON", "target/iceoryx2-python/iceoryx2/__init__.py"),
     remedy: "tests/run, or ICEORYX2_PYTHON=FOLDER/iceoryx2/__init__.py of any installed copy",
 };
+/// A compiler for C++.
+pub static CXX: Requirement = Requirement {
+    name: "c++",
+    place: Place::Program("CXX", &["c++", "g++", "clang++"]),
+    remedy: "apt-get install g++",
+};
+/// The program that makes Debian packages; where it is, dpkg and strip are.
+pub static DPKG_DEB: Requirement = Requirement {
+    name: "dpkg-deb",
+    place: Place::Program("DPKG_DEB", &["dpkg-deb"]),
+    remedy: "a Debian system",
+};
 /// The right to mount a small file system that no other process sees.
 pub static PRIVATE_MOUNT: Requirement = Requirement {
     name: "private-mount",
@@ -111,12 +123,14 @@ pub static PRIVATE_MOUNT: Requirement = Requirement {
 };
 
 /// Every requirement there is.
-pub static ALL: [&Requirement; 9] = [
+pub static ALL: [&Requirement; 11] = [
     &LABELLED_CASES,
     &CREEP_POINTS,
     &MOSQUITTO,
     &CHROMIUM,
     &AXE_CORE,
+    &CXX,
+    &DPKG_DEB,
     &PROMTOOL,
     &SYSTEMD_ANALYZE,
     &ICEORYX2_PYTHON,

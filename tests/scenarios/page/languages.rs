@@ -16,7 +16,7 @@ const ENGLISH: &str =
 
 /// Phrases of the table of messages in English that are others in German.
 fn phrases() -> Vec<String> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../services/health/words/de.po");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../common/words/de.po");
     let text = std::fs::read_to_string(file).unwrap();
     let value = |line: &str, name: &str| {
         line.strip_prefix(name).and_then(|rest| rest.strip_suffix('"')).map(|text| text.replace("\\\"", "\""))

@@ -124,6 +124,11 @@ pub struct Case {
 }
 
 impl Case {
+    /// Whether couplers pull and push the wagon (`[train] free = false`).
+    pub fn is_coupled(&self) -> bool {
+        self.vehicle.train.is_some_and(|running| !running.free)
+    }
+
     /// Number of wheelsets.
     pub fn wheelsets(&self) -> usize {
         self.vehicle.wheelsets()

@@ -2,6 +2,7 @@
 
 pub mod align;
 pub mod case;
+pub mod lacks;
 pub mod load;
 pub mod noise;
 pub mod units;

@@ -26,6 +26,11 @@ const LEAST_SPANS: usize = 20;
 const BRAKED_M_S2: f64 = 0.3;
 /// Correlation of forces and slowing from which the forces are what slows.
 const CORRELATION: f64 = 0.8;
+/// What units other than m/s and rad/s make of a ratio of one.
+const KNOWN: [(f64, &str); 4] =
+    [(1.0 / 3.6, "km/h"), (0.447, "miles/h"), (1.0 / TAU, "revolutions a second"), (60.0 / TAU, "rpm")];
+/// A ratio that is steady stays within this share of what such a unit makes: no slide does.
+const STEADY: f64 = 0.03;
 /// A change of force counts from so many times its scatter from row to row.
 const SCATTERS: f64 = 5.0;
 
@@ -61,11 +66,24 @@ pub fn check(run: &Recording, vehicle: &VehicleParameters) -> Result<(), UnitErr
     Err(UnitError { column, t_s: run.t_s[row], why: disagreement(ratio) })
 }
 
+/// The same of a few seconds, by speeds alone: refuses a ratio that is the same at all wheelsets throughout, and just what
+/// another unit makes.
+///
+/// # Errors
+/// As [`check`].
+pub fn check_early(run: &Recording, vehicle: &VehicleParameters) -> Result<(), UnitError> {
+    let ratios: Option<Vec<_>> =
+        (0..run.wheelsets).map(|i| ratios(run, i, vehicle.wheelset.radius_m)).collect();
+    let Some(ratios) = ratios.filter(|ratios| !ratios.is_empty()) else { return Ok(()) };
+    let steady = |factor: f64| {
+        let within = |ratio: &f64| (ratio / factor - 1.0).abs() < STEADY;
+        ratios.iter().all(|of_wheelset| of_wheelset.iter().all(within))
+    };
+    if KNOWN.iter().any(|(factor, _)| steady(*factor)) { check(run, vehicle) } else { Ok(()) }
+}
+
 fn disagreement(ratio: f64) -> String {
-    // What units other than m/s and rad/s make of a ratio of one.
-    let known =
-        [(1.0 / 3.6, "km/h"), (0.447, "miles/h"), (1.0 / TAU, "revolutions a second"), (60.0 / TAU, "rpm")];
-    let like = known.iter().find(|(factor, _)| (ratio / factor - 1.0).abs() < 0.1);
+    let like = KNOWN.iter().find(|(factor, _)| (ratio / factor - 1.0).abs() < 0.1);
     let like = like.map_or(String::new(), |(_, unit)| format!(", as in {unit}"));
     format!(
         "the wheels' rims run at {ratio:.2} times the vehicle's speed throughout{like}; expected are m/s (not km/h), rad/s \
@@ -73,18 +91,20 @@ fn disagreement(ratio: f64) -> String {
     )
 }
 
-/// Rim speed over vehicle speed of a wheelset while it rolls, where all but a hundredth of the samples are beyond what a rolling
-/// wheelset can have.
-fn off_ratio(run: &Recording, wheelset: usize, radius_m: f64) -> Option<f64> {
+/// Rim speed over vehicle speed of a wheelset, in order of size, where the vehicle runs; nothing of too short a run.
+fn ratios(run: &Recording, wheelset: usize, radius_m: f64) -> Option<Vec<f64>> {
     let pairs = run.v_m_s.iter().zip(&run.wheel_speed_rad_s[wheelset]);
     let mut ratios: Vec<f64> = pairs
         .filter(|(v, omega)| **v > LEAST_SPEED_M_S && omega.is_finite())
         .map(|(v, omega)| radius_m * omega / v)
         .collect();
-    if (ratios.len() as f64) < LEAST_TIME_S * run.sample_rate_hz() {
-        return None;
-    }
     ratios.sort_by(f64::total_cmp);
+    (!ratios.is_empty() && ratios.len() as f64 >= LEAST_TIME_S * run.sample_rate_hz()).then_some(ratios)
+}
+
+/// The ratio of a wheelset where all but a hundredth of the samples are beyond what a rolling wheelset can have.
+fn off_ratio(run: &Recording, wheelset: usize, radius_m: f64) -> Option<f64> {
+    let ratios = ratios(run, wheelset, radius_m)?;
     let at = |share: f64| ratios[((ratios.len() - 1) as f64 * share) as usize];
     let (low, high) = (at(ROLLING_SHARE), at(1.0 - ROLLING_SHARE));
     match (LOCKED..RATIO[0]).contains(&high) {

@@ -30,9 +30,14 @@ pub(crate) struct Models {
 }
 
 impl Models {
-    /// Fits nuisances from where `base`, a fit of the nuisances on innovations, ended, and the effects of `named`.
+    /// Fits nuisances from where `base`, a fit of the nuisances on innovations, ended, and the effects of `named`. Open loop,
+    /// the couplers of a coupled wagon hide everything else: there the fits on innovations stand.
     pub(crate) fn fit(case: &Case, base: &Fitted, named: Option<&Fitted>) -> Self {
         let nominal = Shape::nominal(case);
+        let fit = |case: &Case, shape: &Shape, starts: &[Vec<f64>]| match starts {
+            [innovations, ..] if case.is_coupled() => innovations.clone(),
+            _ => fit(case, shape, starts),
+        };
         let calibrated = fit(case, &nominal, &[base.fit.theta.clone(), nominal.start()]);
         let (extended_shape, extended) = match named {
             Some(best) => {

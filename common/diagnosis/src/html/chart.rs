@@ -3,6 +3,7 @@
 use crate::answer::supplement::Axis;
 use crate::words::format::{number, plain};
 use maud::{Markup, PreEscaped, html};
+use railgrip_words::{t, word};
 use std::fmt::Write;
 
 /// Most points of a line; longer lines are thinned.
@@ -190,11 +191,11 @@ pub fn legend(measured: Option<&str>, entries: &[(&str, &str)]) -> Markup {
                             circle class="bin" cx="9" cy="6" r="3.4" {} circle class="bin" cx="24" cy="6" r="3.4" {}
                         } @else { path class="measured-line" d="M1 7L9 4L17 8L25 4L33 6" {} }
                     }
-                    @if kind == "bins" { "measured, means of neighbours" } @else { "measured" }
+                    @if kind == "bins" { (t("measured, means of neighbours")) } @else { (t("measured")) }
                 }
             }
             @for (class, text) in entries {
-                li { svg viewBox="0 0 34 12" aria-hidden="true" { path class=(class) d="M1 6L33 6" {} } (text) }
+                li { svg viewBox="0 0 34 12" aria-hidden="true" { path class=(class) d="M1 6L33 6" {} } (word(text)) }
             }
         }
     }

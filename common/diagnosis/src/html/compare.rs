@@ -5,9 +5,11 @@ use super::document::{frame, unbroken};
 use crate::answer::compare::{EffectChange, ParameterChange, effects};
 use crate::answer::schema::ParameterEstimate;
 use crate::words::compare::{Named, changes, differs, value};
-use crate::words::format::{capital, gap, number, percent, plain, signal};
+use crate::words::format::{capital, gap, list, number, percent, plain, signal};
 use crate::words::parameters::{self, shown};
+use crate::words::sentences::verdict;
 use maud::{Markup, html};
+use railgrip_words::{say, t};
 
 /// The page.
 pub fn render(first: Named<'_>, second: Named<'_>) -> String {
@@ -15,7 +17,7 @@ pub fn render(first: Named<'_>, second: Named<'_>) -> String {
     let body = html! {
         div.sheet {
             header.top {
-                p.eyebrow { span { "Sim-to-real gap, compared" } strong { (first.name) " → " (second.name) } }
+                p.eyebrow { span { (t("Sim-to-real gap, compared")) } strong { (first.name) " → " (second.name) } }
                 h1 { (unbroken(said.first().map_or("", String::as_str))) }
                 @for words in said.iter().skip(1) { p.lede { (words) } }
             }
@@ -24,19 +26,19 @@ pub fn render(first: Named<'_>, second: Named<'_>) -> String {
         }
         (places(first, second))
     };
-    frame(&format!("{} → {}: sim-to-real gap", first.name, second.name), &body)
+    frame(&format!("{} → {}: {}", first.name, second.name, t("sim-to-real gap")), &body)
 }
 
 fn gaps(first: Named<'_>, second: Named<'_>) -> Markup {
     let both = [first, second];
     html! {
         section aria-labelledby="gaps" {
-            h2 id="gaps" { "Holdout gap" }
+            h2 id="gaps" { (t("Holdout gap")) }
             div.scroll { table {
-                caption { "RMS error of a prediction over ten seconds, divided by the noise of the sensor, on runs that were only predicted" }
+                caption { (t("RMS error of a prediction over ten seconds, divided by the noise of the sensor, on runs that were only predicted")) }
                 thead { tr {
-                    th scope="col" { "Report" } th scope="col" { "Verdict" } th.n scope="col" { "Nominal" }
-                    th.n scope="col" { "Calibrated" } th.n scope="col" { "Extended" } th.n scope="col" { "Reduction (95 % interval)" }
+                    th scope="col" { (t("Report")) } th scope="col" { (t("Verdict")) } th.n scope="col" { (t("Nominal")) }
+                    th.n scope="col" { (t("Calibrated")) } th.n scope="col" { (t("Extended")) } th.n scope="col" { (t("Reduction (95 % interval)")) }
                 } }
                 tbody {
                     @for Named { name, report } in both {
@@ -44,11 +46,11 @@ fn gaps(first: Named<'_>, second: Named<'_>) -> Markup {
                         @let [low, high] = holdout.reduction_ci95.map(percent);
                         tr {
                             th scope="row" { (name) }
-                            td { (report.verdict.name()) }
+                            td { (verdict(report.verdict)) }
                             td.n { (gap(holdout.nominal)) }
                             td.n { (gap(holdout.calibrated)) }
                             td.n { b { @if report.effects.is_empty() { "–" } @else { (gap(holdout.extended)) } } }
-                            td.n { @if report.effects.is_empty() { "–" } @else { (percent(holdout.reduction)) " (" (low) " to " (high) ")" } }
+                            td.n { @if report.effects.is_empty() { "–" } @else { (percent(holdout.reduction)) " (" (say("{low} to {high}", &[("low", &low), ("high", &high)])) ")" } }
                         }
                     }
                 }
@@ -62,16 +64,18 @@ fn values(first: Named<'_>, second: Named<'_>) -> Markup {
     html! {
         @if !all.is_empty() {
             section aria-labelledby="values" {
-                h2 id="values" { "What was found, value by value" }
+                h2 id="values" { (t("What was found, value by value")) }
                 p.note {
-                    "Ring: " (first.name) ". Dot: " (second.name)
-                    ". Lines are 95 % intervals. Two values differ where their distance is more than both intervals together explain."
+                    (say(
+                        "Ring: {first}. Dot: {second}. Lines are 95 % intervals. Two values differ where their distance is more than both intervals together explain.",
+                        &[("first", &first.name), ("second", &second.name)],
+                    ))
                 }
                 div.scroll { table.rows {
-                    caption { "Parameters of the effects" }
+                    caption { (t("Parameters of the effects")) }
                     thead { tr {
-                        th scope="col" { "Parameter" } th scope="col" { (first.name) } th scope="col" { (second.name) }
-                        th scope="col" { "Both" } th scope="col" { "Differs" }
+                        th scope="col" { (t("Parameter")) } th scope="col" { (first.name) } th scope="col" { (second.name) }
+                        th scope="col" { (t("Both")) } th scope="col" { (t("Differs")) }
                     } }
                     tbody {
                         @for effect in &all { @for p in &effect.parameters { (row(effect, p)) } }
@@ -90,7 +94,7 @@ fn row(effect: &EffectChange, p: &ParameterChange) -> Markup {
             td { (told(&p.first)) }
             td { (told(&p.second)) }
             td { (picture(&effect.id, p)) }
-            td data-label="Differs" { @if p.differs { b { "yes" } } @else { (differs(p)) } }
+            td data-label=(t("Differs")) { @if p.differs { b { (t("yes")) } } @else { (differs(p)) } }
         }
     }
 }
@@ -113,8 +117,8 @@ fn picture(id: &str, p: &ParameterChange) -> Markup {
             }
         }
     };
-    let describe =
-        format!("{} and {}", value(id, &p.name, p.first.as_ref()), value(id, &p.name, p.second.as_ref()));
+    let both = [&p.first, &p.second].map(|estimate| value(id, &p.name, estimate.as_ref()));
+    let describe = list(&both);
     svg("both", 210.0, 44.0, &parameters::name(&p.name), &describe, &marks)
 }
 
@@ -123,10 +127,10 @@ fn places(first: Named<'_>, second: Named<'_>) -> Markup {
     html! {
         @if after.len() > 1 {
             section aria-labelledby="outputs" {
-                h2 id="outputs" { "Where it lies" }
+                h2 id="outputs" { (t("Where it lies")) }
                 div.scroll { table {
-                    caption { "Gap of the calibrated model on the fitted runs, and share of the whole" }
-                    thead { tr { th scope="col" { "Output" } th.n scope="col" { (first.name) } th.n scope="col" { (second.name) } } }
+                    caption { (t("Gap of the calibrated model on the fitted runs, and share of the whole")) }
+                    thead { tr { th scope="col" { (t("Output")) } th.n scope="col" { (first.name) } th.n scope="col" { (second.name) } } }
                     tbody {
                         @for entry in after {
                             @let other = before.iter().find(|other| other.name == entry.name);

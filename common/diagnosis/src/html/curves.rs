@@ -1,22 +1,24 @@
 //! The fitted curve of each effect with its band, and the curve of what is missing.
 
 use super::chart::{Frame, legend, range, svg, with_unit};
+use super::document::filled;
 use crate::answer::schema::Report;
 use crate::answer::supplement::{Axis, Curve, CurvePoint, Detail};
-use crate::words::format::{capital, number_to, on_axis, or_list, plain, term};
-use crate::words::sentences::place;
+use crate::words::format::{capital, gap, number_to, on_axis, or_list, plain, term};
+use crate::words::sentences::{law, place};
 use maud::{Markup, html};
+use railgrip_words::{reword, say, t};
 
 /// Curves of the effects found.
 pub fn effects(report: &Report, detail: &Detail) -> Markup {
     html! {
         @if !detail.effect_curves.is_empty() {
             section aria-labelledby="effect" {
-                h2 id="effect" { @if report.effects.len() > 1 { "The effects, as fitted" } @else { "The effect, as fitted" } }
-                p.say { "Line: the extended model. Band: its 95 % interval. Dashed: the calibrated model, which lacks the effect." }
+                h2 id="effect" { @if report.effects.len() > 1 { (t("The effects, as fitted")) } @else { (t("The effect, as fitted")) } }
+                p.say { (t("Line: the extended model. Band: its 95 % interval. Dashed: the calibrated model, which lacks the effect.")) }
                 (legend(
                     detail.effect_curves.iter().any(|curve| !curve.data.is_empty()).then_some("bins"),
-                    &[("calibrated-line", "calibrated"), ("extended-line", "extended")],
+                    &[("calibrated-line", t("calibrated")), ("extended-line", t("extended"))],
                 ))
                 div class=(if detail.effect_curves.len() > 1 { "pair" } else { "" }) {
                     @for (index, curve) in detail.effect_curves.iter().enumerate() {
@@ -33,21 +35,24 @@ pub fn missing(report: &Report, detail: &Detail) -> Markup {
     html! {
         @if let Some(rest) = &report.unexplained {
             section aria-labelledby="missing" {
-                h2 id="missing" { "What is missing" }
+                h2 id="missing" { (t("What is missing")) }
                 p.say {
-                    "Something in " b { (place(report)) } " (" code { (rest.term) } "). "
+                    (filled("Something in {place} ({code}).", &[("place", html! { b { (place(report)) } }), ("code", html! { code { (rest.term) } })]))
+                    " "
                     @if rest.terms.len() > 1 {
-                        "These recordings cannot tell apart " (or_list(&rest.terms.iter().map(|name| term(name)).collect::<Vec<_>>())) ", the likeliest first; the curve is drawn for the first. "
+                        @let names = or_list(&rest.terms.iter().map(|name| term(name)).collect::<Vec<_>>());
+                        (say("These recordings cannot tell apart {names}, the likeliest first; the curve is drawn for the first.", &[("names", &names)]))
+                        " "
                     }
-                    "The gap left on the fitted data is "
-                    b { (crate::words::format::gap(rest.gap)) } "."
+                    (filled("The gap left on the fitted data is {gap}.", &[("gap", html! { b { (gap(rest.gap)) } })]))
                     @if let Some((curve, region)) = detail.missing_curve.as_ref().and_then(|curve| Some((curve, curve.region?))) {
-                        " It matters most from " (number_to(region[0], 2)) " to " (number_to(region[1], 2))
-                        @if !curve.x.unit.is_empty() { " " (curve.x.unit) } " (shaded)."
+                        @let [low, high] = region.map(|end| number_to(end, 2));
+                        @let unit = if curve.x.unit.is_empty() { String::new() } else { format!(" {}", curve.x.unit) };
+                        " " (say("It matters most from {low} to {high}{unit} (shaded).", &[("low", &low), ("high", &high), ("unit", &unit)]))
                     }
                 }
                 @if let Some(curve) = &detail.missing_curve {
-                    (legend(None, &[("calibrated-line", "nothing missing"), ("extended-line", "what would close the gap")]))
+                    (legend(None, &[("calibrated-line", t("nothing missing")), ("extended-line", t("what would close the gap"))]))
                     (figure(curve, "missing-curve", false))
                 }
             }
@@ -83,13 +88,16 @@ fn figure(curve: &Curve, id: &str, narrow: bool) -> Markup {
             (frame.dots("bin", 3.2, &curve.data))
         }))
     };
-    let title = format!("{}: {} over {}", plain(&curve.title), curve.y.label, curve.x.label);
+    let heading = reword(&curve.title.replace('_', " "));
+    let over =
+        say("{what} over {when}", &[("what", &plain(&curve.y.label)), ("when", &plain(&curve.x.label))]);
+    let title = format!("{heading}: {over}");
     html! {
         figure {
             div.scroll { (svg("plot", width, height, &title, &ends(curve), &marks)) }
             figcaption {
-                b { (capital(&plain(&curve.title))) }
-                @if !curve.equation.is_empty() { ": " (curve.equation) }
+                b { (capital(&heading)) }
+                @if !curve.equation.is_empty() { ": " (law(&curve.equation)) }
                 ". " (ends(curve)) "."
             }
         }
@@ -110,10 +118,13 @@ fn ends(curve: &Curve) -> String {
     let (x_span, y_span) = (span(|p| p.x), span(|p| p.y));
     let unit = |axis: &Axis| if axis.unit.is_empty() { String::new() } else { format!(" {}", axis.unit) };
     let point = |p: &CurvePoint| {
-        format!("{}{} at {}{}", on_axis(p.y, y_span), unit(&curve.y), on_axis(p.x, x_span), unit(&curve.x))
+        let [y, x] = [on_axis(p.y, y_span) + &unit(&curve.y), on_axis(p.x, x_span) + &unit(&curve.x)];
+        say("{y} at {x}", &[("y", &y), ("x", &x)])
     };
     match (curve.points.first(), curve.points.last()) {
-        (Some(first), Some(last)) => format!("From {} to {}", point(first), point(last)),
-        _ => "No data".to_owned(),
+        (Some(first), Some(last)) => {
+            say("From {first} to {last}", &[("first", &point(first)), ("last", &point(last))])
+        }
+        _ => t("No data").to_owned(),
     }
 }

@@ -2,6 +2,7 @@
 
 use super::chart::raw;
 use maud::{DOCTYPE, Markup, html};
+use railgrip_words::{Piece, pieces, spoken, t};
 
 const STYLE: &str = include_str!("page.css");
 
@@ -9,7 +10,7 @@ const STYLE: &str = include_str!("page.css");
 pub fn frame(title: &str, body: &Markup) -> String {
     html! {
         (DOCTYPE)
-        html lang="en" {
+        html lang=(spoken().tag()) {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
@@ -19,11 +20,24 @@ pub fn frame(title: &str, body: &Markup) -> String {
             }
             body {
                 main { (body) }
-                footer { p { "railgrip advises people; it drives no brake and no traction." } }
+                footer { p { (t("railgrip advises people; it drives no brake and no traction.")) } }
             }
         }
     }
     .into_string()
+}
+
+/// A message of the table, filled in with more than text.
+pub fn filled(message: &'static str, arguments: &[(&str, Markup)]) -> Markup {
+    let argument = |name: &str| arguments.iter().find(|(other, _)| *other == name).map(|(_, markup)| markup);
+    html! {
+        @for piece in pieces(message) {
+            @match piece {
+                Piece::Text(text) => { (text) }
+                Piece::Name(name) => { @if let Some(markup) = argument(name) { (markup) } }
+            }
+        }
+    }
 }
 
 /// A text whose intervals in brackets stay on one line.

@@ -1,15 +1,16 @@
 //! The first page, made for one sheet of A4: the sentence with the number, how sure, where and when, one picture of before
 //! and after, and what to do.
 
-use super::document::unbroken;
+use super::document::{filled, unbroken};
 use super::{gaps, traces};
 use crate::answer::schema::{Report, Verdict};
 use crate::answer::supplement::{Detail, Event};
 use crate::words::advice::advice;
-use crate::words::format::{gap, list, term};
+use crate::words::format::{decimals, gap, list, term};
 use crate::words::regime::regime;
-use crate::words::sentences::{certainty, evidence, headline, place};
+use crate::words::sentences::{certainty, evidence, headline, place, verdict};
 use maud::{Markup, html};
+use railgrip_words::{reword, say, t};
 
 /// Events that are named where none is in the picture.
 const MOST_EVENTS: usize = 3;
@@ -25,10 +26,10 @@ pub fn page(report: &Report, detail: &Detail) -> Markup {
         div.sheet {
             header.top {
                 p.eyebrow {
-                    span { "Sim-to-real gap" }
+                    span { (t("Sim-to-real gap")) }
                     strong { (detail.case) }
-                    span { (detail.subject) }
-                    span class=(class) title="the verdict as report.json names it" { (verdict(report.verdict)) }
+                    span { (reword(&detail.subject)) }
+                    span class=(class) title={ (t("in report.json:")) " " (report.verdict.name()) } { (verdict(report.verdict)) }
                 }
                 h1 { (unbroken(&headline(report))) }
                 p.lede {
@@ -39,36 +40,28 @@ pub fn page(report: &Report, detail: &Detail) -> Markup {
             }
             div.answers {
                 section aria-labelledby="sure" {
-                    h2 id="sure" { "How sure" }
+                    h2 id="sure" { (t("How sure")) }
                     @for words in certainty(report) { p { (words) } }
                 }
                 section aria-labelledby="where-short" {
-                    h2 id="where-short" { "Where and when" }
+                    h2 id="where-short" { (t("Where and when")) }
                     (where_and_when(report, detail))
                 }
                 section aria-labelledby="do" {
-                    h2 id="do" { "What to do" }
+                    h2 id="do" { (t("What to do")) }
                     ol { @for step in advice(report) { li { (step) } } }
                 }
             }
             (traces::before_and_after(report, detail))
             (gaps::bars(report))
             p.note {
-                "Gap: RMS error of a prediction over ten seconds, divided by the noise of the sensor; 1 (dotted) is as good as the sensors can tell. "
-                b { "Nominal" } ": the model as the vehicle file states it. " b { "Calibrated" } ": with its tolerances fitted. "
-                b { "Extended" } ": with tolerances and effects fitted. " b { "Holdout" } ": runs that no model was fitted on, only predicted."
+                (t("Gap: RMS error of a prediction over ten seconds, divided by the noise of the sensor; 1 (dotted) is as good as the sensors can tell.")) " "
+                b { (t("Nominal")) } ": " (t("the model as the vehicle file states it.")) " "
+                b { (t("Calibrated")) } ": " (t("with its tolerances fitted.")) " "
+                b { (t("Extended")) } ": " (t("with tolerances and effects fitted.")) " "
+                b { (t("Holdout")) } ": " (t("runs that no model was fitted on, only predicted."))
             }
         }
-    }
-}
-
-/// The verdict in words.
-fn verdict(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::None => "nothing missing",
-        Verdict::Effects => "cause found",
-        Verdict::Unknown => "cause unknown",
-        Verdict::EffectsAndUnknown => "one cause found, another unknown",
     }
 }
 
@@ -82,16 +75,20 @@ fn where_and_when(report: &Report, detail: &Detail) -> Markup {
     }
     html! {
         p {
-            @if report.verdict == Verdict::None { "No part of the model stands out." }
-            @else if named.is_empty() { "In " b { (place(report)) } "." }
-            @else { "In " b { (list(&named)) } "." }
+            @if report.verdict == Verdict::None { (t("No part of the model stands out.")) }
+            @else if named.is_empty() { (filled("In {place}.", &[("place", html! { b { (place(report)) } })])) }
+            @else { (filled("In {place}.", &[("place", html! { b { (list(&named)) } })])) }
             @if let Some(found) = &report.location.regime {
-                " Largest with " b { (regime(found, &detail.heat_map)) } ": gap " (gap(found.gap_inside)) " there, "
-                (gap(found.gap_outside)) " elsewhere."
+                " "
+                (filled("Largest with {range}: gap {inside} there, {outside} elsewhere.", &[
+                    ("range", html! { b { (regime(found, &detail.heat_map)) } }),
+                    ("inside", html! { (gap(found.gap_inside)) }),
+                    ("outside", html! { (gap(found.gap_outside)) }),
+                ]))
             }
         }
         @let seen = seen(detail);
-        @if !seen.is_empty() { p { "Seen in the recordings: " (list(&seen)) "." } }
+        @if !seen.is_empty() { p { (say("Seen in the recordings: {text}.", &[("text", &list(&seen))])) } }
     }
 }
 
@@ -105,6 +102,9 @@ fn seen(detail: &Detail) -> Vec<String> {
     events.sort_by(|a, b| {
         (&a.run, a.from_s).partial_cmp(&(&b.run, b.from_s)).unwrap_or(std::cmp::Ordering::Equal)
     });
-    let words = |event: &&Event| format!("{} at {:.1} s of {}", event.words, event.from_s, event.run);
+    let words = |event: &&Event| {
+        let (what, at) = (reword(&event.words), decimals(event.from_s, 1));
+        say("{what} at {time} s of {free}", &[("what", &what), ("time", &at), ("free", &event.run)])
+    };
     events.iter().map(words).collect()
 }

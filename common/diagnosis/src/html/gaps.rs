@@ -3,6 +3,7 @@
 use crate::answer::schema::{Report, ThreeGaps};
 use crate::words::format::{gap, percent, signal};
 use maud::{Markup, html};
+use railgrip_words::t;
 
 /// Bars of the three models on both sets of runs.
 pub fn bars(report: &Report) -> Markup {
@@ -16,8 +17,8 @@ pub fn bars(report: &Report) -> Markup {
         .fold(1.2, f64::max);
     html! {
         div.bars {
-            (panel("Holdout gap: runs only predicted", &unseen, top, report.effects.is_empty()))
-            (panel("Gap of the runs that were fitted", &report.gap.fit, top, report.effects.is_empty()))
+            (panel(t("Holdout gap: runs only predicted"), &unseen, top, report.effects.is_empty()))
+            (panel(t("Gap of the runs that were fitted"), &report.gap.fit, top, report.effects.is_empty()))
         }
     }
 }
@@ -27,7 +28,7 @@ pub fn section(report: &Report) -> Markup {
     html! {
         @if report.gap.holdout.by_signal.len() > 1 {
             section aria-labelledby="how-far" {
-                h2 id="how-far" { @if report.effects.is_empty() { "The gap by output" } @else { "How far it shrinks" } }
+                h2 id="how-far" { @if report.effects.is_empty() { (t("The gap by output")) } @else { (t("How far it shrinks")) } }
                 (by_signal(report))
             }
         }
@@ -37,9 +38,9 @@ pub fn section(report: &Report) -> Markup {
 /// Without an effect the extended model is the calibrated one, and its bar is left out.
 fn panel(title: &str, gaps: &ThreeGaps, top: f64, without: bool) -> Markup {
     let rows = [
-        ("nominal", "Nominal", gaps.nominal),
-        ("calibrated", "Calibrated", gaps.calibrated),
-        ("extended", "Extended", gaps.extended),
+        ("nominal", t("Nominal"), gaps.nominal),
+        ("calibrated", t("Calibrated"), gaps.calibrated),
+        ("extended", t("Extended"), gaps.extended),
     ];
     html! {
         div.panel role="group" aria-label=(title) {
@@ -66,10 +67,10 @@ fn by_signal(report: &Report) -> Markup {
     let found = !report.effects.is_empty();
     html! {
         div.scroll { table {
-            caption { "Holdout gap by output" }
+            caption { (t("Holdout gap by output")) }
             thead { tr {
-                th scope="col" { "Output" } th.n scope="col" { "Calibrated" }
-                @if found { th.n scope="col" { "Extended" } th.n scope="col" { "Reduction" } }
+                th scope="col" { (t("Output")) } th.n scope="col" { (t("Calibrated")) }
+                @if found { th.n scope="col" { (t("Extended")) } th.n scope="col" { (t("Reduction")) } }
             } }
             tbody {
                 @for (name, gaps) in &report.gap.holdout.by_signal {

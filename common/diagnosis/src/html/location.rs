@@ -1,10 +1,12 @@
 //! Where the gap lies: term, outputs, region, and the heat map of output × region.
 
+use super::document::filled;
 use crate::answer::schema::Report;
 use crate::answer::supplement::{Detail, HeatGroup, HeatMap};
 use crate::words::format::{gap, number_to, on_axis, percent, plain, signal, term};
 use crate::words::regime::regime;
 use maud::{Markup, html};
+use railgrip_words::{say, t};
 
 /// Strongest tint of a cell.
 const DEEPEST: f64 = 0.72;
@@ -14,15 +16,19 @@ pub fn section(report: &Report, detail: &Detail) -> Markup {
     let place = &report.location;
     html! {
         section aria-labelledby="where" {
-            h2 id="where" { "Where it lies" }
+            h2 id="where" { (t("Where it lies")) }
             p.say {
                 @match &place.term {
-                    Some(name) => { "In " b { (term(name)) } " (" code { (name) } ")." }
-                    None => { "No part of the model stands out." }
+                    Some(name) => { (filled("In {place} ({code}).", &[("place", html! { b { (term(name)) } }), ("code", html! { code { (name) } })])) }
+                    None => { (t("No part of the model stands out.")) }
                 }
                 @if let Some(found) = &place.regime {
-                    " The gap is largest with " b { (regime(found, &detail.heat_map)) } ": " b { (gap(found.gap_inside)) } " there, "
-                    (gap(found.gap_outside)) " elsewhere."
+                    " "
+                    (filled("The gap is largest with {range}: {inside} there, {outside} elsewhere.", &[
+                        ("range", html! { b { (regime(found, &detail.heat_map)) } }),
+                        ("inside", html! { b { (gap(found.gap_inside)) } }),
+                        ("outside", html! { (gap(found.gap_outside)) }),
+                    ]))
                 }
             }
             @if place.signals.len() > 1 { (signals(report)) }
@@ -36,14 +42,14 @@ fn signals(report: &Report) -> Markup {
     let mut signals = report.location.signals.clone();
     signals.sort_by(|a, b| b.share.total_cmp(&a.share));
     html! {
-        div.panel role="group" aria-label="Share of each output in the gap" {
+        div.panel role="group" aria-label=(t("Share of each output in the gap")) {
             @for entry in &signals {
                 div class="bar share" {
                     span { (signal(&entry.name)) }
                     div.track aria-hidden="true" {
                         div class="fill calibrated" style={ "width:" (format!("{:.1}", 100.0 * entry.share.clamp(0.0, 1.0))) "%" } {}
                     }
-                    span.value { (percent(entry.share)) " · gap " (gap(entry.gap)) }
+                    span.value { (percent(entry.share)) " · " (say("gap {gap}", &[("gap", &gap(entry.gap))])) }
                 }
             }
         }
@@ -59,13 +65,13 @@ fn heat(map: &HeatMap) -> Markup {
         .fold(2.0_f64, |top, x| top.max(*x));
     html! {
         @if !map.groups.is_empty() {
-            h3 { "Gap by operating range" }
+            h3 { (t("Gap by operating range")) }
             p.note {
-                "Each cell shows the gap of the calibrated model"
-                @if map.groups.iter().any(|group| !group.extended.is_empty()) { ", and after the arrow that of the extended model" }
-                ". Deeper colour: larger gap."
+                @if map.groups.iter().any(|group| !group.extended.is_empty()) {
+                    (t("Each cell shows the gap of the calibrated model, and after the arrow that of the extended model. Deeper colour: larger gap."))
+                } @else { (t("Each cell shows the gap of the calibrated model. Deeper colour: larger gap.")) }
                 @if map.groups.iter().any(|group| group.variable == "temperature") {
-                    " Temperature is that of the disc, worked out from the heat of braking, with 20 °C at the start of each run."
+                    " " (t("Temperature is that of the disc, worked out from the heat of braking, with 20 °C at the start of each run."))
                 }
             }
             div.pair { @for group in &map.groups { (table(map, group, top)) } }
@@ -82,7 +88,7 @@ fn table(map: &HeatMap, group: &HeatGroup, top: f64) -> Markup {
     let limit = |at: usize| edge(group.edges[at] * scale.factor, span);
     html! {
         div.scroll { table.heat {
-            caption { @if group.variable == "temperature" { "disc temperature" } @else { (plain(&group.variable)) } (unit) }
+            caption { @if group.variable == "temperature" { (t("disc temperature")) } @else { (plain(&group.variable)) } (unit) }
             thead { tr {
                 td style="--a:0" {}
                 @for region in 0..regions {
@@ -134,7 +140,7 @@ fn cell(group: &HeatGroup, row: usize, region: usize, top: f64) -> Markup {
     let depth = if before.is_finite() && before > 1.0 { DEEPEST * before.ln() / top.ln() } else { 0.0 };
     let samples = group.samples.get(region).copied().unwrap_or(0);
     html! {
-        td style={ "--a:" (format!("{depth:.2}")) } title={ (samples) " samples" } {
+        td style={ "--a:" (format!("{depth:.2}")) } title=(say("{count} samples", &[("count", &samples)])) {
             b { (gap(before)) }
             @if after.is_finite() { small { "→ " (gap(after)) } }
         }

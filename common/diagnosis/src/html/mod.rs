@@ -1,5 +1,5 @@
 //! The report for people: one self-contained HTML file that needs no network, reads in light and dark, prints, and says everything in
-//! text, too. Colours never stand alone: lines differ in dashes, heat cells carry their numbers.
+//! text, too, in the language that is spoken (`railgrip_words::speak`). Colours never stand alone: lines differ in dashes, heat cells carry their numbers.
 //!
 //! [`render`] draws a [`Report`] and the [`Detail`] beside it; sections without data are left out. Nothing is decided here, and
 //! nothing is computed but where a mark is drawn.
@@ -19,6 +19,7 @@ mod traces;
 use crate::answer::schema::Report;
 use crate::answer::supplement::Detail;
 use maud::html;
+use railgrip_words::t;
 
 /// The whole page.
 pub fn render(report: &Report, detail: &Detail) -> String {
@@ -27,7 +28,7 @@ pub fn render(report: &Report, detail: &Detail) -> String {
         leave_out_extended(&mut detail);
     }
     let detail = &detail;
-    let title = format!("{}: sim-to-real gap", detail.case);
+    let title = format!("{}: {}", detail.case, t("sim-to-real gap"));
     let body = html! {
         (first_page::page(report, detail))
         (gaps::section(report))

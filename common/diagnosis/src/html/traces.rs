@@ -5,6 +5,7 @@ use crate::answer::schema::Report;
 use crate::answer::supplement::{Axis, Detail, Event, Scatter, Trace, TraceWindow, rms};
 use crate::words::format::{capital, gap, number_to, signal};
 use maud::{Markup, html};
+use railgrip_words::{reword, say, t};
 
 const WIDTH: f64 = 860.0;
 const LEFT: f64 = 64.0;
@@ -18,11 +19,13 @@ pub fn section(detail: &Detail) -> Markup {
     html! {
         @if let Some(window) = &detail.worst_window {
             section aria-labelledby="worst" {
-                h2 id="worst" { "The worst window" }
+                h2 id="worst" { (t("The worst window")) }
                 p.say {
-                    (capital(&which(window))) " is where the calibrated model errs most"
-                    @if window.holdout { " among the runs that were only predicted" } @else { ", a run that was fitted" }
-                    ". A window is ten seconds long; every model starts at the measured state and is then driven by the recorded inputs alone. Under each output stands its error in units of the sensor's noise (sigma), averaged over neighbouring samples."
+                    @if window.holdout {
+                        (say("{stretch} is where the calibrated model errs most among the runs that were only predicted.", &[("stretch", &stretch(window))]))
+                    } @else { (say("{stretch} is where the calibrated model errs most, a run that was fitted.", &[("stretch", &stretch(window))])) }
+                    " "
+                    (t("A window is ten seconds long; every model starts at the measured state and is then driven by the recorded inputs alone. Under each output stands its error in units of the sensor's noise (sigma), averaged over neighbouring samples."))
                 }
                 (legend(Some("line"), models(window.traces.iter().all(|trace| trace.extended.is_empty()))))
                 @for (index, trace) in window.traces.iter().enumerate() { (output(window, trace, &format!("trace-{index}"), &detail.events)) }
@@ -30,8 +33,8 @@ pub fn section(detail: &Detail) -> Markup {
         }
         @if !detail.scatters.is_empty() {
             section aria-labelledby="points" {
-                h2 id="points" { "Points and models" }
-                p.say { "Lines are the models' predictions at the measured points, averaged over neighbouring points." }
+                h2 id="points" { (t("Points and models")) }
+                p.say { (t("Lines are the models' predictions at the measured points, averaged over neighbouring points.")) }
                 (legend(Some("dots"), models(detail.scatters.iter().all(|panel| panel.extended.is_empty()))))
                 div.pair { @for (index, panel) in detail.scatters.iter().enumerate() { (scatter(panel, index)) } }
             }
@@ -59,14 +62,14 @@ pub fn before_and_after(report: &Report, detail: &Detail) -> Markup {
     html! {
         @if let Some((window, trace)) = worst {
             section.picture aria-labelledby="picture" {
-                h2 id="picture" { @if without { "What the model misses" } @else { "Before and after" } }
-                p.note { (capital(&which(window))) ", the worst for the calibrated model. Every model starts at the measured state and is then driven by the recorded inputs alone." }
+                h2 id="picture" { @if without { (t("What the model misses")) } @else { (t("Before and after")) } }
+                p.note { (say("{stretch}, the worst for the calibrated model. Every model starts at the measured state and is then driven by the recorded inputs alone.", &[("stretch", &stretch(window))])) }
                 (legend(Some("line"), models(trace.extended.is_empty())))
                 (output(window, trace, "first", &detail.events))
             }
         } @else if let Some(panel) = detail.scatters.first() {
             section.picture aria-labelledby="picture" {
-                h2 id="picture" { @if without { "What the model misses" } @else { "Before and after" } }
+                h2 id="picture" { @if without { (t("What the model misses")) } @else { (t("Before and after")) } }
                 (legend(Some("dots"), models(panel.extended.is_empty())))
                 (scatter(panel, usize::MAX))
             }
@@ -74,10 +77,11 @@ pub fn before_and_after(report: &Report, detail: &Detail) -> Markup {
     }
 }
 
-/// `the seconds 30 to 40 of run dry_stop.dry`.
-fn which(window: &TraceWindow) -> String {
+/// `The seconds 30 to 40 of run dry_stop.dry`.
+fn stretch(window: &TraceWindow) -> String {
     let end = |t: Option<&f64>| t.map_or_else(|| "–".to_owned(), |t| number_to(t.round(), 4));
-    format!("the seconds {} to {} of run {}", end(window.t_s.first()), end(window.t_s.last()), window.run)
+    let (from, to) = (end(window.t_s.first()), end(window.t_s.last()));
+    say("The seconds {from} to {to} of run {free}", &[("from", &from), ("to", &to), ("free", &window.run)])
 }
 
 fn output(window: &TraceWindow, trace: &Trace, id: &str, events: &[Event]) -> Markup {
@@ -105,21 +109,18 @@ fn output(window: &TraceWindow, trace: &Trace, id: &str, events: &[Event]) -> Ma
             (line("extended-line", &trace.extended))
         }))
         (moments(&frame, window, trace, events))
-        (below.axes(Some(&time_axis), "error in units of the sensor's noise; grey: within the noise", 6))
+        (below.axes(Some(&time_axis), t("error in units of the sensor's noise; grey: within the noise"), 6))
         (below.stripe("limit", -1.0, 1.0))
         (below.line("calibrated-line", smoothed(time, &calibrated).into_iter()))
         (below.line("extended-line", smoothed(time, &extended).into_iter()))
     };
-    let title = format!("{} over time, measured and predicted", signal(&trace.name));
+    let title = say("{what} over time, measured and predicted", &[("what", &signal(&trace.name))]);
     let describe = match trace.extended.is_empty() {
-        true => format!("RMS error {} times the sensor's noise, calibrated", gap(rms_before)),
-        false => {
-            format!(
-                "RMS error {} times the sensor's noise before (calibrated), {} after (extended)",
-                gap(rms_before),
-                gap(rms_after)
-            )
-        }
+        true => say("RMS error {gap} times the sensor's noise, calibrated", &[("gap", &gap(rms_before))]),
+        false => say(
+            "RMS error {before} times the sensor's noise before (calibrated), {after} after (extended)",
+            &[("before", &gap(rms_before)), ("after", &gap(rms_after))],
+        ),
     };
     html! {
         figure {
@@ -141,7 +142,8 @@ fn moments(frame: &Frame, window: &TraceWindow, trace: &Trace, events: &[Event])
             if room {
                 named.push(event.from_s);
             }
-            frame.moment(event.from_s, if room { &event.words } else { "" })
+            let words = reword(&event.words);
+            frame.moment(event.from_s, if room { &words } else { "" })
         });
     let marks: Vec<Markup> = marks.collect();
     html! { @for mark in marks { (mark) } }
@@ -180,6 +182,8 @@ fn scatter(panel: &Scatter, index: usize) -> Markup {
             (frame.line("extended-line", panel.extended.iter().copied()))
         }))
     };
-    let describe = format!("{} measured points and the lines of the models", panel.measured.len());
-    html! { figure { (svg("plot", width, height, &panel.title, &describe, &marks)) figcaption { (capital(&panel.title)) } } }
+    let count = panel.measured.len();
+    let describe = say("{count} measured points and the lines of the models", &[("count", &count)]);
+    let title = reword(&panel.title);
+    html! { figure { (svg("plot", width, height, &title, &describe, &marks)) figcaption { (capital(&title)) } } }
 }

@@ -2,7 +2,7 @@
 
 use crate::data::case::Case;
 use crate::model::parameters::FittedEffect;
-use railgrip_vehicle::effects::{self, Constructor, EffectSpec, ParameterSpec};
+use railgrip_vehicle::effects::{self, Constructor, EffectSpec, ParameterSpec, Term};
 
 /// A candidate: one effect, its forms (values of discrete parameters) and starts.
 #[derive(Clone, Debug)]
@@ -13,9 +13,12 @@ pub struct Candidate {
     pub starts: Vec<FittedEffect>,
 }
 
-/// All candidates but those in `without`: the catalogue in its order, then own effects.
+/// All candidates but those in `without`: the catalogue in its order, then own effects. What only pushes the body of a
+/// coupled wagon is not to be told from its couplers, and no candidate.
 pub fn all(case: &Case, without: &[String]) -> Vec<Candidate> {
+    let hidden = |term| case.is_coupled() && matches!(term, Term::Resistance | Term::LongitudinalForce);
     let known = effects::all().into_iter().filter(|(spec, _)| without.iter().all(|id| id != spec.id));
+    let known = known.filter(|(spec, _)| !hidden(spec.term));
     known.map(|(spec, constructor)| candidate(case, spec, constructor)).collect()
 }
 

@@ -39,6 +39,10 @@ pub enum Nuisance {
     Mass,
     /// Moment of inertia of all wheelsets.
     Inertia,
+    /// Contact stiffness: the slope with which adhesion rises with creepage.
+    Stiffness,
+    /// Share of the slip part of the contact patch (k_S), which shapes the tail of the creep curve.
+    CreepTail,
 }
 
 impl Nuisance {
@@ -56,6 +60,12 @@ impl Nuisance {
                 None => within(MASS_HALF_RANGE),
             },
             Self::Inertia => within(0.03),
+            Self::Stiffness => within(0.05),
+            Self::CreepTail => {
+                // No more than one, from where on the law has no such share.
+                let ([lower, upper], sigma) = within(0.05);
+                ([lower, upper.min(1.0 / vehicle.contact.k_s - 1.0).max(0.0)], sigma)
+            }
         }
     }
 
@@ -71,6 +81,8 @@ impl Nuisance {
             Self::Drag => "drag".into(),
             Self::Mass => "mass".into(),
             Self::Inertia => "inertia".into(),
+            Self::Stiffness => "contact_stiffness".into(),
+            Self::CreepTail => "creep_tail".into(),
         }
     }
 
@@ -212,6 +224,7 @@ impl Shape {
         let classes = RailClass::OF_RECORDINGS.into_iter().filter(|class| present(*class));
         nuisances.extend(classes.map(Nuisance::Adhesion));
         nuisances.extend([Nuisance::ResistanceConstant, Nuisance::Drag, Nuisance::Mass, Nuisance::Inertia]);
+        nuisances.extend([Nuisance::Stiffness, Nuisance::CreepTail]);
         let parameters = nuisances.iter().map(|n| n.parameter(&case.vehicle)).collect();
         Self { vehicle: case.vehicle.clone(), nuisances, effects: Vec::new(), parameters }
     }
@@ -292,6 +305,8 @@ impl Shape {
                 Nuisance::Drag => vehicle.resistance.drag_n_s2_per_m2 *= factor,
                 Nuisance::Mass => vehicle.body.mass_kg *= factor,
                 Nuisance::Inertia => vehicle.wheelset.inertia_kg_m2 *= factor,
+                Nuisance::Stiffness => vehicle.contact.stiffness_n *= factor,
+                Nuisance::CreepTail => vehicle.contact.k_s *= factor,
             }
         }
         (vehicle, pads)

@@ -5,19 +5,59 @@
 //! about their error. Its mean is zero, because each correction is at once made in the simulation.
 
 use crate::data::case::{Case, OUTPUTS};
-use crate::data::noise::SensorNoise;
 use nalgebra::{SMatrix, SVector};
 use railgrip_vehicle::Loading;
 use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion};
 
-/// States of the filter of a wagon with room for `wheelsets`: speeds, pad frictions, wind.
+/// States of the filter of a wagon with room for `wheelsets`: speeds, pad frictions, what pushes.
 pub(crate) const fn states(wheelsets: usize) -> usize {
     2 * wheelsets + 2
 }
 
-/// Index of the wind among them.
-pub(crate) const fn wind(wheelsets: usize) -> usize {
+/// Index of what pushes among them, see [`Push`].
+pub(crate) const fn push(wheelsets: usize) -> usize {
     states(wheelsets) - 1
+}
+
+/// What pushes at the body without being an effect.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Push {
+    /// Gusts of wind at a free wagon, m/s.
+    #[default]
+    Wind,
+    /// The couplers of a wagon in a train, N. Gusts are small beside them.
+    Couplers,
+}
+
+impl Push {
+    fn of(case: &Case) -> Self {
+        if case.is_coupled() { Self::Couplers } else { Self::Wind }
+    }
+
+    /// Adds to what pushes.
+    pub(crate) fn add(self, disturbance: &mut Disturbance, change: f64) {
+        *self.of_disturbance(disturbance) += change;
+    }
+
+    /// Leaves this share of what pushes.
+    pub(crate) fn fade(self, disturbance: &mut Disturbance, share: f64) {
+        *self.of_disturbance(disturbance) *= share;
+    }
+
+    fn of_disturbance(self, disturbance: &mut Disturbance) -> &mut f64 {
+        match self {
+            Self::Wind => &mut disturbance.wind_m_s,
+            Self::Couplers => &mut disturbance.coupler_n,
+        }
+    }
+
+    /// Derivative of the force on the body over what pushes.
+    pub(crate) fn force(self, wagon: &FastWagon, motion: &Motion, loading: &Loading) -> f64 {
+        match self {
+            Self::Wind => -wagon.resistance_by_wind(motion, loading),
+            Self::Couplers => 1.0,
+        }
+    }
 }
 
 /// The same and the coloured part of each sensor's noise.
@@ -30,8 +70,10 @@ pub(crate) const fn coloured(wheelsets: usize) -> usize {
 pub(crate) struct Decay {
     /// Of pad friction.
     pub(crate) pad: f64,
-    /// Of wind.
-    pub(crate) wind: f64,
+    /// Of what pushes.
+    pub(crate) push: f64,
+    /// What that is.
+    pub(crate) pushes: Push,
     /// Of each sensor's coloured noise.
     pub(crate) colour: [f64; OUTPUTS],
 }
@@ -41,8 +83,8 @@ impl Decay {
     pub(crate) fn of(&self, index: usize, wheelsets: usize) -> f64 {
         match index {
             _ if index <= wheelsets => 1.0,
-            _ if index < wind(wheelsets) => self.pad,
-            _ if index == wind(wheelsets) => self.wind,
+            _ if index < push(wheelsets) => self.pad,
+            _ if index == push(wheelsets) => self.push,
             _ => self.colour[index - states(wheelsets)],
         }
     }
@@ -64,6 +106,11 @@ pub struct DisturbanceModel {
     pub gust_sigma_m_s: f64,
     /// Their correlation time, s.
     pub gust_time_s: f64,
+    /// Forces of the couplers of a wagon that does not run alone, one sigma, as an acceleration of it, m/s². Set by hand:
+    /// wagons of a train brake by some tenths of m/s² more or less than their neighbours.
+    pub coupler_sigma_m_s2: f64,
+    /// Their correlation time, s. Set by hand: that of a train's stretching and closing up.
+    pub coupler_time_s: f64,
     /// White torque noise beyond that of the pressing force, relative to the torque at the adhesion limit.
     pub contact_sigma: f64,
     /// How wrong the model may be beyond that, see [`DisturbanceModel::tolerant`].
@@ -105,13 +152,19 @@ impl DisturbanceModel {
 }
 
 impl DisturbanceModel {
-    /// What is left of each disturbance (pads, wind, coloured noise) after a sample.
-    pub(crate) fn decay(&self, dt_s: f64, sensors: &[SensorNoise; OUTPUTS]) -> Decay {
+    /// What is left of each disturbance (pads, what pushes, coloured noise) after a sample.
+    pub(crate) fn decay(&self, dt_s: f64, case: &Case) -> Decay {
         let over = |time_s: f64| (-dt_s / time_s).exp();
+        let pushes = Push::of(case);
+        let push_time_s = match pushes {
+            Push::Wind => self.gust_time_s,
+            Push::Couplers => self.coupler_time_s,
+        };
         Decay {
             pad: over(self.pad_time_s),
-            wind: over(self.gust_time_s),
-            colour: std::array::from_fn(|j| over(sensors[j].time_s)),
+            push: over(push_time_s),
+            pushes,
+            colour: std::array::from_fn(|j| over(case.noise[j].time_s)),
         }
     }
 }
@@ -124,6 +177,8 @@ impl Default for DisturbanceModel {
             pad_correlation: 0.7,
             gust_sigma_m_s: 0.5,
             gust_time_s: 4.0,
+            coupler_sigma_m_s2: 0.3,
+            coupler_time_s: 3.0,
             contact_sigma: 0.002,
             tolerance: Tolerance::default(),
         }
@@ -166,7 +221,7 @@ pub(crate) fn derivatives<const W: usize, const S: usize, const N: usize>(
 ) -> SMatrix<f64, N, N> {
     let slopes = wagon.slopes::<W, S>(motion, loading);
     let mut derivatives = SMatrix::zeros();
-    let by_wind = -wagon.resistance_by_wind(motion, loading);
+    let by_push = decay.pushes.force(wagon, motion, loading);
     for row in 0..S {
         for column in 0..S {
             derivatives[(row, column)] = slopes.by_speed[row][column];
@@ -176,7 +231,7 @@ pub(crate) fn derivatives<const W: usize, const S: usize, const N: usize>(
             let by_pad = -against * loading.brake_torque_nm[i] / (1.0 + disturbance.pad[i]);
             derivatives[(row, S + i)] = slopes.by_torque[row][i] * by_pad;
         }
-        derivatives[(row, wind(W))] = slopes.by_force[row] * by_wind;
+        derivatives[(row, push(W))] = slopes.by_force[row] * by_push;
     }
     for i in S..N.min(coloured(W)) {
         derivatives[(i, i)] = decay.of(i, W);
@@ -236,10 +291,13 @@ impl<const S: usize, const N: usize> Noise<S, N> {
                 process[at] = pad * share * (1.0 - decay.pad * decay.pad);
             }
         }
-        let gust = disturbances.gust_sigma_m_s.powi(2);
-        let wind = wind(room);
-        start[(wind, wind)] = gust;
-        process[(wind, wind)] = gust * (1.0 - decay.wind * decay.wind);
+        let sigma = match decay.pushes {
+            Push::Wind => disturbances.gust_sigma_m_s,
+            Push::Couplers => disturbances.coupler_sigma_m_s2 * vehicle.body.mass_kg,
+        };
+        let push = push(room);
+        start[(push, push)] = sigma.powi(2);
+        process[(push, push)] = sigma.powi(2) * (1.0 - decay.push * decay.push);
         Self { start, process, sensor }
     }
 }

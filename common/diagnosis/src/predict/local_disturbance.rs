@@ -5,7 +5,7 @@ use crate::data::case::{Case, Run, Sample};
 use crate::model::discrepancy::{Place, Scope};
 use crate::model::parameters::Built;
 use crate::predict::disturbances::{
-    Decay, DisturbanceModel, Noise, coloured, derivatives, observed, of_measured, robust_cost, states, wind,
+    Decay, DisturbanceModel, Noise, coloured, derivatives, observed, of_measured, push, robust_cost, states,
 };
 use nalgebra::{SMatrix, SVector};
 use railgrip_filter::core::Gaussian;
@@ -99,7 +99,7 @@ impl<'a, const W: usize, const S: usize, const N: usize> Filter<'a, W, S, N> {
     ) -> Self {
         let vehicle = &case.vehicle;
         let own = (-run.dt_s / freed.time_s).exp();
-        let decay = disturbances.decay(run.dt_s, &case.noise);
+        let decay = disturbances.decay(run.dt_s, case);
         let noise = Noise::<S, N>::new(case, disturbances, run.dt_s, &decay);
         let variance = freed.amplitude.powi(2);
         let widened = |mut matrix: SMatrix<f64, N, N>, last: f64| {
@@ -191,7 +191,7 @@ impl<'a, const W: usize, const S: usize, const N: usize> Filter<'a, W, S, N> {
         for i in 0..W {
             self.disturbance.pad[i] += change[S + i];
         }
-        self.disturbance.wind_m_s += change[wind(W)];
+        self.decay.pushes.add(&mut self.disturbance, change[push(W)]);
         self.local += change[N - 1];
         if Self::COLOUR {
             (0..S).for_each(|j| self.colour[j] += change[states(W) + j]);
@@ -208,7 +208,7 @@ impl<'a, const W: usize, const S: usize, const N: usize> Filter<'a, W, S, N> {
         for i in 0..W {
             self.disturbance.pad[i] *= self.decay.pad;
         }
-        self.disturbance.wind_m_s *= self.decay.wind;
+        self.decay.pushes.fade(&mut self.disturbance, self.decay.push);
         self.local *= self.own_decay;
         for (colour, decay) in self.colour.iter_mut().zip(&self.decay.colour) {
             *colour *= decay;

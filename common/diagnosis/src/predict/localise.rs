@@ -26,13 +26,15 @@ const PLACES: [(Place, bool, bool); 8] = [
     (Place::WheelScale, false, true),
 ];
 
-/// The places of a wagon with so many wheelsets.
-fn places_of(wheelsets: usize) -> Vec<(Place, Scope)> {
+/// The places of the wagon of a case. Where couplers push the body, what else does is not to be told from them.
+fn places_of(case: &Case) -> Vec<(Place, Scope)> {
+    let wheelsets = case.wheelsets();
     let of = |(place, together, alone): (Place, bool, bool)| {
         let each = (0..if alone { wheelsets } else { 0 }).map(Scope::One);
         together.then_some(Scope::All).into_iter().chain(each).map(move |scope| (place, scope))
     };
-    PLACES.into_iter().flat_map(of).collect()
+    let told = |(place, ..): &(Place, bool, bool)| !(case.is_coupled() && *place == Place::BodyForce);
+    PLACES.into_iter().filter(told).flat_map(of).collect()
 }
 /// Amplitudes tried, relative to the size of a change that matters.
 const AMPLITUDES: [f64; 5] = [0.3, 1.0, 3.0, 10.0, 30.0];
@@ -79,7 +81,7 @@ pub fn localise(
         let evidence = evidence(&nothing, &freed_costs, stretches.event_share);
         PlaceEvidence { place, scope, evidence, amplitude: freed.amplitude, time_s: freed.time_s }
     };
-    let mut all: Vec<PlaceEvidence> = places_of(case.wheelsets()).par_iter().map(free).collect();
+    let mut all: Vec<PlaceEvidence> = places_of(case).par_iter().map(free).collect();
     all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     all
 }

@@ -10,7 +10,7 @@
 use crate::data::case::{Case, Run, Sample};
 use crate::model::parameters::Built;
 use crate::predict::disturbances::{
-    Decay, DisturbanceModel, Noise, coloured, derivatives, observed, of_measured, states, wind,
+    Decay, DisturbanceModel, Noise, Push, coloured, derivatives, observed, of_measured, push, states,
 };
 use nalgebra::{SMatrix, SVector};
 use railgrip_filter::core::{Gaussian, JointGain};
@@ -76,7 +76,7 @@ impl<const W: usize, const S: usize, const C: usize> Gains<W, S, C> {
         case: &Case,
         disturbances: &DisturbanceModel,
     ) -> Self {
-        let decay = disturbances.decay(run.dt_s, &case.noise);
+        let decay = disturbances.decay(run.dt_s, case);
         let noise = Noise::<S, N>::new(case, disturbances, run.dt_s, &decay);
         let observe = observed::<S, N>();
         let mut error = Gaussian { mean: SVector::zeros(), covariance: noise.start };
@@ -87,7 +87,7 @@ impl<const W: usize, const S: usize, const C: usize> Gains<W, S, C> {
             let gain = error.condition(&observe, &sensor).map_or_else(JointGain::undefined, embedded);
             gains.push(gain);
             let innovation = filter.innovation(wagon, sample);
-            filter.correct(&gain, &innovation);
+            filter.correct(&gain, &innovation, decay.pushes);
             if k + 1 == run.len() {
                 break;
             }
@@ -109,7 +109,7 @@ impl<const W: usize, const S: usize, const C: usize> Gains<W, S, C> {
             let innovation = filter.innovation(wagon, sample);
             let white = gain.whitened(&innovation);
             out.extend(white.map(|white| if white.is_finite() { white.clamp(-CLAMP, CLAMP) } else { CLAMP }));
-            filter.correct(gain, &innovation);
+            filter.correct(gain, &innovation, self.decay.pushes);
             if k < last {
                 filter.predict(wagon, sample, &self.decay);
             }
@@ -162,7 +162,12 @@ impl<const W: usize, const S: usize> Filter<W, S> {
         std::array::from_fn(|j| reading[j] + self.colour[j])
     }
 
-    pub(super) fn correct<const C: usize>(&mut self, gain: &JointGain<C, S>, innovation: &[f64; S]) {
+    pub(super) fn correct<const C: usize>(
+        &mut self,
+        gain: &JointGain<C, S>,
+        innovation: &[f64; S],
+        pushes: Push,
+    ) {
         let change = gain.correction(innovation);
         for j in 0..S {
             self.motion.state[j] += change[j];
@@ -170,7 +175,7 @@ impl<const W: usize, const S: usize> Filter<W, S> {
         for i in 0..W {
             self.disturbance.pad[i] += change[S + i];
         }
-        self.disturbance.wind_m_s += change[wind(W)];
+        pushes.add(&mut self.disturbance, change[push(W)]);
         for j in 0..S {
             self.colour[j] += change[states(W) + j];
         }
@@ -181,7 +186,7 @@ impl<const W: usize, const S: usize> Filter<W, S> {
         for i in 0..W {
             self.disturbance.pad[i] *= decay.pad;
         }
-        self.disturbance.wind_m_s *= decay.wind;
+        decay.pushes.fade(&mut self.disturbance, decay.push);
         for j in 0..S {
             self.colour[j] *= decay.colour[j];
         }

@@ -16,7 +16,7 @@
 
 use crate::data::case::{OUTPUTS, Run};
 use crate::model::parameters::Built;
-use crate::predict::disturbances::{Decay, coloured, states, wind};
+use crate::predict::disturbances::{Decay, coloured, push, states};
 use crate::predict::one_step::{CLAMP, Filter, Frozen, Gains, Predictor, wagon};
 use railgrip_vehicle::fast::{Disturbance, Motion};
 use railgrip_vehicle::{Constants, Loading, Slopes};
@@ -35,8 +35,8 @@ struct Point<const W: usize, const S: usize> {
     ahead: [f64; OUTPUTS],
     resistance_n: f64,
     slopes: Slopes<W, S>,
-    /// Derivative of the force on the body over wind, N/(m/s).
-    by_wind: f64,
+    /// Derivative of the force on the body over what pushes.
+    by_push: f64,
 }
 
 /// The path of a frozen filter over one run.
@@ -92,7 +92,7 @@ impl<'a, const W: usize, const S: usize, const C: usize> Points<'a, W, S, C> {
             let before = filter.motion;
             let reading = wagon.read(&before, &sample.input, &filter.hidden);
             let innovation = sample.innovation(&filter.reading(&wagon, sample));
-            filter.correct(gain, &innovation);
+            filter.correct(gain, &innovation, gains.decay.pushes);
             let after = filter.motion;
             let loading = wagon.loading_at(&after, &sample.input, &filter.disturbance, &filter.hidden);
             points.push(Point {
@@ -104,7 +104,7 @@ impl<'a, const W: usize, const S: usize, const C: usize> Points<'a, W, S, C> {
                 resistance_n: wagon.resistance(&after, &loading),
                 ahead: wagon.coarse(&after, &loading),
                 slopes: wagon.slopes(&after, &loading),
-                by_wind: -wagon.resistance_by_wind(&after, &loading),
+                by_push: gains.decay.pushes.force(&wagon, &after, &loading),
                 loading,
             });
             if k + 1 < run.len() {
@@ -189,7 +189,7 @@ impl<const W: usize, const S: usize> Point<W, S> {
             -self.sense(i) * self.loading.brake_torque_nm[i] / level * change[S + i]
         };
         let torques: [f64; W] = std::array::from_fn(torque);
-        let force = self.by_wind * change[wind(W)];
+        let force = self.by_push * change[push(W)];
         let mut next = [0.0; C];
         for j in 0..S {
             let speeds: f64 = (0..S).map(|i| slopes.by_speed[j][i] * change[i]).sum();
@@ -199,7 +199,7 @@ impl<const W: usize, const S: usize> Point<W, S> {
         for i in 0..W {
             next[S + i] = decay.pad * change[S + i];
         }
-        next[wind(W)] = decay.wind * change[wind(W)];
+        next[push(W)] = decay.push * change[push(W)];
         for j in 0..S {
             next[states(W) + j] = decay.colour[j] * change[states(W) + j];
         }

@@ -1,7 +1,7 @@
 //! What to do about a finding: at the vehicle, in the model, and with the next run.
 
-use super::format::plain;
 use crate::answer::schema::{Report, Verdict};
+use railgrip_words::{reword, say, t, word};
 
 /// What an effect asks for at the vehicle or in its data, by id and else by term.
 const AT_THE_VEHICLE: &[(&str, &str)] = &[
@@ -57,28 +57,28 @@ const AT_THE_VEHICLE: &[(&str, &str)] = &[
 pub fn advice(report: &Report) -> Vec<String> {
     let mut steps: Vec<String> = Vec::new();
     for effect in &report.effects {
-        let by = |key: &str| {
-            AT_THE_VEHICLE.iter().find(|(name, _)| *name == key).map(|(_, step)| (*step).to_owned())
-        };
+        let by = |key: &str| AT_THE_VEHICLE.iter().find(|(name, _)| *name == key).map(|(_, step)| word(step));
         if let Some(step) = by(&effect.id).or_else(|| by(&effect.term)).filter(|step| !steps.contains(step)) {
             steps.push(step);
         }
     }
     match report.verdict {
-        Verdict::None => {
-            steps.push("Nothing at the vehicle. Go on with the calibrated model: --apply writes it as a vehicle file.".to_owned());
-        }
+        Verdict::None => steps.push(
+            t("Nothing at the vehicle. Go on with the calibrated model: --apply writes it as a vehicle file.").to_owned(),
+        ),
         Verdict::Effects if report.carries_over == Some(false) => steps.push(
-            "Do not put it into the model yet: the runs that were only predicted are no better for it.".to_owned(),
+            t("Do not put it into the model yet: the runs that were only predicted are no better for it.").to_owned(),
         ),
         Verdict::Effects | Verdict::EffectsAndUnknown => steps.push(
-            "Put it into the model: --apply FILE writes the vehicle file with the effect in it; simulate, estimate and up load it."
+            t("Put it into the model: --apply FILE writes the vehicle file with the effect in it; simulate, estimate and up load it.")
                 .to_owned(),
         ),
-        Verdict::Unknown => steps.push("Put nothing into the model yet: no known law fits.".to_owned()),
+        Verdict::Unknown => steps.push(t("Put nothing into the model yet: no known law fits.").to_owned()),
     }
     if let Some(next) = &report.next_run {
-        steps.push(format!("Next run: {}", plain(next)));
+        // Ids stand in it as words.
+        let next = reword(&next.replace('_', " "));
+        steps.push(say("Next run: {text}", &[("text", &next)]));
     }
     steps
 }

@@ -5,7 +5,8 @@ use super::format::{capital, gap, plain, term};
 use super::parameters;
 use crate::answer::compare::{Change, EffectChange, ParameterChange, effects};
 use crate::answer::schema::{ParameterEstimate, Report, Verdict};
-use std::fmt::Write;
+use railgrip_words::{say, t};
+use std::fmt::{Display, Write};
 
 /// A report and what it is called.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +27,7 @@ pub fn changes(first: Named<'_>, second: Named<'_>) -> Vec<String> {
         .collect();
     said.extend(missing(first.report, second.report));
     if said.is_empty() {
-        said.push("Neither report finds anything missing: tolerances and noise explain both.".to_owned());
+        said.push(t("Neither report finds anything missing: tolerances and noise explain both.").to_owned());
     }
     said
 }
@@ -36,26 +37,27 @@ fn effect(change: &EffectChange) -> String {
         effect.as_ref().map_or_else(|| plain(&change.id), finding)
     };
     let name = capital(&plain(&change.id));
+    let said = |message, what: &dyn Display| say(message, &[("one", &name), ("text", what)]);
     match change.change {
-        Change::New => format!("{name} is new: {}.", found(&change.second)),
-        Change::Gone => format!("{name} is gone; before, {}.", found(&change.first)),
+        Change::New => said("{one} is new: {text}.", &found(&change.second)),
+        Change::Gone => said("{one} is gone; before, {text}.", &found(&change.first)),
         Change::Moved => {
             let moved: Vec<String> =
                 change.parameters.iter().filter(|p| p.differs).map(|p| moved(&change.id, p)).collect();
-            format!("{name} has changed: {}.", moved.join("; "))
+            said("{one} has changed: {text}.", &moved.join("; "))
         }
-        Change::Same => {
-            format!("{name} is as before, within the intervals: {}.", found(&change.second))
-        }
+        Change::Same => said("{one} is as before, within the intervals: {text}.", &found(&change.second)),
     }
 }
 
 fn moved(id: &str, change: &ParameterChange) -> String {
-    format!(
-        "{} from {} to {}",
-        parameters::name(&change.name),
-        value(id, &change.name, change.first.as_ref()),
-        value(id, &change.name, change.second.as_ref())
+    say(
+        "{what} from {first} to {second}",
+        &[
+            ("what", &parameters::name(&change.name)),
+            ("first", &value(id, &change.name, change.first.as_ref())),
+            ("second", &value(id, &change.name, change.second.as_ref())),
+        ],
     )
 }
 
@@ -75,14 +77,15 @@ fn missing(first: &Report, second: &Report) -> Option<String> {
     };
     match (place(first), place(second)) {
         (None, None) => None,
-        (None, Some(after)) => Some(format!("Something unknown is new, in {after}.")),
-        (Some(before), None) => Some(format!("What was missing in {before} is no longer.")),
+        (None, Some(after)) => Some(say("Something unknown is new, in {place}.", &[("place", &after)])),
+        (Some(before), None) => Some(say("What was missing in {place} is no longer.", &[("place", &before)])),
         (Some(before), Some(after)) if before == after => {
-            Some(format!("Something unknown is missing in {after}, as before."))
+            Some(say("Something unknown is missing in {place}, as before.", &[("place", &after)]))
         }
-        (Some(before), Some(after)) => {
-            Some(format!("Something unknown was missing in {before}, and now in {after}."))
-        }
+        (Some(before), Some(after)) => Some(say(
+            "Something unknown was missing in {place}, and now in {what}.",
+            &[("place", &before), ("what", &after)],
+        )),
     }
 }
 
@@ -99,7 +102,14 @@ fn write(text: &mut String, first: Named<'_>, second: Named<'_>) -> std::fmt::Re
     for words in changes(first, second) {
         writeln!(text, "- {words}")?;
     }
-    writeln!(text, "\n| holdout gap | nominal | calibrated | extended |\n| --- | ---: | ---: | ---: |")?;
+    writeln!(
+        text,
+        "\n| {} | {} | {} | {} |\n| --- | ---: | ---: | ---: |",
+        t("holdout gap"),
+        t("nominal"),
+        t("calibrated"),
+        t("extended")
+    )?;
     for Named { name, report } in [first, second] {
         let holdout = &report.gap.holdout;
         let [nominal, calibrated, extended] =
@@ -112,8 +122,11 @@ fn write(text: &mut String, first: Named<'_>, second: Named<'_>) -> std::fmt::Re
     }
     writeln!(
         text,
-        "\n| parameter | {} | {} | differs |\n| --- | --- | --- | --- |",
-        first.name, second.name
+        "\n| {} | {} | {} | {} |\n| --- | --- | --- | --- |",
+        t("parameter"),
+        first.name,
+        second.name,
+        t("differs")
     )?;
     for effect in &all {
         for p in &effect.parameters {
@@ -135,7 +148,7 @@ fn write(text: &mut String, first: Named<'_>, second: Named<'_>) -> std::fmt::Re
 pub fn differs(p: &ParameterChange) -> &'static str {
     match (p.first.is_some() && p.second.is_some(), p.differs) {
         (false, _) => "–",
-        (true, true) => "yes",
-        (true, false) => "no",
+        (true, true) => t("yes"),
+        (true, false) => t("no"),
     }
 }

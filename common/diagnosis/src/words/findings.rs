@@ -3,6 +3,8 @@
 use super::format::{capital, number, plain, rounded};
 use super::parameters::{estimate, shown, with_word};
 use crate::answer::schema::{FoundEffect, ParameterEstimate};
+use railgrip_words::{say, t};
+use std::fmt::Display;
 
 /// Ambient from which disc temperatures are counted, °C.
 pub const AMBIENT_C: f64 = 20.0;
@@ -14,7 +16,7 @@ const TOLD_FORCES_N: [f64; 2] = [25e3, 50e3];
 /// An effect as a clause that a sentence can begin with, such as `vehicle speed reads 1.4 % low (1.4–1.5)`. Effects or
 /// forms that the table does not know are named.
 pub fn finding(effect: &FoundEffect) -> String {
-    of_catalogue(effect).unwrap_or_else(|| format!("the model lacks {}", plain(&effect.id)))
+    of_catalogue(effect).unwrap_or_else(|| say("the model lacks {one}", &[("one", &plain(&effect.id))]))
 }
 
 /// The finding as the beginning of a sentence.
@@ -35,142 +37,155 @@ fn of_catalogue(effect: &FoundEffect) -> Option<String> {
         let word = if p.value < 0.0 { minus } else { plus };
         Some(with_word(shown.factor * value, ci95.map(|x| shown.factor * x), shown.unit, word))
     };
-    let wheelset = || value("wheelset").map_or("one", wheelset_name);
+    let wheelset = || value("wheelset").map_or(t("one"), wheelset_name);
+    let of_all = value("wheelset") == Some(0.0);
     Some(match id {
         "speed_scale" => {
-            format!("vehicle speed reads {}", signed("relative_error", "high", "low")?)
+            let told = signed("relative_error", "", "")?;
+            let (value, interval) = told.split_at(told.find(" (").unwrap_or(told.len()));
+            let message = match get("relative_error")?.value < 0.0 {
+                true => "vehicle speed reads {value} low{interval}",
+                false => "vehicle speed reads {value} high{interval}",
+            };
+            say(message, &[("value", &value), ("interval", &interval)])
         }
-        "speed_latency" => format!("vehicle speed reads {} late", told("latency_s")?),
-        "wheel_radius" => format!(
-            "{} is {} than the vehicle file says",
-            match value("wheelset") {
-                Some(0.0) => "the radius of all wheelsets".to_owned(),
-                _ => format!("the {} wheelset's radius", wheelset()),
-            },
-            signed("relative_error", "larger", "smaller")?
-        ),
+        "speed_latency" => say("vehicle speed reads {time} late", &[("time", &told("latency_s")?)]),
+        "wheel_radius" => {
+            let how = signed("relative_error", t("larger"), t("smaller"))?;
+            match of_all {
+                true => {
+                    say("the radius of all wheelsets is {how} than the vehicle file says", &[("how", &how)])
+                }
+                false => say(
+                    "the {which} wheelset's radius is {how} than the vehicle file says",
+                    &[("which", &wheelset()), ("how", &how)],
+                ),
+            }
+        }
         "wheel_encoder_eccentricity" => {
-            let swing = |first: &str, second: &str| Some(value(first)?.hypot(value(second).unwrap_or(0.0)));
-            format!(
-                "the speed reading of {} swings by ±{} % once a turn",
-                if value("wheelset") == Some(0.0) {
-                    "all wheelsets".to_owned()
-                } else {
-                    format!("the {} wheelset", wheelset())
-                },
-                number(100.0 * swing("sine", "cosine")?)
-            )
+            let swing = 100.0 * value("sine")?.hypot(value("cosine").unwrap_or(0.0));
+            match of_all {
+                true => say(
+                    "the speed reading of all wheelsets swings by ±{share} % once a turn",
+                    &[("share", &number(swing))],
+                ),
+                false => say(
+                    "the speed reading of the {which} wheelset swings by ±{share} % once a turn",
+                    &[("which", &wheelset()), ("share", &number(swing))],
+                ),
+            }
         }
         "wheel_encoder_window" => {
-            format!("wheelset speeds are means over the last {}", told("window_s")?)
+            say("wheelset speeds are means over the last {time}", &[("time", &told("window_s")?)])
         }
-        "clock_skew" => format!(
-            "wheelset speeds come later and later, by {} of the time since the start, on top of {}",
-            told("drift")?,
-            told("offset_s")?
+        "clock_skew" => say(
+            "wheelset speeds come later and later, by {share} of the time since the start, on top of {time}",
+            &[("share", &told("drift")?), ("time", &told("offset_s")?)],
         ),
-        "mass_error" => format!(
-            "the wagon is {} than the vehicle file says",
-            signed("relative_error", "heavier", "lighter")?
+        "mass_error" => say(
+            "the wagon is {how} than the vehicle file says",
+            &[("how", &signed("relative_error", t("heavier"), t("lighter"))?)],
         ),
-        "rotating_inertia" => format!(
-            "the wheelsets' inertia is {} than the vehicle file says",
-            signed("relative_error", "larger", "smaller")?
+        "rotating_inertia" => say(
+            "the wheelsets' inertia is {how} than the vehicle file says",
+            &[("how", &signed("relative_error", t("larger"), t("smaller"))?)],
         ),
-        "load_transfer" => format!(
-            "braking shifts load between the wheelsets {} than the model says",
-            signed("relative_error", "more", "less")?
+        "load_transfer" => say(
+            "braking shifts load between the wheelsets {how} than the model says",
+            &[("how", &signed("relative_error", t("more"), t("less"))?)],
         ),
-        "brake_fade" => format!(
-            "pads lose {} once the disc is above about {} °C",
-            with_word(
+        "brake_fade" => {
+            let loss = with_word(
                 1e4 * value("alpha_per_k")?,
                 get("alpha_per_k")?.ci95.map(|x| 1e4 * x),
                 "%",
-                "of their friction per 100 K"
-            ),
-            rounded(AMBIENT_C + value("onset_k").unwrap_or(0.0), -1)
-        ),
-        "brake_friction_speed" => {
-            format!("pads grip {} near standstill than at speed", signed("rise", "more", "less")?)
+                t("of their friction per 100 K"),
+            );
+            let onset = rounded(AMBIENT_C + value("onset_k").unwrap_or(0.0), -1);
+            say(
+                "pads lose {loss} once the disc is above about {onset} °C",
+                &[("loss", &loss), ("onset", &onset)],
+            )
         }
+        "brake_friction_speed" => say(
+            "pads grip {how} near standstill than at speed",
+            &[("how", &signed("rise", t("more"), t("less"))?)],
+        ),
         "brake_friction_pressure" => pressure(effect)?,
-        "cast_iron" => format!(
-            "pads grip like cast iron, less with speed and with pressure ({} of Karwatzki's law)",
-            told("share")?
+        "cast_iron" => say(
+            "pads grip like cast iron, less with speed and with pressure ({share} of Karwatzki's law)",
+            &[("share", &told("share")?)],
         ),
-        "pressure_dump" => format!(
-            "in a slide {} of the force that pressure tells is vented within {}",
-            told("depth")?,
-            told("venting_time_s")?
+        "pressure_dump" => say(
+            "in a slide {share} of the force that pressure tells is vented within {time}",
+            &[("share", &told("depth")?), ("time", &told("venting_time_s")?)],
         ),
-        "brake_wet_delay" => format!(
-            "wet pads grip {} less until about {} kJ have gone into each disc",
-            told("loss")?,
-            number(1e-3 * value("drying_energy_j")?)
+        "brake_wet_delay" => say(
+            "wet pads grip {loss} less until about {energy} kJ have gone into each disc",
+            &[("loss", &told("loss")?), ("energy", &number(1e-3 * value("drying_energy_j")?))],
         ),
-        "brake_lag" => format!(
-            "pad force follows brake pressure with a dead time of {} and a lag of {}",
-            told("dead_time_s")?,
-            told("time_constant_s")?
+        "brake_lag" => say(
+            "pad force follows brake pressure with a dead time of {dead} and a lag of {lag}",
+            &[("dead", &told("dead_time_s")?), ("lag", &told("time_constant_s")?)],
         ),
-        "rigging_hysteresis" => format!(
-            "the brake rigging holds pad force back by ±{} and ±{} N",
-            told("relative_half_width")?,
-            number(value("half_width_n")?)
+        "rigging_hysteresis" => say(
+            "the brake rigging holds pad force back by ±{share} and ±{force} N",
+            &[("share", &told("relative_half_width")?), ("force", &number(value("half_width_n")?))],
         ),
-        "pressing_force_offset" => {
-            format!("pads take hold only above {} of the force that pressure tells", told("threshold_n")?)
+        "pressing_force_offset" => say(
+            "pads take hold only above {force} of the force that pressure tells",
+            &[("force", &told("threshold_n")?)],
+        ),
+        "dragging_brake" => say(
+            "the brake of the {which} wheelset drags with {torque} at all times",
+            &[("which", &wheelset()), ("torque", &told("torque_nm")?)],
+        ),
+        "falling_friction" => {
+            say("adhesion falls in a slide to {share} of its peak", &[("share", &told("friction_ratio")?)])
         }
-        "dragging_brake" => {
-            format!("the brake of the {} wheelset drags with {} at all times", wheelset(), told("torque_nm")?)
-        }
-        "falling_friction" => format!("adhesion falls in a slide to {} of its peak", told("friction_ratio")?),
-        "self_cleaning" => format!(
-            "the rail gives following wheelsets {} more adhesion, and {} more behind a sliding one",
-            told("gain")?,
-            told("gain_in_slip")?
+        "self_cleaning" => say(
+            "the rail gives following wheelsets {gain} more adhesion, and {slip} more behind a sliding one",
+            &[("gain", &told("gain")?), ("slip", &told("gain_in_slip")?)],
         ),
-        "low_adhesion_patch" => {
-            format!("adhesion is {} lower from {}", told("loss")?, stretch(effect)?)
-        }
+        "low_adhesion_patch" => say(
+            "adhesion is {loss} lower from {stretch}",
+            &[("loss", &told("loss")?), ("stretch", &stretch(effect)?)],
+        ),
         "adhesion_speed" => {
             let [slow, fast] = [15.0, 30.0].map(|v| {
                 let floor = value("asymptote_share").unwrap_or(0.0);
                 Some(floor + (1.0 - floor) / (1.0 + v * value("decay_s_per_m")?))
             });
-            format!(
-                "adhesion at 30 m/s is about {} % of what it is at 15 m/s",
-                rounded(100.0 * fast? / slow?, 0)
-            )
+            let share = rounded(100.0 * fast? / slow?, 0);
+            say("adhesion at 30 m/s is about {share} % of what it is at 15 m/s", &[("share", &share)])
         }
-        "sanding" => format!("sand raises adhesion by {}", told("gain")?),
-        "axle_torsion" => {
-            format!(
-                "the axle or drivetrain vibrates at {} and shows in the wheelset speeds",
-                told("frequency_hz")?
-            )
-        }
-        "grade" => format!(
-            "the track is {} than the map says from {}",
-            signed("error_permil", "steeper", "less steep")?,
-            stretch(effect)?
+        "sanding" => say("sand raises adhesion by {gain}", &[("gain", &told("gain")?)]),
+        "axle_torsion" => say(
+            "the axle or drivetrain vibrates at {frequency} and shows in the wheelset speeds",
+            &[("frequency", &told("frequency_hz")?)],
+        ),
+        "grade" => say(
+            "the track is {how} than the map says from {stretch}",
+            &[
+                ("how", &signed("error_permil", t("steeper"), t("less steep"))?),
+                ("stretch", &stretch(effect)?),
+            ],
         ),
         "running_resistance" => {
             let added = value("constant_n")? + TOLD_SPEED_M_S * value("linear_n_s_per_m").unwrap_or(0.0);
-            format!(
-                "running resistance is {} N {} at {} m/s than the vehicle file says",
-                number(added.abs()),
-                if added < 0.0 { "lower" } else { "higher" },
-                number(TOLD_SPEED_M_S)
+            let how = if added < 0.0 { t("lower") } else { t("higher") };
+            say(
+                "running resistance is {force} N {how} at {speed} m/s than the vehicle file says",
+                &[("force", &number(added.abs())), ("how", &how), ("speed", &number(TOLD_SPEED_M_S))],
             )
         }
-        "headwind" => {
-            format!("the wind blows with {}", signed("headwind_m_s", "from ahead", "from behind")?)
-        }
-        "coupler_force" => format!(
-            "a neighbour of about {} t pushes and pulls through the coupler",
-            number(1e-3 * value("mass_kg")?)
+        "headwind" => say(
+            "the wind blows with {how}",
+            &[("how", &signed("headwind_m_s", t("from ahead"), t("from behind"))?)],
+        ),
+        "coupler_force" => say(
+            "a neighbour of about {mass} t pushes and pulls through the coupler",
+            &[("mass", &number(1e-3 * value("mass_kg")?))],
         ),
         _ => return None,
     })
@@ -194,31 +209,29 @@ fn pressure(effect: &FoundEffect) -> Option<String> {
     let [low, high] = TOLD_FORCES_N;
     let fall = |n: f64| 100.0 * (1.0 - ((low + levelling) / (high + levelling)).powf(n));
     let told = ParameterEstimate { value: fall(exponent.value), ci95: exponent.ci95.map(fall) };
-    let word = if told.value < 0.0 { "more" } else { "less" };
+    let word = if told.value < 0.0 { t("more") } else { t("less") };
     let told = unsigned(&told);
-    Some(format!(
-        "pads grip {} at {} kN than at {} kN",
-        with_word(told.value, told.ci95, "%", word),
-        number(1e-3 * high),
-        number(1e-3 * low)
-    ))
+    let how = with_word(told.value, told.ci95, "%", word);
+    let (high, low) = (number(1e-3 * high), number(1e-3 * low));
+    let ends: [(&str, &dyn Display); 3] = [("how", &how), ("high", &high), ("low", &low)];
+    Some(say("pads grip {how} at {high} kN than at {low} kN", &ends))
 }
 
 /// `150 to 210 m`.
 fn stretch(effect: &FoundEffect) -> Option<String> {
     let start = effect.parameters.get("start_m")?.value;
     let end = start + effect.parameters.get("length_m")?.value;
-    Some(format!("{} to {} m", rounded(start, 0), rounded(end, 0)))
+    Some(say("{low} to {high} m", &[("low", &rounded(start, 0)), ("high", &rounded(end, 0))]))
 }
 
 /// A wheelset by its number from the front.
 fn wheelset_name(number: f64) -> &'static str {
     match number.round() as i64 {
-        1 => "first",
-        2 => "second",
-        3 => "third",
-        4 => "fourth",
-        _ => "one",
+        1 => t("first"),
+        2 => t("second"),
+        3 => t("third"),
+        4 => t("fourth"),
+        _ => t("one"),
     }
 }
 

@@ -1,4 +1,15 @@
-//! Numbers and names as people read them.
+//! Numbers and names as people read them, in the language that is spoken.
+
+use railgrip_words::{Language, say, spoken, t, word};
+
+/// Decimals as the language writes them, and a real minus sign.
+fn marked(text: &str) -> String {
+    let text = text.replace('-', "−");
+    match spoken() {
+        Language::English => text,
+        Language::German => text.replace('.', ","),
+    }
+}
 
 /// A number with three significant digits and a real minus sign.
 pub fn number(x: f64) -> String {
@@ -23,7 +34,7 @@ pub fn number_to(x: f64, digits: usize) -> String {
     } else {
         trimmed(x, (digits as i32 - 1 - magnitude).max(0) as usize)
     };
-    text.replace('-', "−")
+    marked(&text)
 }
 
 fn trimmed(x: f64, decimals: usize) -> String {
@@ -61,23 +72,23 @@ pub fn gap(x: f64) -> String {
         x if !x.is_finite() => "–".to_owned(),
         x if x >= 1000.0 => number(x),
         x if x >= 100.0 => format!("{x:.0}"),
-        x if x >= 10.0 => format!("{x:.1}"),
-        x => format!("{x:.2}"),
+        x if x >= 10.0 => marked(&format!("{x:.1}")),
+        x => marked(&format!("{x:.2}")),
     }
 }
 
 /// A share as a whole percentage.
 pub fn percent(share: f64) -> String {
     let rounded = (100.0 * share).round() + 0.0;
-    if share.is_finite() { format!("{rounded:.0} %").replace('-', "−") } else { "–".to_owned() }
+    if share.is_finite() { marked(&format!("{rounded:.0} %")) } else { "–".to_owned() }
 }
 
 /// A share of a whole as a percentage; what exceeds the whole is all of it, and what is worse than nothing is said so.
 pub fn part(share: f64) -> String {
     match share {
         x if !x.is_finite() => "–".to_owned(),
-        x if x >= 0.995 => "all".to_owned(),
-        x if x < -1.0 => "worse".to_owned(),
+        x if x >= 0.995 => t("all").to_owned(),
+        x if x < -1.0 => t("worse").to_owned(),
         x => percent(x),
     }
 }
@@ -89,13 +100,13 @@ pub fn p_value(p: f64, replicates: Option<usize>) -> String {
         p if !p.is_finite() => "–".to_owned(),
         p if p <= least * 1.01 => format!("< {}", number_to(least * 1.5, 1)),
         p if p < 0.1 => number_to(p, 1),
-        p => format!("{p:.1}"),
+        p => marked(&format!("{p:.1}")),
     }
 }
 
 /// An interval.
 pub fn interval([low, high]: [f64; 2]) -> String {
-    format!("{} to {}", number(low), number(high))
+    say("{low} to {high}", &[("low", &number(low)), ("high", &number(high))])
 }
 
 /// Decimals that an interval allows: one digit of its width. `None` where it has no width. Negative counts are tens, hundreds.
@@ -117,7 +128,7 @@ pub fn rounded(x: f64, decimals: i32) -> String {
         Ok(_) => "0".to_owned(),
         Err(_) => thousands(x.round() as i64),
     };
-    text.replace('-', "−")
+    marked(&text)
 }
 
 /// A number on an axis that spans `span`: three digits of the span, so that rounding errors beside it read as zero.
@@ -129,25 +140,30 @@ pub fn on_axis(x: f64, span: f64) -> String {
     number((x / step).round() * step + 0.0)
 }
 
-/// An id or name with underscores as words.
+/// A number with so many decimals.
+pub fn decimals(x: f64, decimals: usize) -> String {
+    marked(&format!("{x:.decimals$}"))
+}
+
+/// An id or name with underscores as words; in the language where it is one that the table of messages knows.
 pub fn plain(name: &str) -> String {
-    name.replace('_', " ")
+    word(&name.replace('_', " "))
 }
 
 /// A term of the equations in words.
 pub fn term(name: &str) -> String {
     let words = match name {
-        "brake_friction" => "the friction between pad and disc",
-        "brake_actuation" => "the way from brake pressure to pad force",
-        "adhesion" => "the adhesion between wheel and rail",
-        "load_distribution" => "the loads of the wheelsets",
-        "inertia" => "mass or rotating inertia",
-        "kinematics" => "the wheel radii",
-        "resistance" => "running resistance or grade",
-        "longitudinal_force" => "forces along the track",
-        "sensor_wheel_speed" => "the measurement of wheel speed",
-        "sensor_speed" => "the measurement of vehicle speed",
-        "drivetrain" => "the elasticity of axle or drivetrain",
+        "brake_friction" => t("the friction between pad and disc"),
+        "brake_actuation" => t("the way from brake pressure to pad force"),
+        "adhesion" => t("the adhesion between wheel and rail"),
+        "load_distribution" => t("the loads of the wheelsets"),
+        "inertia" => t("mass or rotating inertia"),
+        "kinematics" => t("the wheel radii"),
+        "resistance" => t("running resistance or grade"),
+        "longitudinal_force" => t("forces along the track"),
+        "sensor_wheel_speed" => t("the measurement of wheel speed"),
+        "sensor_speed" => t("the measurement of vehicle speed"),
+        "drivetrain" => t("the elasticity of axle or drivetrain"),
         other => return plain(other),
     };
     words.to_owned()
@@ -155,14 +171,15 @@ pub fn term(name: &str) -> String {
 
 /// An output in words.
 pub fn signal(name: &str) -> String {
-    match name {
-        "v_m_s" => "vehicle speed".to_owned(),
-        "omega_f_rad_s" => "front wheelset speed".to_owned(),
-        "omega_r_rad_s" => "rear wheelset speed".to_owned(),
-        "force_n" => "creep force".to_owned(),
-        "mu" => "pad friction".to_owned(),
-        other => plain(other),
-    }
+    let words = match name {
+        "v_m_s" => t("vehicle speed"),
+        "omega_f_rad_s" => t("front wheelset speed"),
+        "omega_r_rad_s" => t("rear wheelset speed"),
+        "force_n" => t("creep force"),
+        "mu" => t("pad friction"),
+        other => return plain(other),
+    };
+    words.to_owned()
 }
 
 /// The text with a capital letter at its beginning.
@@ -173,12 +190,12 @@ pub fn capital(text: &str) -> String {
 
 /// `a`, `a and b`, `a, b and c`.
 pub fn list(items: &[String]) -> String {
-    joined(items, "and")
+    joined(items, t("and"))
 }
 
 /// `a`, `a or b`, `a, b or c`.
 pub fn or_list(items: &[String]) -> String {
-    joined(items, "or")
+    joined(items, t("or"))
 }
 
 fn joined(items: &[String], word: &str) -> String {

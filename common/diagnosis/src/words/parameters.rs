@@ -2,6 +2,7 @@
 
 use super::format::{interval_digits, number, plain, rounded};
 use crate::answer::schema::{Interval, ParameterEstimate};
+use railgrip_words::{say, t};
 
 /// How the values of a parameter are shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,6 +53,18 @@ pub fn shown(owner: &str, name: &str) -> Shown {
 
 /// Names that say little without the equation.
 const BY_NAME: &[(&str, &str)] = &[
+    ("drag", "air resistance"),
+    ("pad_friction_f", "pad friction, front"),
+    ("pad_friction_r", "pad friction, rear"),
+    ("adhesion_dry", "adhesion on dry rail"),
+    ("adhesion_wet", "adhesion on wet rail"),
+    ("adhesion_low", "adhesion on low rail"),
+    ("adhesion_undeclared", "adhesion on undeclared rail"),
+    ("half_slip_velocity_m_s", "slip velocity of half the effect"),
+    ("slip_velocity_scale_m_s", "scale of slip velocity"),
+    ("half_creepage", "creepage of half the effect"),
+    ("creepage_scale", "scale of creepage"),
+    ("speed_scale_m_s", "scale of speed"),
     ("alpha_per_k", "loss of friction"),
     ("onset_k", "onset above ambient"),
     ("rise", "rise towards standstill"),
@@ -63,7 +76,10 @@ const BY_NAME: &[(&str, &str)] = &[
 /// The name without its unit, as words.
 pub fn name(name: &str) -> String {
     if let Some((_, words)) = BY_NAME.iter().find(|(known, _)| *known == name) {
-        return (*words).to_owned();
+        return railgrip_words::word(words);
+    }
+    if let Some(number) = name.strip_prefix("pad_friction_") {
+        return say("pad friction {number}", &[("number", &number)]);
     }
     let end = BY_ENDING.iter().find(|(end, _)| name.ends_with(end)).map_or("", |(end, _)| end);
     plain(name.strip_suffix(end).unwrap_or(name))
@@ -75,6 +91,11 @@ pub fn estimate(owner: &str, name: &str, estimate: &ParameterEstimate) -> String
     with_interval(shown.factor * estimate.value, estimate.ci95.map(|end| shown.factor * end), shown.unit)
 }
 
+/// A unit in the language that is spoken.
+pub fn unit(unit: &str) -> String {
+    railgrip_words::word(unit)
+}
+
 /// A value with unit and interval; an interval without width is left out, as the value was chosen and not estimated.
 pub fn with_interval(value: f64, ci95: Interval, unit: &str) -> String {
     with_word(value, ci95, unit, "")
@@ -83,12 +104,13 @@ pub fn with_interval(value: f64, ci95: Interval, unit: &str) -> String {
 /// The same with a word between value and interval: `1.4 % low (1.4–1.5)`.
 pub fn with_word(value: f64, [low, high]: Interval, unit: &str, word: &str) -> String {
     let word = if word.is_empty() { String::new() } else { format!(" {word}") };
+    let unit = self::unit(unit);
     let space = if unit.is_empty() { "" } else { "\u{a0}" };
     let digits = interval_digits([low, high]);
     match digits {
         Some(digits) => {
             let [value, low, high] = [value, low, high].map(|x| rounded(x, digits));
-            let dash = if low.starts_with('−') || high.starts_with('−') { " to " } else { "–" };
+            let dash = if low.starts_with('−') || high.starts_with('−') { t(" to ") } else { "–" };
             format!("{value}{space}{unit}{word} ({low}{dash}{high})")
         }
         None => format!("{}{space}{unit}{word}", number(value)),

@@ -3,6 +3,7 @@
 use super::format::{plain, rounded};
 use crate::answer::schema::Regime;
 use crate::answer::supplement::HeatMap;
+use railgrip_words::{say, t, word};
 
 /// How a variable of a regime is told.
 struct Told {
@@ -41,7 +42,7 @@ pub fn regime(regime: &Regime, map: &HeatMap) -> String {
     let group = map.groups.iter().find(|group| plain(&group.variable) == plain(&regime.variable));
     let told = TOLD.iter().find(|told| told.variable == regime.variable);
     let (noun, factor, unit) = match told {
-        Some(told) => (told.noun.to_owned(), told.factor, told.unit),
+        Some(told) => (word(told.noun), told.factor, told.unit),
         None => (plain(&regime.variable), 1.0, group.map_or("", |group| group.unit.as_str())),
     };
     let [low, high] = regime.range;
@@ -51,14 +52,16 @@ pub fn regime(regime: &Regime, map: &HeatMap) -> String {
     let (first, last) = (ends.is_some() && low <= from + near, ends.is_some() && high >= to - near);
     let value = |x: f64| two_digits(factor * x);
     let unit = if unit.is_empty() { String::new() } else { format!("\u{a0}{unit}") };
+    let (low, high) = (value(low), value(high));
+    let told = |message| say(message, &[("what", &noun), ("low", &low), ("high", &high), ("unit", &unit)]);
     match (first, last) {
         // No power is lost where nothing slips.
-        (false, true) if regime.variable == "slip_power" => "a wheelset slides".to_owned(),
-        (true, false) if regime.variable == "slip_power" => "no wheelset slides".to_owned(),
-        (false, true) => format!("{noun} above {}{unit}", value(low)),
-        (true, false) => format!("{noun} below {}{unit}", value(high)),
-        (true, true) => format!("any {noun}"),
-        (false, false) => format!("{noun} between {} and {}{unit}", value(low), value(high)),
+        (false, true) if regime.variable == "slip_power" => t("a wheelset slides").to_owned(),
+        (true, false) if regime.variable == "slip_power" => t("no wheelset slides").to_owned(),
+        (false, true) => told("{what} above {low}{unit}"),
+        (true, false) => told("{what} below {high}{unit}"),
+        (true, true) => told("any {what}"),
+        (false, false) => told("{what} between {low} and {high}{unit}"),
     }
 }
 

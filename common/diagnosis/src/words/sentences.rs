@@ -1,31 +1,55 @@
 //! The verdict in one sentence, how far it reaches, how sure it is, and what a reader must know about the ranking.
 
 use super::findings;
-use super::format::{capital, gap, list, or_list, percent, plain, term};
+use super::format::{capital, decimals, gap, list, or_list, percent, plain, term};
 use crate::answer::schema::{FoundEffect, Report, Verdict};
+use railgrip_words::{reword, say, t, word};
 
 /// The verdict in one sentence, with its number.
 pub fn headline(report: &Report) -> String {
     let holdout = &report.gap.holdout;
     let found: Vec<String> = report.effects.iter().map(findings::finding).collect();
-    let found = format!(
-        "{}: holdout gap {} → {}.",
-        capital(&found.join("; ")),
-        gap(holdout.calibrated),
-        gap(holdout.extended)
-    );
+    let (before, after) = (gap(holdout.calibrated), gap(holdout.extended));
+    let found = || {
+        let found = capital(&found.join("; "));
+        say(
+            "{text}: holdout gap {before} → {after}.",
+            &[("text", &found), ("before", &before), ("after", &after)],
+        )
+    };
     match report.verdict {
-        Verdict::None => format!(
-            "Nothing is missing: tolerances and noise explain the difference between model and measurement, holdout gap {}.",
-            gap(holdout.calibrated)
+        Verdict::None => say(
+            "Nothing is missing: tolerances and noise explain the difference between model and measurement, holdout gap {gap}.",
+            &[("gap", &before)],
         ),
-        Verdict::Effects => found,
-        Verdict::Unknown => format!(
-            "Something is missing in {}, and no known effect describes it: holdout gap {}.",
-            place(report),
-            gap(holdout.calibrated)
+        Verdict::Effects => found(),
+        Verdict::Unknown => say(
+            "Something is missing in {place}, and no known effect describes it: holdout gap {gap}.",
+            &[("place", &place(report)), ("gap", &before)],
         ),
-        Verdict::EffectsAndUnknown => format!("{found} Something else is missing in {}.", place(report)),
+        Verdict::EffectsAndUnknown => {
+            let more = say("Something else is missing in {place}.", &[("place", &place(report))]);
+            format!("{} {more}", found())
+        }
+    }
+}
+
+/// The verdict in a few words.
+pub fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::None => t("nothing missing"),
+        Verdict::Effects => t("cause found"),
+        Verdict::Unknown => t("cause unknown"),
+        Verdict::EffectsAndUnknown => t("one cause found, another unknown"),
+    }
+}
+
+/// A remark on the case. One on a recording begins with its name, which stays.
+pub fn remark(note: &str) -> String {
+    let whole = reword(note);
+    match note.split_once(": ") {
+        Some((file, rest)) if whole == note => format!("{file}: {}", reword(rest)),
+        _ => whole,
     }
 }
 
@@ -36,7 +60,7 @@ pub fn place(report: &Report) -> String {
         Some(terms) if terms.len() > 1 => or_list(&terms.iter().map(|name| term(name)).collect::<Vec<_>>()),
         _ => {
             let one = named.map(|rest| rest.term.as_str()).or(report.location.term.as_deref());
-            one.map_or_else(|| "the model".to_owned(), term)
+            one.map_or_else(|| t("the model").to_owned(), term)
         }
     }
 }
@@ -87,52 +111,60 @@ pub fn evidence(report: &Report) -> Vec<String> {
     let holdout = &report.gap.holdout;
     if report.effects.is_empty() {
         let end = match report.verdict {
-            Verdict::Unknown => {
-                " times the noise of the sensors. No effect was added to the model. The curve under “What is missing” \
-                 shows what would close the gap."
-            }
-            _ => " times the noise of the sensors. No effect improves on that by more than chance would.",
+            Verdict::Unknown => t(
+                " times the noise of the sensors. No effect was added to the model. The curve under “What is missing” shows what would close the gap.",
+            ),
+            _ => t(" times the noise of the sensors. No effect improves on that by more than chance would."),
         };
         return vec![
-            "With its tolerances fitted, the model's error on runs that were only predicted is ".to_owned(),
+            t("With its tolerances fitted, the model's error on runs that were only predicted is ")
+                .to_owned(),
             gap(holdout.calibrated),
             end.to_owned(),
         ];
     }
     let one = report.effects.len() == 1;
-    let subject = if one { "This" } else { "Together they" };
-    let (explain, do_not) = if one { ("explains", "does not") } else { ("explain", "do not") };
+    let either = |this: &'static str, these: &'static str| if one { this } else { these };
     let [low, high] = holdout.reduction_ci95.map(percent);
     let end = match reach(report) {
-        Reach::Explains => format!("{subject} {explain} the gap."),
-        Reach::ExplainsMost => format!("{subject} {explain} most of the gap."),
-        Reach::ExplainsPart => format!("{subject} {explain} a part of the gap."),
-        Reach::NotShown => format!(
-            "That may be chance: the interval holds zero, so the runs do not show that {} the gap elsewhere.",
-            if one { "this explains" } else { "these explain" }
-        ),
-        Reach::Worse => {
-            format!("{subject} {do_not} carry over: on these runs the model predicts no better with it.")
+        Reach::Explains => either(t("This explains the gap."), t("Together they explain the gap.")),
+        Reach::ExplainsMost => {
+            either(t("This explains most of the gap."), t("Together they explain most of the gap."))
         }
+        Reach::ExplainsPart => {
+            either(t("This explains a part of the gap."), t("Together they explain a part of the gap."))
+        }
+        Reach::NotShown => either(
+            t(
+                "That may be chance: the interval holds zero, so the runs do not show that this explains the gap elsewhere.",
+            ),
+            t(
+                "That may be chance: the interval holds zero, so the runs do not show that these explain the gap elsewhere.",
+            ),
+        ),
+        Reach::Worse => either(
+            t("This does not carry over: on these runs the model predicts no better with it."),
+            t("Together they do not carry over: on these runs the model predicts no better with them."),
+        ),
     };
-    let verb = if holdout.reduction < 0.0 { "grows" } else { "shrinks" };
-    vec![
-        format!("On runs that were only predicted, the gap {verb} by "),
-        percent(holdout.reduction.abs()),
-        format!(" (95 % interval {low} to {high}). {end}"),
-    ]
+    let change = match holdout.reduction < 0.0 {
+        true => t("On runs that were only predicted, the gap grows by "),
+        false => t("On runs that were only predicted, the gap shrinks by "),
+    };
+    let interval = say(" (95 % interval {low} to {high}). ", &[("low", &low), ("high", &high)]);
+    vec![change.to_owned(), percent(holdout.reduction.abs()), interval + end]
 }
 
 /// How likely in words, as the IPCC's guidance note on uncertainties (2010) sets them.
 pub fn likely(p: f64) -> &'static str {
     match p {
-        p if p >= 0.99 => "virtually certain",
-        p if p >= 0.95 => "extremely likely",
-        p if p >= 0.90 => "very likely",
-        p if p >= 0.66 => "likely",
-        p if p > 0.50 => "more likely than not",
-        p if p >= 0.33 => "about as likely as not",
-        _ => "unlikely",
+        p if p >= 0.99 => t("virtually certain"),
+        p if p >= 0.95 => t("extremely likely"),
+        p if p >= 0.90 => t("very likely"),
+        p if p >= 0.66 => t("likely"),
+        p if p > 0.50 => t("more likely than not"),
+        p if p >= 0.33 => t("about as likely as not"),
+        _ => t("unlikely"),
     }
 }
 
@@ -146,11 +178,14 @@ pub fn certainty(report: &Report) -> Vec<String> {
     let mut said: Vec<String> = Vec::new();
     for effect in &report.effects {
         let p = probability(effect);
-        let mut words =
-            format!("{} that {} is at work (confidence {p:.2}).", capital(likely(p)), plain(&effect.id));
+        let mut words = say(
+            "{text} that {one} is at work (confidence {p}).",
+            &[("text", &capital(likely(p))), ("one", &plain(&effect.id)), ("p", &decimals(p, 2))],
+        );
         if !effect.equivalent.is_empty() {
             let tied: Vec<String> = effect.equivalent.iter().map(|id| plain(id)).collect();
-            words += &format!(" These runs cannot tell it from {}.", or_list(&tied));
+            words += " ";
+            words += &say("These runs cannot tell it from {names}.", &[("names", &or_list(&tied))]);
         }
         said.push(words);
     }
@@ -159,10 +194,11 @@ pub fn certainty(report: &Report) -> Vec<String> {
     }
     match report.verdict {
         Verdict::None => {
-            said.push("Chance alone would make some candidate look as good as the best one does here.".to_owned());
+            let chance = t("Chance alone would make some candidate look as good as the best one does here.");
+            said.push(chance.to_owned());
         }
         Verdict::Unknown => said.push(
-            "That something is missing is more than chance explains; what it is, these candidates do not say."
+            t("That something is missing is more than chance explains; what it is, these candidates do not say.")
                 .to_owned(),
         ),
         Verdict::Effects | Verdict::EffectsAndUnknown => {}
@@ -176,16 +212,14 @@ fn sets(report: &Report) -> Option<String> {
     let name = |set: &&crate::answer::schema::PosteriorSet| {
         let mut parts: Vec<String> = set.effects.iter().map(|id| plain(id)).collect();
         if set.unknown {
-            parts.push("something unknown".to_owned());
+            parts.push(t("something unknown").to_owned());
         }
-        let parts = if parts.is_empty() { "tolerances alone".to_owned() } else { parts.join(" with ") };
+        let parts = if parts.is_empty() { t("tolerances alone").to_owned() } else { parts.join(t(" with ")) };
         format!("{parts} ({})", percent(set.p))
     };
     (inside.len() > 1).then(|| {
-        format!(
-            "In nine of ten such cases the truth is among these: {}.",
-            or_list(&inside.iter().map(name).collect::<Vec<_>>())
-        )
+        let names = or_list(&inside.iter().map(name).collect::<Vec<_>>());
+        say("In nine of ten such cases the truth is among these: {names}.", &[("names", &names)])
     })
 }
 
@@ -199,14 +233,13 @@ pub fn caution(report: &Report) -> Option<String> {
     }
     let small = report.candidates.iter().filter(|candidate| candidate.p_value < SMALL_P).count();
     let words = match (report.verdict, small) {
-        (Verdict::None, 0) => "None of these gains is a finding: chance would gain as much.",
-        (Verdict::None, _) => {
-            "A small p alone is no finding, because p compares with chance only. A candidate must also gain more than a \
-             slightly wrong formula would, and it must gain on data left out of the fit. None does here."
-        }
-        _ => {
-            "These candidates imitate the unknown effect. None of them explains enough of what a free curve would explain."
-        }
+        (Verdict::None, 0) => t("None of these gains is a finding: chance would gain as much."),
+        (Verdict::None, _) => t(
+            "A small p alone is no finding, because p compares with chance only. A candidate must also gain more than a slightly wrong formula would, and it must gain on data left out of the fit. None does here.",
+        ),
+        _ => t(
+            "These candidates imitate the unknown effect. None of them explains enough of what a free curve would explain.",
+        ),
     };
     Some(words.to_owned())
 }
@@ -217,27 +250,53 @@ pub fn disagreement(report: &Report, first: &crate::answer::supplement::FreedPla
     if first.terms.is_empty() || named.iter().all(|name| first.terms.iter().any(|term| term == name)) {
         return None;
     }
-    let why = match (report.effects.as_slice(), first.after) {
-        ([], _) => "A free error there takes up the same mismatch, but over time; the place above was chosen because a \
-                    curve there, over the variable shown under “What is missing”, explains the most."
-            .to_owned(),
-        (effects, after) => {
+    let place = freed(&first.place);
+    let mut why = match report.effects.as_slice() {
+        [] => t(
+            "A free error there takes up the same mismatch, but over time; the place above was chosen because a curve there, over the variable shown under “What is missing”, explains the most.",
+        )
+        .to_owned(),
+        effects => {
             let names = list(&effects.iter().map(|effect| plain(&effect.id)).collect::<Vec<_>>());
-            let left = after.map_or_else(String::new, |after| {
-                format!(" With it in the model, the gain at {} falls from {:.0} to {after:.0}.", first.place, first.before)
-            });
-            format!(
-                "A free error there takes up what {names} causes. Effects are chosen by how well they predict runs left \
-                 out of the fit, not by this table.{left}"
+            say(
+                "A free error there takes up what {names} causes. Effects are chosen by how well they predict runs left out of the fit, not by this table.",
+                &[("names", &names)],
             )
-            .replace("to -", "to −")
         }
     };
-    Some(format!(
-        "The first row, {}, is not the place named above, {}. {why}",
-        first.place,
-        list(&named.iter().map(|name| term(name)).collect::<Vec<_>>())
+    if let Some(after) = first.after.filter(|_| !report.effects.is_empty()) {
+        let [before, after] = [first.before, after].map(|gain| decimals(gain, 0));
+        why += " ";
+        why += &say(
+            "With it in the model, the gain at {place} falls from {before} to {after}.",
+            &[("place", &place), ("before", &before), ("after", &after)],
+        );
+    }
+    let named = list(&named.iter().map(|name| term(name)).collect::<Vec<_>>());
+    Some(say(
+        "The first row, {place}, is not the place named above, {named}. {text}",
+        &[("place", &place), ("named", &named), ("text", &why)],
     ))
+}
+
+/// A law in one line. Formulas stay; what is said of them and the variable are words.
+pub fn law(equation: &str) -> String {
+    let over = |formula: &str| match formula.rsplit_once(" over ") {
+        // A formula that is known as a whole may have the word in it.
+        Some((formula, variable)) if !variable.contains('[') => {
+            format!("{} {} {}", word(formula), t("over"), word(variable))
+        }
+        _ => word(formula),
+    };
+    match equation.split_once("; factor ") {
+        Some((meaning, formula)) => format!("{}; {} {}", word(meaning), t("factor"), over(formula)),
+        None => over(equation),
+    }
+}
+
+/// A place that was freed, with its wheelset behind a comma where it has one.
+pub fn freed(place: &str) -> String {
+    place.split(", ").map(reword).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]

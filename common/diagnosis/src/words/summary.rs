@@ -1,13 +1,14 @@
 //! The report as a short Markdown text for the terminal.
 
 use super::advice::advice;
-use super::format::{gap, p_value, part, term};
+use super::format::{decimals, gap, p_value, part, term};
 use super::parameters;
 use super::regime::regime;
-use super::sentences::{caution, certainty, evidence, headline};
+use super::sentences::{caution, certainty, evidence, headline, remark};
 use crate::answer::schema::{Report, ThreeGaps};
 use crate::answer::supplement::Detail;
-use std::fmt::Write;
+use railgrip_words::{reword, say, t};
+use std::fmt::{Display, Write};
 
 /// Candidates that the summary lists.
 const MOST_CANDIDATES: usize = 8;
@@ -23,43 +24,45 @@ pub fn summary(report: &Report, detail: &Detail) -> String {
 fn write(text: &mut String, report: &Report, detail: &Detail) -> std::fmt::Result {
     writeln!(text, "# {}: {}\n", detail.case, report.verdict.name())?;
     writeln!(text, "**{}**\n\n{}\n", headline(report), evidence(report).concat())?;
-    writeln!(text, "How sure: {}\n", certainty(report).join(" "))?;
-    writeln!(text, "What to do:")?;
+    writeln!(text, "{}: {}\n", t("How sure"), certainty(report).join(" "))?;
+    writeln!(text, "{}:", t("What to do"))?;
     for (index, step) in advice(report).iter().enumerate() {
         writeln!(text, "{}. {step}", index + 1)?;
     }
     writeln!(text)?;
     if !detail.rule.is_empty() {
-        writeln!(text, "Decided by the rule `{}`: {}\n", report.rule, detail.rule)?;
+        let rule: [(&str, &dyn Display); 2] = [("free", &report.rule), ("text", &reword(&detail.rule))];
+        writeln!(text, "{}\n", say("Decided by the rule `{free}`: {text}", &rule))?;
     }
     gaps(text, report)?;
     location(text, report, detail)?;
     effects(text, report)?;
     candidates(text, report, detail)?;
     if let Some(rest) = &report.unexplained {
-        writeln!(
-            text,
-            "Missing: something in {} (`{}`); the gap left on the fitted data is {}.\n",
-            term(&rest.term),
-            rest.term,
-            gap(rest.gap)
-        )?;
+        let missing: [(&str, &dyn Display); 3] =
+            [("place", &term(&rest.term)), ("free", &rest.term), ("gap", &gap(rest.gap))];
+        let words = say(
+            "Missing: something in {place} (`{free}`); the gap left on the fitted data is {gap}.",
+            &missing,
+        );
+        writeln!(text, "{words}\n")?;
     }
     for note in &report.notes {
-        writeln!(text, "- {note}")?;
+        writeln!(text, "- {}", remark(note))?;
     }
     if !report.notes.is_empty() {
         writeln!(text)?;
     }
-    writeln!(text, "{:.1} s", report.seconds)
+    writeln!(text, "{} s", decimals(report.seconds, 1))
 }
 
 fn gaps(text: &mut String, report: &Report) -> std::fmt::Result {
     let holdout = &report.gap.holdout;
     let unseen =
         ThreeGaps { nominal: holdout.nominal, calibrated: holdout.calibrated, extended: holdout.extended };
-    writeln!(text, "| gap | nominal | calibrated | extended |\n| --- | ---: | ---: | ---: |")?;
-    for (name, gaps) in [("fit", &report.gap.fit), ("holdout", &unseen)] {
+    let [of, nominal, calibrated, extended] = [t("gap"), t("nominal"), t("calibrated"), t("extended")];
+    writeln!(text, "| {of} | {nominal} | {calibrated} | {extended} |\n| --- | ---: | ---: | ---: |")?;
+    for (name, gaps) in [(t("fit"), &report.gap.fit), (t("holdout"), &unseen)] {
         let [nominal, calibrated, extended] = [gaps.nominal, gaps.calibrated, gaps.extended].map(gap);
         writeln!(text, "| {name} | {nominal} | {calibrated} | {extended} |")?;
     }
@@ -69,15 +72,12 @@ fn gaps(text: &mut String, report: &Report) -> std::fmt::Result {
 fn location(text: &mut String, report: &Report, detail: &Detail) -> std::fmt::Result {
     let place = &report.location;
     if let Some(name) = &place.term {
-        write!(text, "Where: {} (`{name}`)", term(name))?;
+        write!(text, "{}: {} (`{name}`)", t("Where"), term(name))?;
         if let Some(found) = &place.regime {
-            write!(
-                text,
-                ", largest with {}: {} there, {} elsewhere",
-                regime(found, &detail.heat_map),
-                gap(found.gap_inside),
-                gap(found.gap_outside)
-            )?;
+            let (inside, outside) = (gap(found.gap_inside), gap(found.gap_outside));
+            let words: [(&str, &dyn Display); 3] =
+                [("text", &regime(found, &detail.heat_map)), ("inside", &inside), ("outside", &outside)];
+            write!(text, "{}", say(", largest with {text}: {inside} there, {outside} elsewhere", &words))?;
         }
         writeln!(text, ".\n")?;
     }
@@ -86,9 +86,10 @@ fn location(text: &mut String, report: &Report, detail: &Detail) -> std::fmt::Re
 
 fn effects(text: &mut String, report: &Report) -> std::fmt::Result {
     for effect in &report.effects {
-        write!(text, "- `{}` (confidence {:.2}", effect.id, effect.confidence)?;
+        write!(text, "- `{}` ({} {}", effect.id, t("confidence"), decimals(effect.confidence, 2))?;
         if !effect.equivalent.is_empty() {
-            write!(text, "; the data cannot tell it from `{}`", effect.equivalent.join("`, `"))?;
+            let others = effect.equivalent.join("`, `");
+            write!(text, "{}", say("; the data cannot tell it from `{free}`", &[("free", &others)]))?;
         }
         let values = effect.parameters.iter().map(|(name, estimate)| {
             format!("{} {}", parameters::name(name), parameters::estimate(&effect.id, name, estimate))
@@ -106,7 +107,8 @@ fn candidates(text: &mut String, report: &Report, detail: &Detail) -> std::fmt::
     if let Some(words) = caution(report) {
         writeln!(text, "{words}\n")?;
     }
-    writeln!(text, "| candidate | fit gap | gain on left-out data | p | settled |")?;
+    let names = [t("candidate"), t("fit gap"), t("gain on left-out data"), "p", t("settled")];
+    writeln!(text, "| {} |", names.join(" | "))?;
     writeln!(text, "| --- | ---: | ---: | ---: | --- |")?;
     for candidate in report.candidates.iter().take(MOST_CANDIDATES) {
         writeln!(
@@ -116,11 +118,12 @@ fn candidates(text: &mut String, report: &Report, detail: &Detail) -> std::fmt::
             gap(candidate.fit_gap),
             part(candidate.cv_gain),
             p_value(candidate.p_value, replicates),
-            if candidate.converged { "yes" } else { "no" }
+            if candidate.converged { t("yes") } else { t("no") }
         )?;
     }
     if report.candidates.len() > MOST_CANDIDATES {
-        writeln!(text, "\n{} more candidates in the report.", report.candidates.len() - MOST_CANDIDATES)?;
+        let more = report.candidates.len() - MOST_CANDIDATES;
+        writeln!(text, "\n{}", say("{count} more candidates in the report.", &[("count", &more)]))?;
     }
     writeln!(text)
 }

@@ -121,10 +121,10 @@ fn effects(
     let mut effects: Vec<(f64, FoundEffect)> = (0..shape.effects.len())
         .map(|e| {
             let spec = shape.effects[e].spec;
-            // The round that accepted the effect tried it against its rivals.
-            let round = &selection.rounds[e.min(selection.rounds.len() - 1)];
-            let rivals = confidence::rivals(round, spec.id);
-            let equivalent = confidence::equivalents(round, spec, &criteria.ties);
+            let round = selection.accepted_in(spec.id);
+            let rivals = round.map_or_else(Vec::new, |round| confidence::rivals(round, spec.id));
+            let equivalent =
+                round.map_or_else(Vec::new, |round| confidence::equivalents(round, spec, &criteria.ties));
             let rival = rivals
                 .iter()
                 .filter(|(g, _)| !equivalent.iter().any(|id| id == g.id))
@@ -133,7 +133,7 @@ fn effects(
                 .unwrap_or(0.0);
             let rivals = rivals.iter().take(RIVALS);
             let rivals = rivals.map(|(g, share)| Rival { id: g.id.to_owned(), share: *share }).collect();
-            let gain = round.own_filter_gain(spec.id).unwrap_or(total);
+            let gain = round.and_then(|round| round.own_filter_gain(spec.id)).unwrap_or(total);
             let range = shape.range_of(e);
             let intervals = details::intervals(selection, models, criteria.report.widening);
             let fitted = shape.effects[e].parameters.iter().zip(range).map(|(p, i)| {
@@ -197,10 +197,12 @@ fn candidates(case: &Case, selection: &Selection, judgement: &Judgement) -> Vec<
         .collect()
 }
 
-/// Whether the extended model predicts the holdout runs better than the calibrated one; `None` where there is nothing to compare.
+/// Whether the extended model predicts the holdout runs better than the calibrated one; `None` where there is nothing to compare,
+/// and for a coupled wagon, which open loop follows its couplers.
 fn carries_over(case: &Case, effects: &[FoundEffect], holdout: &[Predicted]) -> Option<bool> {
     let [_, calibrated, extended] = predictions::totals(holdout);
-    (!case.holdout.is_empty() && !effects.is_empty()).then(|| extended.gap() < calibrated.gap())
+    (!case.holdout.is_empty() && !effects.is_empty() && !case.is_coupled())
+        .then(|| extended.gap() < calibrated.gap())
 }
 
 fn holdout_gap(names: &[&str], holdout: &[Predicted], seed: u64) -> HoldoutGap {

@@ -1,7 +1,8 @@
 //! A wagon that does not brake while its train does.
 //!
 //! No wagon can tell by itself that the train brakes; here all of them are known. A wagon is without a brake when its
-//! pressing force is a small share of the median of all wagons for as long as that median stands.
+//! pressing force is a small share of the median of all wagons from the beginning of an application to its end. One that was
+//! pressed and is no longer has a brake: in a long train the first wagons release seconds before the last ones do.
 
 use super::middle::LEAST_WAGONS;
 use crate::settings::IndicatorSettings;
@@ -20,13 +21,16 @@ const LEAST_BRAKING_S: f64 = 3.0;
 pub(super) struct Pressed {
     wagons: BTreeMap<u32, Share>,
     braking_s: f64,
+    /// Median in the latest application.
+    usual_n: f64,
 }
 
-/// Seconds without a brake and seconds of braking, both fading.
+/// Seconds without a brake and seconds of braking, both fading, and whether the wagon was pressed in this application.
 #[derive(Debug, Default)]
 struct Share {
     without_s: f64,
     braking_s: f64,
+    pressed: bool,
 }
 
 impl Pressed {
@@ -39,20 +43,25 @@ impl Pressed {
         let median_n = forces_n.get(forces_n.len() / 2).copied().unwrap_or(0.0);
         let braking =
             forces_n.len() >= LEAST_WAGONS && median_n >= 2.0 * settings.brake_friction.min_pressing_force_n;
+        let ended = !braking && self.braking_s > 0.0;
         self.braking_s = if braking { self.braking_s + dt_s } else { 0.0 };
-        if self.braking_s < AFTER_S {
-            return;
+        let counts = self.braking_s >= AFTER_S;
+        if counts {
+            self.usual_n = median_n;
         }
+        // In the first seconds, and after the others have released, the last application tells what pressing is.
+        let none_n =
+            settings.brake_friction.min_pressing_force_n.max(NONE_SHARE * median_n.max(self.usual_n));
         let keep = (-dt_s / settings.isolated.memory_s).exp();
         for health in live.iter().filter(|health| of(health).is_finite()) {
+            // Slide protection acts on what is pressed.
             let protected = health.wheelset[..health.wheelset_count()].iter().any(|one| one.wsp_active != 0);
-            if protected {
-                continue;
-            }
             let share = self.wagons.entry(health.wagon).or_default();
-            let without = f64::from(u8::from(of(health) < NONE_SHARE * median_n));
-            share.without_s = keep * share.without_s + dt_s * without;
-            share.braking_s = keep * share.braking_s + dt_s;
+            share.pressed = (share.pressed && !ended) || protected || of(health) >= none_n;
+            if counts {
+                share.without_s = keep * share.without_s + if share.pressed { 0.0 } else { dt_s };
+                share.braking_s = keep * share.braking_s + dt_s;
+            }
         }
     }
 
@@ -60,5 +69,51 @@ impl Pressed {
     pub(super) fn without_brake(&self, wagon: u32) -> Option<f64> {
         let share = self.wagons.get(&wagon).filter(|share| share.braking_s >= LEAST_BRAKING_S)?;
         Some(share.without_s / share.braking_s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+
+    /// What nine wagons that are braked again and again say of the third, if at each fifth of a second of an application's 20 s it
+    /// has the force and the slide protection that `third` tells, and the others press for the first 14 s.
+    fn share_of(third: impl Fn(f64) -> (f64, u32)) -> f64 {
+        let settings = IndicatorSettings::default();
+        let mut pressed = Pressed::default();
+        for at in 0..400 {
+            let time_s = 0.2 * f64::from(at % 100);
+            let healths: Vec<Health> = (1..=9)
+                .map(|wagon| {
+                    let others_n = if time_s < 14.0 { 80e3 } else { 0.0 };
+                    let (force_n, active) = if wagon == 3 { third(time_s) } else { (others_n, 0) };
+                    let mut health =
+                        Health { wagon, wheelsets: 2, pressing_force_n: force_n, ..Health::zeroed() };
+                    health.wheelset[0].wsp_active = active;
+                    health
+                })
+                .collect();
+            pressed.take(&healths.iter().collect::<Vec<_>>(), 0.2, &settings);
+        }
+        pressed.without_brake(3).unwrap()
+    }
+
+    #[test]
+    fn a_wagon_is_without_a_brake_if_it_is_not_pressed_all_through() {
+        assert!(share_of(|_| (0.0, 0)) > 0.99);
+        assert!(share_of(|_| (4e3, 0)) > 0.99, "what leaks in is no brake");
+        assert!(share_of(|_| (80e3, 0)) < 0.01);
+    }
+
+    #[test]
+    fn a_wagon_that_releases_before_the_others_has_a_brake() {
+        assert!(share_of(|time_s| (if time_s < 7.0 { 80e3 } else { 0.0 }, 0)) < 0.01);
+    }
+
+    #[test]
+    fn a_wagon_whose_slide_protection_vents_it_has_a_brake() {
+        let vented = |time_s: f64| if time_s < 2.0 { (1e3, 1) } else { (1e3, 0) };
+        assert!(share_of(vented) < 0.01);
     }
 }

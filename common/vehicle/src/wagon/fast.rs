@@ -52,6 +52,8 @@ pub struct Disturbance {
     pub pad: PerWheelset,
     /// Additional headwind, m/s.
     pub wind_m_s: f64,
+    /// Force of the couplers on the body, along the running direction, N.
+    pub coupler_n: f64,
 }
 
 /// A wagon model bound to the adhesion of a run's rail and to a sample period.
@@ -153,7 +155,9 @@ impl<'a> FastWagon<'a> {
             input.drive_torque_nm[i] = sample.mid_drive_torque_nm[i];
             input.brake_friction_factor[i] = 1.0 + disturbance.pad[i];
         }
-        self.model.loading(at, &input, self.dt_s, hidden)
+        let mut loading = self.model.loading(at, &input, self.dt_s, hidden);
+        loading.other_n += disturbance.coupler_n;
+        loading
     }
 
     /// Hidden states at the start of a run whose outputs read `measured` at its first sample.

@@ -2,7 +2,7 @@
 
 use railgrip_messages::{
     BogieSample, Estimate, Event, Health, Heard, Heartbeat, Indicator, Innovation, MotorSample, Payload,
-    Sample, Stamp, Text, Verdict, Verdicts, WheelsetHealth,
+    Sample, SourceState, Stamp, Text, Verdict, Verdicts, WheelsetHealth,
 };
 use std::fmt::Write as _;
 use std::mem::offset_of;
@@ -275,6 +275,7 @@ fn layouts() -> Vec<Layout> {
             latency_p99_ns,
             uptime_s
         ),
+        layout!(SourceState, SourceState::TYPE_NAME, sequence, stamp, wagon, drift_known, drift_ppm, counts),
         layout!(
             Verdict,
             "railgrip/Verdict/v1",
@@ -328,6 +329,12 @@ pub(super) fn c_header() -> String {
             let count = if field.count > 0 { format!("[{}]", field.count) } else { String::new() };
             let _ = writeln!(text, "    {kind} {}{count};", field.name);
         }
+        // By this name iceoryx2 tells types apart in C++.
+        let _ = writeln!(
+            text,
+            "#ifdef __cplusplus\n    static constexpr const char *IOX2_TYPE_NAME = \"{}\";\n#endif",
+            layout.type_name
+        );
         let upper = name.to_uppercase();
         let _ = write!(
             text,

@@ -55,6 +55,9 @@ impl Fleet {
             let number = wagon.to_string();
             others.push(unit(format!("listener {number}"), &["listener", "--wagon", &number])?);
         }
+        if settings.diagnosis.automatic {
+            others.push(unit("diagnoser".into(), &["diagnoser"])?);
+        }
         if settings.source != Source::External {
             others.push(unit("ingest".into(), &["ingest"])?.with_stdin(reads_stdin).may_finish());
         }

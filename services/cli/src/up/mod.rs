@@ -97,6 +97,11 @@ fn welcome(settings: &TrainSettings, address: &str) -> String {
         Source::Tcp(address) => format!("TCP connections to {address}"),
         Source::Udp(address) => format!("UDP datagrams to {address}"),
         Source::Mqtt(broker) => format!("the MQTT broker {}:{}", broker.host, broker.port),
+        Source::Can(can) => match &can.log {
+            Some(log) => format!("frames of {}", log.file.display()),
+            None => format!("CAN {}", can.interfaces.join(", ")),
+        },
+        Source::Trdp(trdp) => format!("TRDP telegrams to {}", trdp.listen),
         Source::External => "other programs".to_owned(),
     };
     let address = if address.contains("://") { address.to_owned() } else { format!("http://{address}") };

@@ -7,13 +7,14 @@ use crate::access::peer::Peer;
 use crate::access::records::records;
 use crate::access::role::{Identity, Proof};
 use crate::time::unix_s;
-use crate::words::{Language, speak, spoken, t};
+use crate::web::language;
 use axum::Router;
 use axum::extract::{Extension, Form, FromRequest, Query, Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use maud::{DOCTYPE, html};
+use railgrip_words::{Language, speak, spoken, t};
 use serde::Deserialize;
 
 const STYLE: &str = include_str!("login.css");
@@ -49,12 +50,12 @@ async fn form(State(access): State<Access>, headers: HeaderMap, Query(target): Q
     if access.inner.tokens.is_none() {
         return Redirect::to(&next).into_response();
     }
-    page(Language::of_page(None, &headers), StatusCode::OK, &next, None)
+    page(language::of_page(None, &headers), StatusCode::OK, &next, None)
 }
 
 async fn enter(State(access): State<Access>, headers: HeaderMap, request: Request) -> Response {
     let peer = request.extensions().get::<Peer>().cloned().unwrap_or_default();
-    let language = Language::of_page(None, &headers);
+    let language = language::of_page(None, &headers);
     let Ok(Form(entry)) = Form::<Entry>::from_request(request, &()).await else {
         return page(language, StatusCode::BAD_REQUEST, "/", Some("Please type a token."));
     };

@@ -123,7 +123,7 @@ impl AlertBook {
         let clear_s = self.clear_after_s(&symptom);
         let raise_s = self.settings.raise_after_s * self.rules.patience(symptom.rule, grade);
         let patience = Patience { raise_s, clear_s };
-        self.evaluation.judge(symptom, grade, reason, patience, now.monotonic_ns);
+        self.evaluation.judge(symptom, grade, reason, patience, now);
     }
 
     /// What comes back again and again must stay away longer: twice as long each time.
@@ -163,7 +163,8 @@ impl AlertBook {
         self.save(now);
     }
 
-    /// Adds recordings to alerts that were raised before theirs was written.
+    /// Adds recordings to alerts that were raised before theirs was written, and what their diagnosis found, which comes
+    /// minutes later: the alert may be over by then.
     fn find_recordings(&mut self, now: Stamp) {
         if now.monotonic_ns.saturating_sub(self.looked_ns) < RECORDING_PAUSE_NS {
             return;
@@ -175,6 +176,12 @@ impl AlertBook {
         for alert in self.open.values_mut().filter(lacks) {
             alert.find_recording(&self.gaps);
             if alert.evidence.recording.is_some() {
+                self.version += 1;
+                self.unsaved.insert(alert.id);
+            }
+        }
+        for alert in self.open.values_mut().chain(&mut self.over) {
+            if rules.is_recorded(&alert.cause) && alert.find_diagnosis(&self.gaps) {
                 self.version += 1;
                 self.unsaved.insert(alert.id);
             }

@@ -1,11 +1,11 @@
 //! What happens to one alert, and its line in the history.
 
 use super::model::{Alert, AlertEvent, AlertPlace, AlertState, Change, Evidence, Scope};
-use super::place;
+use super::{diagnosis, place};
 use crate::api::grade::Grade;
 use crate::time::rfc3339;
 use railgrip_messages::Stamp;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
 /// Lines that an alert's history keeps.
@@ -43,7 +43,7 @@ impl Alert {
             instead: Vec::new(),
             brakings_seen: None,
             advice: advice.to_owned(),
-            evidence: Evidence { history: String::new(), recording: None },
+            evidence: Evidence { history: String::new(), recording: None, diagnosis: None },
             active: true,
             state: AlertState::Active,
             acknowledged: None,
@@ -83,6 +83,27 @@ impl Alert {
 
     /// Names the latest recording that was kept of its wagon.
     pub(super) fn find_recording(&mut self, gaps: &Path) {
+        if let Some(path) = self.recordings(gaps).next() {
+            self.evidence.recording = Some(path.display().to_string());
+        }
+    }
+
+    /// Joins what the diagnosis of the latest recording that has one found; what is known of an older one stays until then.
+    /// True if there is news.
+    pub(super) fn find_diagnosis(&mut self, gaps: &Path) -> bool {
+        let Some(answered) = self.recordings(gaps).find(|path| path.join(diagnosis::ANSWER).exists()) else {
+            return false;
+        };
+        let known =
+            self.evidence.diagnosis.as_ref().is_some_and(|known| Path::new(&known.recording) == answered);
+        let found = if known { None } else { diagnosis::read(&answered) };
+        let news = found.is_some();
+        self.evidence.diagnosis = found.or(self.evidence.diagnosis.take());
+        news
+    }
+
+    /// The recordings that were kept of its wagon around its time, the latest first.
+    fn recordings(&self, gaps: &Path) -> impl Iterator<Item = PathBuf> + use<> {
         // One of another day explains nothing of today.
         let since_ns = self.unix_ns.saturating_sub(RECORDED_BEFORE_NS);
         let fresh = |path: &Path| {
@@ -91,13 +112,11 @@ impl Alert {
             age.is_some_and(|age| age.as_nanos() as i64 >= since_ns)
         };
         let prefix = format!("wagon-{}-", self.wagon);
-        let folders = std::fs::read_dir(gaps).into_iter().flatten().flatten().map(|entry| entry.path());
-        let name = |path: &Path| path.file_name().map(|name| name.to_string_lossy().into_owned());
-        let own =
-            folders.filter(|path| name(path).is_some_and(|name| name.starts_with(&prefix)) && fresh(path));
-        if let Some(path) = own.max_by_key(|path| name(path)) {
-            self.evidence.recording = Some(path.display().to_string());
-        }
+        let folders = std::fs::read_dir(gaps).into_iter().flatten().flatten();
+        let own = folders.filter(|folder| folder.file_name().to_string_lossy().starts_with(&prefix));
+        let mut own: Vec<PathBuf> = own.map(|folder| folder.path()).filter(|path| fresh(path)).collect();
+        own.sort();
+        own.into_iter().rev()
     }
 
     /// Writes a line of history and renews the state.

@@ -2,6 +2,8 @@
 //! it has been kept for long enough.
 
 use crate::api::grade::Grade;
+use crate::time::rfc3339;
+use railgrip_messages::Stamp;
 use std::collections::BTreeMap;
 
 /// A symptom: a rule broken at one place. Wagon 0 is the train itself, or this service.
@@ -14,6 +16,9 @@ pub struct Symptom {
     /// Name of the rule: an indicator, or `silent`, `storage`, `history`.
     pub rule: &'static str,
 }
+
+/// Between what is seen now and what was seen before.
+const BEFORE: &str = "; before: ";
 
 /// How long a symptom must last until it counts, and be gone until it does not, s.
 #[derive(Debug, Clone, Copy)]
@@ -30,6 +35,8 @@ struct Watched {
     /// Since when it is worse than what counts, or less bad.
     other_since_ns: Option<u64>,
     fires: Option<(Grade, String)>,
+    /// While it fires and is not seen any more: since when, in words.
+    past: Option<String>,
 }
 
 /// All symptoms that fire, or may soon.
@@ -41,26 +48,33 @@ pub(super) struct Evaluation {
 impl Evaluation {
     /// Goes on from a symptom that fired before a restart.
     pub fn restore(&mut self, symptom: Symptom, grade: Grade, reason: String) {
+        let reason = reason.split_once(BEFORE).map_or(reason.as_str(), |(_, before)| before).to_owned();
         self.watched.insert(symptom, Watched { fires: Some((grade, reason)), ..Watched::default() });
     }
 
     /// Takes in how a symptom is judged now. `Unknown` neither raises nor clears.
-    pub fn judge(&mut self, symptom: Symptom, grade: Grade, reason: &str, patience: Patience, now_ns: u64) {
+    pub fn judge(&mut self, symptom: Symptom, grade: Grade, reason: &str, patience: Patience, now: Stamp) {
         match grade {
-            Grade::Unknown => {}
-            Grade::Ok => self.good(&symptom, patience, now_ns),
+            Grade::Unknown => {
+                if let Some(watched) = self.watched.get_mut(&symptom) {
+                    watched.is_past("unknown since", now);
+                }
+            }
+            Grade::Ok => self.good(&symptom, patience, now),
             Grade::Watch | Grade::Act => {
                 let watched = self.watched.entry(symptom).or_default();
-                watched.bad(grade, reason, patience, now_ns);
+                watched.past = None;
+                watched.bad(grade, reason, patience, now.monotonic_ns);
             }
         }
     }
 
-    fn good(&mut self, symptom: &Symptom, patience: Patience, now_ns: u64) {
+    fn good(&mut self, symptom: &Symptom, patience: Patience, now: Stamp) {
         let Some(watched) = self.watched.get_mut(symptom) else { return };
         watched.bad_since_ns = None;
-        let since_ns = *watched.good_since_ns.get_or_insert(now_ns);
-        if watched.fires.is_none() || seconds(since_ns, now_ns) >= patience.clear_s {
+        watched.is_past("well since", now);
+        let since_ns = *watched.good_since_ns.get_or_insert(now.monotonic_ns);
+        if watched.fires.is_none() || seconds(since_ns, now.monotonic_ns) >= patience.clear_s {
             self.watched.remove(symptom);
         }
     }
@@ -70,15 +84,29 @@ impl Evaluation {
         self.watched.keys().filter(|symptom| chosen(symptom.rule)).cloned().collect()
     }
 
-    /// The symptoms that fire, with how bad they are and why.
-    pub fn firing(&self) -> impl Iterator<Item = (&Symptom, Grade, &str)> {
+    /// The symptoms that fire, with how bad they are and why. What lasts only because it is not yet gone for long enough says
+    /// since when: it must not contradict what is seen now.
+    pub fn firing(&self) -> impl Iterator<Item = (&Symptom, Grade, String)> {
         self.watched.iter().filter_map(|(symptom, watched)| {
-            watched.fires.as_ref().map(|(grade, reason)| (symptom, *grade, reason.as_str()))
+            let (grade, reason) = watched.fires.as_ref()?;
+            let reason = match &watched.past {
+                Some(since) => format!("{since}{BEFORE}{reason}"),
+                None => reason.clone(),
+            };
+            Some((symptom, *grade, reason))
         })
     }
 }
 
 impl Watched {
+    /// What fires is not seen any more; what is seen instead, from now on.
+    fn is_past(&mut self, since: &str, now: Stamp) {
+        let goes_on = self.past.as_deref().is_some_and(|past| past.starts_with(since));
+        if self.fires.is_some() && !goes_on {
+            self.past = Some(format!("{since} {}", rfc3339(now.unix_ns)));
+        }
+    }
+
     fn bad(&mut self, grade: Grade, reason: &str, patience: Patience, now_ns: u64) {
         self.good_since_ns = None;
         let since_ns = *self.bad_since_ns.get_or_insert(now_ns);

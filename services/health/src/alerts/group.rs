@@ -17,7 +17,7 @@ type Places<'a> = BTreeMap<&'a str, BTreeMap<u32, Vec<AlertPlace>>>;
 /// `home(rule, wagon)` under which wagon a symptom is listed: one fault may lie in several.
 pub(super) fn group<'a>(
     rules: Rules,
-    firing: impl Iterator<Item = (&'a Symptom, Grade, &'a str)>,
+    firing: impl Iterator<Item = (&'a Symptom, Grade, String)>,
     is_common: impl Fn(&str, usize) -> bool,
     home: impl Fn(&'static str, u32) -> u32,
 ) -> BTreeMap<Group, Vec<AlertPlace>> {
@@ -29,7 +29,7 @@ pub(super) fn group<'a>(
             wheelset: symptom.wheelset,
             indicator: symptom.rule.to_owned(),
             grade,
-            reason: reason.to_owned(),
+            reason,
         });
     }
     let mut groups = BTreeMap::new();

@@ -15,6 +15,7 @@
 
 mod book;
 mod change;
+pub mod diagnosis;
 mod evaluate;
 mod group;
 pub mod journal;

@@ -2,6 +2,7 @@
 //!
 //! Journals of earlier versions call a silence a shelf; they stay readable.
 
+use super::diagnosis::Diagnosis;
 use crate::api::grade::Grade;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -60,12 +61,15 @@ pub struct AlertPlace {
 }
 
 /// Where to see for oneself.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Evidence {
     /// The indicators of the worst wagon around the time of the alert: a path of this API.
     pub history: String,
     /// Folder with the latest minutes of samples, ready for `railgrip gap diagnose`, where one was kept.
     pub recording: Option<String>,
+    /// What the diagnosis of that recording found; `null` until it is done.
+    #[serde(default)]
+    pub diagnosis: Option<Diagnosis>,
 }
 
 /// Who took notice.

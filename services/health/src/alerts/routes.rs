@@ -1,5 +1,6 @@
 //! Requests about alerts: look, acknowledge, take that back, silence, end a silence.
 
+use super::diagnosis;
 use super::model::{AcknowledgeRequest, Alert, AlertList, AlertState, SilenceRequest};
 use super::operator::Refusal;
 use crate::access::Identity;
@@ -12,7 +13,7 @@ use crate::web::pages::{MOST, Page, link};
 use crate::web::query::{parameters, refuse, value};
 use axum::body::Bytes;
 use axum::extract::{Path, RawQuery, State};
-use axum::http::StatusCode;
+use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::{Extension, Json};
 use serde::de::DeserializeOwned;
@@ -90,6 +91,36 @@ pub(crate) async fn alert(
     let alert = book.lock().get(id);
     alert.map(Json).ok_or_else(|| Refusal::Unknown(id).into())
 }
+
+/// The report of the diagnosis of an alert's recording, as a page of its own.
+#[utoipa::path(get, path = "/api/v1/alerts/{id}/report", tag = "alerts",
+    params(("id" = u64, Path, minimum = 1, description = "Number of the alert")),
+    responses(
+        (status = 200, description = "The report, a page for people", body = String, content_type = "text/html"),
+        (status = 404, description = "There is no such alert, or no report of it (yet)"),
+    ))]
+pub(crate) async fn report(
+    State(shared): State<Shared>,
+    Path(id): Path<String>,
+) -> Result<Response, Problem> {
+    let (book, id) = (shared.latest().book.clone(), number(&id)?);
+    let alert = book.lock().get(id).ok_or(Refusal::Unknown(id))?;
+    let recording = alert.evidence.diagnosis.filter(|it| it.has_page).map(|it| it.recording);
+    let missing = || Problem::new(StatusCode::NOT_FOUND, format!("alert {id} has no report of a diagnosis"));
+    let recording = recording.ok_or_else(missing)?;
+    let read = tokio::task::spawn_blocking(move || diagnosis::page(std::path::Path::new(&recording))).await;
+    let page = read.ok().flatten().ok_or_else(missing)?;
+    let headers = [
+        (header::CONTENT_TYPE, HeaderValue::from_static("text/html; charset=utf-8")),
+        (header::CONTENT_SECURITY_POLICY, OWN_STYLE),
+    ];
+    Ok((headers, page).into_response())
+}
+
+/// A report carries its style in itself, and needs nothing else.
+const OWN_STYLE: HeaderValue = HeaderValue::from_static(
+    "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; frame-ancestors 'none'",
+);
 
 /// What comes of a change.
 #[derive(utoipa::IntoResponses)]

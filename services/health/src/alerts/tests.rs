@@ -70,6 +70,21 @@ fn an_alert_is_raised_when_its_cause_lasts_and_cleared_when_it_stays_away() {
     assert_eq!(book.counts(), AlertCounts::default());
 }
 
+/// An alert that waits for its cause to stay away does not contradict what is seen now.
+#[test]
+fn what_is_not_seen_any_more_says_since_when() {
+    let mut book = book();
+    let reason = |book: &AlertBook| book.list()[0].reason.clone();
+    play(&mut book, 0.0, 4.0, &one(Grade::Watch));
+    assert_eq!(reason(&book), "wheelset 2: as it is");
+    play(&mut book, 4.0, 6.0, &one(Grade::Ok));
+    assert_eq!(reason(&book), "wheelset 2: well since 1970-01-01T00:00:04.000Z; before: as it is");
+    play(&mut book, 6.0, 7.0, &one(Grade::Watch));
+    assert_eq!(reason(&book), "wheelset 2: as it is");
+    play(&mut book, 7.0, 8.0, &one(Grade::Unknown));
+    assert_eq!(reason(&book), "wheelset 2: unknown since 1970-01-01T00:00:07.000Z; before: as it is");
+}
+
 #[test]
 fn worse_is_told_when_it_lasts_and_unknown_changes_nothing() {
     let mut book = book();

@@ -1,15 +1,15 @@
 //! `/docs`: the description of the interface for people, made from the OpenAPI document, without any script. What it says of
-//! routes is in the language of the page; what it says of the fields of forms, in the English of the document.
+//! routes and forms is in the language of the page.
 
 use super::docs::{DEPRECATED, REFUSALS};
 use crate::page::{POLICY, style_sheet};
 use crate::shared::Shared;
-use crate::words::{Language, reword, say, speak, spoken, t};
 use axum::Extension;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, Uri, header};
 use axum::response::{IntoResponse, Response};
 use maud::{DOCTYPE, Markup, html};
+use railgrip_words::{Language, reword, say, speak, spoken, t};
 use serde_json::{Map, Value, json};
 
 /// Groups of routes in the order of the contents, with their headings.
@@ -101,7 +101,6 @@ fn document(api: &Value, base: &str) -> Markup {
                         (rules())
                         @for (tag, heading) in GROUPS { (group(tag, heading, &routes, schemas, base)) }
                         h2 #forms { (t("Forms")) }
-                        @if spoken() != Language::English { p { (t("Descriptions of the fields are English.")) } }
                         @for (name, schema) in schemas { (form(name, schema)) }
                     }
                 }
@@ -248,7 +247,7 @@ fn form(name: &str, schema: &Value) -> Markup {
     html! {
         section .card id=(name) {
             h3 { (name) }
-            p lang="en" { (text(&schema["description"])) }
+            p { (told(&schema["description"])) }
             @if let Some(words) = schema["enum"].as_array() {
                 p { @for word in words { code { (text(word)) } " " } }
             }
@@ -267,7 +266,7 @@ fn properties(schema: &Value) -> Markup {
                 tbody {
                     @for (name, property) in properties {
                         tr { th scope="row" { code { (name) } @if !needed(name) { " (" (t("optional")) ")" } }
-                             td { (type_of(property)) } td lang="en" { (text(&property["description"])) } }
+                             td { (type_of(property)) } td { (told(&property["description"])) } }
                     }
                 }
             }

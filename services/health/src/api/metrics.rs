@@ -3,9 +3,10 @@
 use crate::api::figures::Figures;
 use crate::api::grade::{Condition, DataState, Grade};
 use crate::api::processes::ProcessView;
+use crate::api::sources;
 use crate::api::wagons::model::WagonView;
 use crate::history::HistoryStatus;
-use crate::shared::Shared;
+use crate::shared::{Build, Shared};
 use crate::store::Snapshot;
 use axum::extract::State;
 use axum::http::{HeaderValue, header};
@@ -15,6 +16,7 @@ use prometheus_client::encoding::text::encode;
 use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::family::Family;
 use prometheus_client::metrics::gauge::Gauge;
+use prometheus_client::metrics::info::Info;
 use prometheus_client::registry::Registry;
 use railgrip_indicators::train::capability::Capability;
 use railgrip_indicators::{IndicatorSpec, Metric};
@@ -75,13 +77,16 @@ struct OfRefusal {
 pub(crate) async fn metrics(State(shared): State<Shared>) -> Response {
     let kind = HeaderValue::from_static("application/openmetrics-text; version=1.0.0; charset=utf-8");
     let history = shared.history().map(|history| history.status());
-    ([(header::CONTENT_TYPE, kind)], text(&shared.latest(), shared.requests(), history.as_ref()))
+    (
+        [(header::CONTENT_TYPE, kind)],
+        text(&shared.latest(), shared.requests(), history.as_ref(), shared.build()),
+    )
         .into_response()
 }
 
 /// The metrics of a snapshot.
 #[must_use]
-pub fn text(snapshot: &Snapshot, requests: u64, history: Option<&HistoryStatus>) -> String {
+pub fn text(snapshot: &Snapshot, requests: u64, history: Option<&HistoryStatus>, build: Build) -> String {
     let mut registry = Registry::with_prefix("railgrip");
     let mut wagons = OfWagons::register(&mut registry);
     snapshot.wagons.iter().for_each(|wagon| wagons.fill(wagon));
@@ -101,6 +106,8 @@ pub fn text(snapshot: &Snapshot, requests: u64, history: Option<&HistoryStatus>)
         let label = OfRefusal { payload: one.payload.clone(), reason: one.reason.clone() };
         refused.get_or_create(&label).inc_by(one.count as f64);
     }
+    sources::register(&mut registry, &snapshot.train.sources);
+    registry.register("build", "From which version and commit this program is built", Info::new(build));
     let served: Counter<u64> = Counter::default();
     served.inc_by(requests);
     registry.register("http_requests", "Requests answered", served);

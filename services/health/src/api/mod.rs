@@ -18,6 +18,7 @@ pub mod metrics;
 pub mod problem;
 pub mod processes;
 mod router;
+pub(crate) mod sources;
 mod stream;
 pub mod train;
 pub mod trends;

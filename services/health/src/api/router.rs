@@ -46,6 +46,7 @@ pub fn router(shared: Shared) -> axum::Router {
         .routes(routes!(history::events::events))
         .routes(routes!(alerts::routes::alerts))
         .routes(routes!(alerts::routes::alert))
+        .routes(routes!(alerts::routes::report))
         .routes(routes!(alerts::routes::acknowledge))
         .routes(routes!(alerts::routes::unacknowledge))
         .routes(routes!(alerts::routes::silence))

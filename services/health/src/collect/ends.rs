@@ -5,7 +5,7 @@ use crate::history::watch::Watch;
 use crate::store::Store;
 use railgrip_bus::{
     Bus, BusConfig, BusError, HealthSubscriber, HeardSubscriber, HeartbeatPublisher, HeartbeatSubscriber,
-    VerdictSubscriber, now,
+    SourceSubscriber, VerdictSubscriber, now,
 };
 use railgrip_messages::{Heartbeat, NO_WAGON, ProcessKind};
 use railgrip_settings::TrainSettings;
@@ -17,6 +17,7 @@ pub(super) struct Ends {
     heard: Vec<(u32, HeardSubscriber)>,
     /// Of a train whose wagons are judged together.
     verdicts: Option<VerdictSubscriber>,
+    sources: SourceSubscriber,
     heartbeats: HeartbeatSubscriber,
     own: HeartbeatPublisher,
     sequence: u64,
@@ -35,8 +36,9 @@ impl Ends {
             .map(|microphone| Ok((microphone.wagon, bus.heard_subscriber(microphone.wagon)?)))
             .collect::<Result<_, BusError>>()?;
         let verdicts = settings.judged_together.then(|| bus.verdict_subscriber()).transpose()?;
+        let sources = bus.source_subscriber()?;
         let (heartbeats, own) = (bus.heartbeat_subscriber()?, bus.heartbeat_publisher()?);
-        Ok(Self { bus, health, heard, verdicts, heartbeats, own, sequence: 0 })
+        Ok(Self { bus, health, heard, verdicts, sources, heartbeats, own, sequence: 0 })
     }
 
     /// Hands on everything that has arrived.
@@ -80,6 +82,12 @@ impl Ends {
                 }
             })?;
         }
+        self.sources.receive(|batch| {
+            let now = now();
+            for state in batch {
+                let _ = store.receive_source(state, now);
+            }
+        })?;
         self.heartbeats.receive(|batch| {
             let now = now();
             for beat in batch.iter().filter_map(|beat| store.receive_heartbeat(beat, now)) {

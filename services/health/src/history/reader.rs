@@ -2,6 +2,7 @@
 
 use crate::history::columns;
 use crate::history::consist::Consist;
+use crate::web::room::Room;
 use railgrip_history::{HistoryError, Reader};
 use railgrip_settings::VehicleNumber;
 use serde::Serialize;
@@ -14,6 +15,8 @@ use utoipa::ToSchema;
 const READERS: usize = 2;
 /// Exports at once; others are refused.
 const EXPORTS: usize = 1;
+/// Memory for answers that wait for their readers, bytes.
+const ROOM_BYTES: usize = 64 << 20;
 
 /// How the history is.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, ToSchema)]
@@ -42,6 +45,8 @@ pub struct History {
     idle: Mutex<Vec<Reader>>,
     pub(crate) turns: Arc<Semaphore>,
     pub(crate) exports: Arc<Semaphore>,
+    /// For answers that wait for their readers.
+    pub(crate) room: Room,
 }
 
 impl History {
@@ -62,6 +67,7 @@ impl History {
             idle: Mutex::default(),
             turns: Arc::new(Semaphore::new(READERS)),
             exports: Arc::new(Semaphore::new(EXPORTS)),
+            room: Room::new(ROOM_BYTES),
         }
     }
 

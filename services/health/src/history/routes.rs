@@ -16,6 +16,10 @@ use serde::Serialize;
 use std::sync::Arc;
 use utoipa::ToSchema;
 
+/// About so many bytes of an answer belong to a step, and to the figures of one indicator in it.
+const STEP_BYTES: usize = 40;
+const FIGURES_BYTES: usize = 45;
+
 /// How the history is, and which indicators it holds.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct HistoryOverview {
@@ -72,7 +76,7 @@ pub(crate) async fn overview(State(shared): State<Shared>) -> Result<Json<Histor
         (status = 400, description = "A query parameter is wrong; the detail names it and what is allowed"),
         (status = 404, description = "There is no such wagon, or no history"),
         (status = 409, description = "`from`, `to` and `step` contradict each other"),
-        (status = 503, description = "The database refuses"),
+        (status = 503, description = "The database refuses, or too many long answers wait for their readers"),
     ))]
 pub(crate) async fn history(
     State(shared): State<Shared>,
@@ -84,9 +88,13 @@ pub(crate) async fn history(
     let pairs = parameters(query.as_deref(), &["from", "to", "step", "fields"])?;
     let span = query::span(&pairs, shared.now().unix_ns.div_euclid(1_000_000_000))?;
     let fields = value(&pairs, "fields").map(|text| fields(&history, text)).transpose()?;
+    let columns = fields.as_ref().map_or(history.columns().len(), Vec::len);
+    let room = history.room.take(span.steps() * (STEP_BYTES + columns * FIGURES_BYTES)).await?;
     let body = read(history, move |history| view(history, wagon, span, fields.as_deref())).await?;
     let headers = [(header::CONTENT_TYPE, HeaderValue::from_static("application/json"))];
-    Ok((headers, body).into_response())
+    let mut response = (headers, body).into_response();
+    response.extensions_mut().insert(room);
+    Ok(response)
 }
 
 fn view(history: &History, wagon: u32, span: Span, fields: Option<&[String]>) -> Result<Bytes, HistoryError> {

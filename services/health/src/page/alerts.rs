@@ -7,8 +7,8 @@ use crate::alerts::model::{AlertEvent, AlertState, Scope};
 use crate::alerts::notify::ReceiverView;
 use crate::shared::Shared;
 use crate::store::Snapshot;
-use crate::words::{reword, say, t};
 use maud::{Markup, html};
+use railgrip_words::{reword, say, t};
 
 /// Alerts that are over and still shown; the interface has more.
 const OVER_SHOWN: usize = 50;
@@ -133,6 +133,7 @@ fn entry(alert: &Alert) -> Markup {
             }
             p .reason { (timed(&sentence(&alert.reason))) }
             p .advice { b { (t("Do:")) " " } (reword(&alert.advice)) }
+            (found(alert))
             (taken(alert))
             div .acts { (buttons(alert)) }
             (more(alert))
@@ -195,6 +196,18 @@ fn since(alert: &Alert) -> Markup {
     }
 }
 
+/// What the diagnosis of its recording found.
+fn found(alert: &Alert) -> Markup {
+    html! {
+        @if let Some(diagnosis) = &alert.evidence.diagnosis {
+            p .advice {
+                b { (t("Diagnosis of the recording:")) " " } (reword(&diagnosis.words))
+                @if diagnosis.has_page { " " a href={ "/api/v1/alerts/" (alert.id) "/report" } { (t("The whole report")) } }
+            }
+        }
+    }
+}
+
 /// Who took care of it.
 fn taken(alert: &Alert) -> Markup {
     html! {
@@ -248,6 +261,10 @@ fn more(alert: &Alert) -> Markup {
             p {
                 @if let Some(chart) = chart_of_that_time(alert) { a href=(chart) { (t("Charts of that time")) } }
                 @if let Some(recording) = &alert.evidence.recording { ", " (t("recording")) " " code { (recording) } }
+            }
+            @if let Some(diagnosis) = alert.evidence.diagnosis.as_ref().filter(|diagnosis| !diagnosis.lacks.is_empty()) {
+                p { (t("What the recording does not show:")) }
+                ul .course { @for lack in &diagnosis.lacks { li { (reword(lack)) } } }
             }
         }
     }

@@ -2,12 +2,12 @@
 
 use crate::api::problem::Problem;
 use crate::web::encode::takes_gzip;
-use crate::words::{Language, in_language};
 use axum::extract::Path;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use railgrip_words::{Language, in_language};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::Write;
 use std::sync::LazyLock;

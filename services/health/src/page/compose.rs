@@ -5,8 +5,8 @@ use super::{alerts, frame, meaning, settings, train, wagon};
 use crate::settings::{receiver_routes, routes::list};
 use crate::shared::Shared;
 use crate::store::Snapshot;
-use crate::words::{say, t};
 use maud::Markup;
+use railgrip_words::{say, t};
 
 /// Everything that renews itself on this page.
 pub(super) fn parts(page: Page, shared: &Shared, snapshot: &Snapshot) -> Vec<Part> {

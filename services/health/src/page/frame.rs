@@ -7,8 +7,8 @@ use crate::api::grade::{DataState, Grade};
 use crate::api::wagons::model::WagonRow;
 use crate::shared::Shared;
 use crate::store::Snapshot;
-use crate::words::{Language, say, spoken, t};
 use maud::{DOCTYPE, Markup, html};
+use railgrip_words::{Language, say, spoken, t};
 
 /// A picture older than this means that the service itself is stuck, s.
 const STUCK_S: f64 = 5.0;

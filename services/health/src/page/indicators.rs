@@ -8,10 +8,10 @@ use crate::api::figure::Figure;
 use crate::api::grade::Grade;
 use crate::api::wagons::model::{WagonView, WheelsetView};
 use crate::limits::Limits;
-use crate::words::{say, t};
 use maud::{Markup, html};
 use railgrip_indicators::indicator::{ADHESION_AVAILABLE, RAIL};
 use railgrip_indicators::{Form, IndicatorSpec, Limit};
+use railgrip_words::{say, t};
 
 /// Explains the bars.
 pub(super) fn key() -> Markup {

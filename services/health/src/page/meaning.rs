@@ -2,9 +2,9 @@
 //! train, so that this page and the grades cannot contradict each other.
 
 use crate::limits::Limits;
-use crate::words::{reword, t};
 use maud::{Markup, html};
 use railgrip_indicators::IndicatorSpec;
+use railgrip_words::{reword, t};
 
 /// One figure, by the block of ISO 13374 that it belongs to.
 struct Entry {

@@ -30,7 +30,6 @@ mod wagon;
 mod words;
 
 use crate::shared::Shared;
-use crate::words::{Language, speak};
 use axum::Extension;
 use axum::Router;
 use axum::extract::{Path, State};
@@ -38,6 +37,7 @@ use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use kind::Page;
+use railgrip_words::{Language, speak};
 
 /// Only what this service itself serves; nothing inline.
 pub(crate) const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; \

@@ -1,7 +1,7 @@
 //! Notes on a vehicle: what people wrote down, and a form to write more.
 
-use crate::words::t;
 use maud::{Markup, html};
+use railgrip_words::t;
 
 /// The section of a wagon's page; its script fills it and sends.
 pub(super) fn section(id: u32) -> Markup {

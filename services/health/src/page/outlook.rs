@@ -6,13 +6,13 @@ use crate::api::problem::Problem;
 use crate::api::trends::model::{TrendView, Verdict};
 use crate::api::trends::routes as trends;
 use crate::shared::Shared;
-use crate::words::{Language, say, speak, t};
 use axum::Extension;
 use axum::extract::{Path, State};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use maud::{Markup, html};
 use railgrip_indicators::{Form, INDICATORS, IndicatorSpec};
+use railgrip_words::{Language, say, speak, t};
 
 /// Beyond so many days nobody plans.
 const FAR_DAYS: f64 = 730.0;

@@ -1,7 +1,7 @@
 //! What only paper shows: lines for the fitter to write on, and where the page came from.
 
-use crate::words::t;
 use maud::{Markup, html};
+use railgrip_words::t;
 
 /// Blank lines, and the address of the view that was printed; the script writes it, with the range of the charts.
 pub(super) fn lines() -> Markup {

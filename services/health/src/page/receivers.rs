@@ -1,8 +1,8 @@
 //! Who is notified of alerts, as the config says it, and the way to add, change or remove one.
 
 use crate::settings::model::{LeastGrade, ReceiverKind, ReceiverSetting, ReceiverSettingList};
-use crate::words::t;
 use maud::{Markup, html};
+use railgrip_words::t;
 
 /// The receivers as a table.
 pub(super) fn card(list: &ReceiverSettingList) -> Markup {

@@ -3,8 +3,8 @@
 use super::receivers;
 use super::words::number;
 use crate::settings::model::{ReceiverSettingList, Setting, SettingList};
-use crate::words::{reword, say, t};
 use maud::{Markup, html};
+use railgrip_words::{reword, say, t};
 
 /// The page's content.
 pub(super) fn body(list: &SettingList, told: &ReceiverSettingList) -> Markup {

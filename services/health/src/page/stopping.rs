@@ -10,9 +10,9 @@ use crate::api::figure::Figure;
 use crate::api::grade::Grade;
 use crate::shared::Shared;
 use crate::store::Snapshot;
-use crate::words::{say, t};
 use maud::{Markup, html};
 use railgrip_indicators::indicator::STOPPING_RATIO;
+use railgrip_words::{say, t};
 
 /// A cell counts as low from this probability on.
 const LOW_FROM: f64 = 0.5;

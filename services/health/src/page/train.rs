@@ -8,10 +8,10 @@ use crate::api::train::model::TrainView;
 use crate::api::wagons::model::{WagonRow, WagonView, WheelsetView};
 use crate::shared::Shared;
 use crate::store::Snapshot;
-use crate::words::{say, t};
 use maud::{Markup, html};
 use railgrip_indicators::IndicatorSpec;
 use railgrip_indicators::indicator::{ASYMMETRY, BRAKE_FRICTION};
+use railgrip_words::{say, t};
 
 /// Longer trains are drawn with small wagons.
 const ROOMY: usize = 16;
@@ -103,6 +103,11 @@ fn headline(train: &TrainView) -> String {
     }
 }
 
+/// The word behind a number of alerts.
+fn alerts_in_words(count: u32) -> &'static str {
+    if count == 1 { t("alert") } else { t("alerts") }
+}
+
 /// The train in figures.
 fn facts(snapshot: &Snapshot) -> Markup {
     let train = &snapshot.train;
@@ -117,8 +122,8 @@ fn facts(snapshot: &Snapshot) -> Markup {
         dl #facts .facts {
             div { dt { (t("Speed")) } dd { (maybe(speed, 0)) small { " km/h" } } }
             div { dt { (t("Track position")) } dd { (maybe(position, 2)) small { " km" } } }
-            div { dt { (t("Needs action")) } dd { (train.alerts.act) small { " " (t("alerts")) } } }
-            div { dt { (t("Worth a look")) } dd { (train.alerts.watch) small { " " (t("alerts")) } } }
+            div { dt { (t("Needs action")) } dd { (train.alerts.act) small { " " (alerts_in_words(train.alerts.act)) } } }
+            div { dt { (t("Worth a look")) } dd { (train.alerts.watch) small { " " (alerts_in_words(train.alerts.watch)) } } }
             div .loud[quiet > 0] { dt { (t("Without data")) } dd { (quiet) small { " " (say("of {count}", &[("count", &train.wagons)])) } } }
         }
     }

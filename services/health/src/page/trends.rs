@@ -3,9 +3,9 @@
 use crate::api::grade::Grade;
 use crate::api::wagons::model::WagonView;
 use crate::limits::Limits;
-use crate::words::t;
 use maud::{Markup, html};
 use railgrip_indicators::{IndicatorSpec, Limit};
+use railgrip_words::t;
 
 /// Ranges that end now, s.
 const RANGES: [(u32, &str); 6] = [

@@ -8,8 +8,8 @@ use crate::api::processes::ProcessView;
 use crate::api::wagons::model::WagonView;
 use crate::limits::Limits;
 use crate::store::Snapshot;
-use crate::words::{reword, say, t};
 use maud::{Markup, html};
+use railgrip_words::{reword, say, t};
 
 pub(super) fn parts(id: u32, limits: &Limits, snapshot: &Snapshot) -> Vec<Part> {
     let Some(wagon) = snapshot.wagons.iter().find(|wagon| wagon.id == id) else { return Vec::new() };

@@ -3,10 +3,10 @@
 use crate::api::figure::Figure;
 use crate::api::grade::{Condition, DataState, Grade};
 use crate::time::parse_rfc3339;
-use crate::words::{localised, reword, say, t};
 use maud::{Markup, html};
 use railgrip_causes::Cause;
 use railgrip_indicators::{Form, INDICATORS, IndicatorSpec};
+use railgrip_words::{localised, reword, say, t};
 
 /// What stands for something unknown.
 pub(super) const NOTHING: &str = "–";

@@ -9,7 +9,7 @@ use crate::store::snapshot::{Basis, Snapshot};
 use crate::store::symptoms;
 use railgrip_indicators::train::track::KeptCell;
 use railgrip_indicators::{INDICATORS, Table};
-use railgrip_messages::{Health, Heard, Heartbeat, NO_WAGON, Stamp, Validated, Verdicts};
+use railgrip_messages::{Health, Heard, Heartbeat, NO_WAGON, SourceState, Stamp, Validated, Verdicts};
 use railgrip_settings::TrainSettings;
 
 /// Everything that is known about the train.
@@ -40,7 +40,7 @@ impl Store {
             table,
             settings.alerts,
             settings.wagons.len() as u32,
-            settings.instance.dir.join("gaps"),
+            settings.instance.gap_folder(),
         );
         let book = if settings.judged_together { book.judged_together() } else { book };
         Self {
@@ -108,6 +108,16 @@ impl Store {
         let valid = self.received.admit(NO_WAGON, beat, now)?;
         self.received.take_heartbeat(valid);
         Some(valid)
+    }
+
+    /// Checks and takes what the source of samples has counted; false if it is refused.
+    pub fn receive_source(&mut self, state: &SourceState, now: Stamp) -> bool {
+        let valid = self.received.admit(NO_WAGON, state, now);
+        let taken = valid.is_some();
+        if let Some(valid) = valid {
+            self.received.take_source(valid);
+        }
+        taken
     }
 
     /// Takes what is wrong with the history, if anything is.

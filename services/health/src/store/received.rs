@@ -3,7 +3,9 @@
 
 use crate::store::refused::Refused;
 use railgrip_indicators::Nominal;
-use railgrip_messages::{Checked, Health, Heard, Heartbeat, NO_WAGON, Refusal, Stamp, Validated};
+use railgrip_messages::{
+    Checked, Health, Heard, Heartbeat, NO_WAGON, Refusal, SourceState, Stamp, Validated,
+};
 use railgrip_settings::{TrainSettings, WagonSettings};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,6 +20,8 @@ pub(super) struct Received {
     pub wagons: Vec<Wagon>,
     /// By kind of process and wagon.
     pub heartbeats: BTreeMap<(u32, u32), Heartbeat>,
+    /// What the source of samples said last, by wagon.
+    pub sources: BTreeMap<u32, SourceState>,
     /// Data are stale from this age on, s.
     pub stale_after_s: f64,
     /// What was not taken.
@@ -60,6 +64,7 @@ impl Received {
         Self {
             wagons: settings.wagons.iter().map(|wagon| Wagon::new(settings, wagon)).collect(),
             heartbeats: BTreeMap::new(),
+            sources: BTreeMap::new(),
             stale_after_s: settings.http.stale_after_s,
             refused: Refused::default(),
         }
@@ -110,9 +115,15 @@ impl Received {
         self.heartbeats.insert((beat.process, beat.wagon), *beat);
     }
 
+    /// Takes what the source of samples has counted.
+    pub fn take_source(&mut self, state: Validated<'_, SourceState>) {
+        self.sources.insert(state.wagon, *state);
+    }
+
     /// Forgets processes that have been quiet for long.
     pub fn forget_silent_processes(&mut self, now: Stamp) {
         self.heartbeats.retain(|_, beat| beat.stamp.age_s(now.monotonic_ns) < PROCESS_GONE_S);
+        self.sources.retain(|_, state| state.stamp.age_s(now.monotonic_ns) < PROCESS_GONE_S);
     }
 
     /// What a wagon said last, unless that is stale.

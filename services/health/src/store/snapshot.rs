@@ -6,6 +6,7 @@ use crate::api::acoustic::acoustic;
 use crate::api::figure::Freshness;
 use crate::api::grade::{DataState, Grade};
 use crate::api::processes::process;
+use crate::api::sources::source;
 use crate::api::train::model::{AlertCounts, RefusedView, TrainView};
 use crate::api::wagons::model::{WagonList, WagonRow, WagonView, WheelsetView};
 use crate::api::wagons::view;
@@ -15,7 +16,8 @@ use crate::store::received::{Received, Wagon};
 use crate::time::rfc3339;
 use crate::web::json::json;
 use axum::body::Bytes;
-use railgrip_indicators::Table;
+use railgrip_causes::Cause;
+use railgrip_indicators::{IndicatorSpec, Table};
 use railgrip_messages::{ProcessKind, Stamp};
 use std::sync::Arc;
 
@@ -123,7 +125,7 @@ impl Snapshot {
         let counts = locked.counts();
         drop(locked);
         let (mut rows, mut wagons) = wagons(&basis, now.monotonic_ns);
-        accuse(&alerts.alerts, &mut rows, &mut wagons);
+        accuse(basis.table, &alerts.alerts, &mut rows, &mut wagons);
         let not_ready: Vec<String> = rows
             .iter()
             .filter(|row| row.state != DataState::Live)
@@ -183,9 +185,15 @@ fn wagons(basis: &Basis, now_ns: u64) -> (Vec<WagonRow>, Vec<WagonView>) {
 }
 
 /// Grades of wagons and wheelsets are never better than what active alerts say of them, so that page and interface speak with
-/// one voice. What somebody has silenced does not count.
-fn accuse(alerts: &[Alert], rows: &mut [WagonRow], wagons: &mut [WagonView]) {
-    for alert in alerts.iter().filter(|alert| alert.active && alert.silenced.is_none()) {
+/// one voice. What somebody has silenced does not count, nor what lies in the line: one alert tells of it, and the wagons that
+/// run there stay as they are.
+fn accuse(table: Table, alerts: &[Alert], rows: &mut [WagonRow], wagons: &mut [WagonView]) {
+    let of_line = |alert: &&Alert| {
+        let judged = alert.cause == Cause::LowAdhesion.word();
+        judged || table.find(&alert.cause).is_some_and(IndicatorSpec::is_of_train)
+    };
+    let told = alerts.iter().filter(|alert| alert.active && alert.silenced.is_none());
+    for alert in told.filter(|alert| !of_line(alert)) {
         for place in &alert.places {
             let Some(index) = rows.iter().position(|row| row.id == place.wagon) else { continue };
             let (row, wagon) = (&mut rows[index], &mut wagons[index]);
@@ -248,6 +256,7 @@ fn train(basis: &Basis, alerts: &[Alert], counts: AlertCounts, rows: &[WagonRow]
                 count,
             })
             .collect(),
+        sources: received.sources.values().map(source).collect(),
         processes: received.heartbeats.values().map(|beat| process(beat, now.monotonic_ns)).collect(),
     }
 }

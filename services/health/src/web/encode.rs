@@ -2,6 +2,7 @@
 
 use crate::api::problem::Problem;
 use crate::web::accept::quality;
+use crate::web::room;
 use axum::body::{Body, Bytes};
 use axum::extract::Request;
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
@@ -44,7 +45,7 @@ pub(crate) async fn encode(request: Request, next: Next) -> Response {
     if !wish.looks || status != StatusCode::OK || HttpBody::size_hint(response.body()).exact().is_none() {
         return response;
     }
-    shape(response, wish).await
+    room::hold(shape(response, wish).await)
 }
 
 /// True if the client takes gzip.

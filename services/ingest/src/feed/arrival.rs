@@ -1,5 +1,6 @@
 //! What a source of samples is, and what comes from it.
 
+use super::tally::Account;
 use railgrip_recording::{BogieRow, MotorRow, Row};
 
 /// When a sample was taken.
@@ -61,6 +62,15 @@ pub enum Arrival<'a> {
         /// Index of the wagon.
         wagon: usize,
     },
+    /// The clock of a wagon's source drifts more than a clock should, or no longer does.
+    Drifts {
+        /// Index of the wagon.
+        wagon: usize,
+        /// How much faster our clock runs, parts in a million.
+        drift_ppm: f64,
+        /// More than a clock should.
+        wrong: bool,
+    },
     /// The columns of a wagon cannot be in their units (`Some`, with what gives it away), or are plausible again.
     Implausible {
         /// Index of the wagon.
@@ -94,6 +104,11 @@ pub struct Rolls {
 pub trait Feed {
     /// How a wagon (counted from 0) rolls now; nothing where that is not simulated.
     fn rolls(&self, _wagon: usize) -> Option<Rolls> {
+        None
+    }
+
+    /// What it has counted as a whole, and of each wagon; nothing where nothing can be lost on the way.
+    fn accounts(&self) -> Option<(Account, Vec<Account>)> {
         None
     }
 
@@ -143,6 +158,22 @@ pub enum InputError {
     Listen {
         /// The address.
         address: std::net::SocketAddr,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A multicast group that cannot be joined.
+    #[error("[source] groups {group}: {source}")]
+    Group {
+        /// The group.
+        group: std::net::Ipv4Addr,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A log of frames that cannot be read.
+    #[error("{}: {source}", file.display())]
+    Log {
+        /// The file.
+        file: std::path::PathBuf,
         /// What the system says.
         source: std::io::Error,
     },

@@ -76,7 +76,12 @@ pub(super) fn put_all(text: &[u8], name: &str, inlet: &Inlet) -> bool {
 pub fn parse_line(line: &[u8], layout: &Layout) -> Result<(usize, Row), String> {
     let value: Value = serde_json::from_slice(line).map_err(|error| format!("no JSON: {error}"))?;
     let Value::Object(object) = value else { return Err("no JSON object".to_owned()) };
-    let wagon = wagon(&object, layout)?;
+    parse_object(&object, layout)
+}
+
+/// The wagon (from 0) and the row of one object.
+pub(super) fn parse_object(object: &Map<String, Value>, layout: &Layout) -> Result<(usize, Row), String> {
+    let wagon = wagon(object, layout)?;
     let count = layout.wheelsets[wagon];
     let mut row = Row::default();
     let mut known = usize::from(object.contains_key("wagon"));
@@ -85,12 +90,12 @@ pub fn parse_line(line: &[u8], layout: &Layout) -> Result<(usize, Row), String> 
         for wheelset in 0..places {
             let name = quantity.column(wheelset, count);
             known += usize::from(object.contains_key(&name));
-            *row.get_mut(quantity, wheelset) = cell(&object, &name, &layout.mapping)?;
+            *row.get_mut(quantity, wheelset) = cell(object, &name, &layout.mapping)?;
         }
     }
     // Who maps names what is wanted of a source that may say more.
     if layout.mapping.is_empty() && known < object.len() {
-        return Err(unknown_key(&object, count));
+        return Err(unknown_key(object, count));
     }
     if row.t_s.is_nan() {
         return Err("\"t_s\" is missing".to_owned());

@@ -3,9 +3,10 @@
 
 use super::source_clock::{Reading, SourceClock};
 use super::unit_watch::UnitWatch;
-use super::{Arrival, Feed, Layout, Next, When};
+use super::{Account, Arrival, Feed, Layout, Next, Tally, When};
 use railgrip_bus::monotonic_ns;
 use railgrip_filter::PlantKind;
+use railgrip_messages::SourceCount;
 use railgrip_recording::Row;
 use railgrip_settings::{Source, TrainSettings};
 use railgrip_vehicle::VehicleParameters;
@@ -22,6 +23,7 @@ pub struct Live {
     received: Receiver<Item>,
     inlet: Option<Inlet>,
     wagons: Vec<Wagon>,
+    tally: Tally,
 }
 
 /// Where rows come in; the source has ended when all of its inlets are gone.
@@ -29,6 +31,7 @@ pub struct Live {
 pub struct Inlet {
     sender: SyncSender<Item>,
     layout: Layout,
+    tally: Tally,
 }
 
 enum Item {
@@ -41,6 +44,9 @@ struct Wagon {
     clock: SourceClock,
     units: Option<UnitWatch>,
     drift_told: bool,
+    /// Its times are of a clock of the source's own, and not those of their arrival.
+    own_clock: bool,
+    tally: Tally,
 }
 
 impl Inlet {
@@ -50,14 +56,29 @@ impl Inlet {
         &self.layout
     }
 
+    /// What the source has counted.
+    #[must_use]
+    pub fn tally(&self) -> &Tally {
+        &self.tally
+    }
+
     /// Takes a row of a wagon (from 0), or the words about something that is none; waits while too many wait. False once
     /// nobody takes them any more.
     pub fn put(&self, row: Result<(usize, Row), String>) -> bool {
-        let item = match row {
-            Ok((wagon, row)) => Item::Row { wagon, row: Box::new(row), arrived_ns: monotonic_ns() },
-            Err(problem) => Item::Refused(problem),
-        };
-        self.sender.send(item).is_ok()
+        self.tally.add(SourceCount::Arrived, 1);
+        match row {
+            Ok((wagon, row)) => self.sample(wagon, row, monotonic_ns()),
+            Err(problem) => {
+                self.tally.add(SourceCount::Unreadable, 1);
+                self.sender.send(Item::Refused(problem)).is_ok()
+            }
+        }
+    }
+
+    /// Takes a row of a wagon (from 0) that came of messages, the last of which arrived at an instant of our monotonic clock, ns;
+    /// waits and ends as [`Inlet::put`].
+    pub fn sample(&self, wagon: usize, row: Row, arrived_ns: u64) -> bool {
+        self.sender.send(Item::Row { wagon, row: Box::new(row), arrived_ns }).is_ok()
     }
 }
 
@@ -71,11 +92,25 @@ impl Live {
             Source::Tcp(address) => format!("TCP connections to {address}"),
             Source::Udp(address) => format!("UDP datagrams to {address}"),
             Source::Mqtt(broker) => format!("MQTT broker {}:{}", broker.host, broker.port),
+            Source::Can(can) => match &can.log {
+                Some(log) => format!("frames of {}", log.file.display()),
+                None => format!("CAN {}", can.interfaces.join(", ")),
+            },
+            Source::Trdp(trdp) => format!("TRDP telegrams to {}", trdp.listen),
             _ => "standard input".to_owned(),
         };
         let mut live = Self::of(&name, &vehicles, &plants);
         if let Some(inlet) = &mut live.inlet {
             inlet.layout.mapping.clone_from(&settings.mapping);
+            // What a log says is long past, and its pace is ours.
+            let plan = match &settings.source {
+                Source::Can(can) => Some((&can.messages.plan, can.log.is_none())),
+                Source::Trdp(trdp) => Some((&trdp.messages.plan, true)),
+                _ => None,
+            };
+            for (place, wagon) in live.wagons.iter_mut().enumerate() {
+                wagon.own_clock = plan.is_none_or(|(plan, live)| live && plan.carries_time(place));
+            }
             inlet.layout.numbers = settings.wagons.iter().map(|wagon| wagon.vehicle_number.clone()).collect();
         }
         live
@@ -87,14 +122,23 @@ impl Live {
         let (sender, received) = sync_channel(WAITING);
         let wheelsets = vehicles.iter().map(VehicleParameters::wheelsets).collect();
         let layout = Layout { wheelsets, ..Layout::default() };
+        let tally = Tally::default();
         let wagon = |(vehicle, plant): (&VehicleParameters, &PlantKind)| Wagon {
             wheelsets: vehicle.wheelsets(),
             clock: SourceClock::default(),
             units: (*plant == PlantKind::Wagon).then(|| UnitWatch::new(vehicle.clone())),
             drift_told: false,
+            own_clock: true,
+            tally: Tally::default(),
         };
         let wagons = vehicles.iter().zip(plants).map(wagon).collect();
-        Self { name: name.to_owned(), received, inlet: Some(Inlet { sender, layout }), wagons }
+        Self {
+            name: name.to_owned(),
+            received,
+            inlet: Some(Inlet { sender, layout, tally: tally.clone() }),
+            wagons,
+            tally,
+        }
     }
 
     /// The inlet, once: clones of it may go to several threads.
@@ -111,11 +155,14 @@ impl Wagon {
             return;
         }
         let (at_ns, begins) = match self.clock.read(row.t_s, arrived_ns) {
-            Reading::Late => return sink(Arrival::Late { wagon }),
+            Reading::Late => {
+                self.tally.add(SourceCount::Late, 1);
+                return sink(Arrival::Late { wagon });
+            }
             Reading::At(at_ns) => (at_ns, false),
             Reading::Begins(at_ns) => (at_ns, true),
         };
-        self.tell_drift(wagon);
+        self.tell_drift(wagon, sink);
         let wheelsets = self.wheelsets;
         if let Some(units) = &mut self.units {
             if begins {
@@ -125,19 +172,30 @@ impl Wagon {
                 sink(Arrival::Implausible { wagon, why });
             }
             if units.implausible() {
+                self.tally.add(SourceCount::Withheld, 1);
                 return sink(Arrival::Withheld { wagon });
             }
         }
+        self.tally.add(SourceCount::Samples, 1);
         sink(Arrival::Row { wagon, row, wheelsets, when: When::At(at_ns), begins });
     }
 
-    fn tell_drift(&mut self, wagon: usize) {
-        let Some(drift_ppm) = self.clock.drift_ppm() else { return };
+    /// How much faster our clock runs than that of the source, parts in a million.
+    fn drift_ppm(&self) -> Option<f64> {
+        self.clock.drift_ppm().filter(|_| self.own_clock)
+    }
+
+    fn tell_drift(&mut self, wagon: usize, sink: &mut dyn FnMut(Arrival<'_>)) {
+        let Some(drift_ppm) = self.drift_ppm() else { return };
         let wrong = drift_ppm.abs() > MOST_DRIFT_PPM;
-        if wrong && !self.drift_told {
-            tracing::warn!(wagon = wagon + 1, drift_ppm, "the clock of the source drifts");
+        if wrong != self.drift_told {
+            self.drift_told = wrong;
+            sink(Arrival::Drifts { wagon, drift_ppm, wrong });
         }
-        self.drift_told = wrong;
+    }
+
+    fn account(&self) -> Account {
+        Account { counts: self.tally.counts(), drift_ppm: self.drift_ppm() }
     }
 }
 
@@ -155,6 +213,11 @@ impl Feed for Live {
                 Err(TryRecvError::Disconnected) => return Next::Ended,
             }
         }
+    }
+
+    fn accounts(&self) -> Option<(Account, Vec<Account>)> {
+        let whole = Account { counts: self.tally.counts(), drift_ppm: None };
+        Some((whole, self.wagons.iter().map(Wagon::account).collect()))
     }
 
     fn speed(&self) -> f64 {
@@ -202,7 +265,7 @@ mod tests {
     fn a_speed_in_km_per_hour_is_withheld_once_it_is_seen_and_a_sound_one_never_is() {
         assert_eq!(rolled(1.0), (4000, 0, vec![]));
         let (rows, withheld, told) = rolled(3.6);
-        assert!(rows < 1600 && rows + withheld == 4000, "{rows} {withheld}");
+        assert!(rows < 250 && rows + withheld == 4000, "{rows} {withheld}");
         assert_eq!(told.len(), 1);
         let why = told[0].clone().expect("a reason");
         assert!(why.contains("v_m_s") && why.contains("km/h"), "{why}");

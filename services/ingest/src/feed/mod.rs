@@ -1,6 +1,8 @@
 //! Where samples come from, and when each is due.
 
 mod arrival;
+mod can;
+mod cbor;
 mod layout;
 pub mod lines;
 mod live;
@@ -9,6 +11,8 @@ mod rig;
 mod senders;
 mod simulate;
 mod source_clock;
+mod tally;
+mod trdp;
 mod unit_watch;
 
 pub use arrival::{Arrival, Feed, InputError, Next, Rolls, When};
@@ -18,6 +22,7 @@ pub use replay::Replay;
 pub use rig::{Rigs, feed_of};
 pub use simulate::Simulated;
 pub use source_clock::{Reading, SourceClock};
+pub use tally::{Account, Tally};
 
 use railgrip_filter::PlantKind;
 use railgrip_settings::{Source, TrainSettings};
@@ -43,10 +48,19 @@ pub fn open(settings: &TrainSettings) -> Result<Box<dyn Feed>, InputError> {
         Source::Rig { programme, seed, speed, repeat } => {
             Box::new(Rigs::new(*programme, *seed, settings.wagons.len(), *speed, *repeat))
         }
-        Source::Stdin | Source::Tcp(_) | Source::Udp(_) | Source::Mqtt(_) => {
+        Source::Stdin
+        | Source::Tcp(_)
+        | Source::Udp(_)
+        | Source::Mqtt(_)
+        | Source::Can(_)
+        | Source::Trdp(_) => {
             let mut live = Live::new(settings);
             if let Some(inlet) = live.inlet() {
-                senders::start(&settings.source, inlet)?;
+                match &settings.source {
+                    Source::Can(can) => can::start(can, inlet)?,
+                    Source::Trdp(trdp) => trdp::start(trdp, inlet)?,
+                    lines => senders::start(lines, inlet)?,
+                }
             }
             Box::new(live)
         }
@@ -63,6 +77,9 @@ fn check_plants(settings: &TrainSettings) -> Result<(), InputError> {
             Source::Simulate { .. } => (kind == PlantKind::Wagon, "a simulated train"),
             Source::Stdin | Source::Tcp(_) | Source::Udp(_) | Source::Mqtt(_) => {
                 (matches!(kind, PlantKind::Wagon | PlantKind::Roller), "a source of lines")
+            }
+            Source::Can(_) | Source::Trdp(_) => {
+                (matches!(kind, PlantKind::Wagon | PlantKind::Roller), "a source of messages")
             }
             Source::External => (true, "another program"),
             Source::Rig { programme, .. } => (kind == programme.plant(), "this programme"),

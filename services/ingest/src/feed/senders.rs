@@ -1,7 +1,7 @@
 //! Who sends lines: the standard input, TCP connections, UDP datagrams, an MQTT broker. Each is read on a thread of its own.
 
-use super::lines;
 use super::{Inlet, InputError};
+use super::{cbor, lines};
 use railgrip_settings::{MqttSource, Source};
 use rumqttc::{Client, Connection, Event, MqttOptions, Packet, QoS};
 use std::io::{BufReader, stdin};
@@ -71,12 +71,21 @@ fn accept(listener: &TcpListener, inlet: &Inlet) {
     }
 }
 
+/// Puts every sample of a datagram or message into the inlet, lines of JSON or maps of CBOR; false once nobody takes them any more.
+fn put_all(message: &[u8], name: &str, inlet: &Inlet) -> bool {
+    if cbor::is_cbor(message) {
+        cbor::put_all(message, name, inlet)
+    } else {
+        lines::put_all(message, name, inlet)
+    }
+}
+
 fn datagrams(socket: &UdpSocket, inlet: &Inlet) {
     let mut datagram = vec![0; LARGEST_DATAGRAM];
     loop {
         match socket.recv_from(&mut datagram) {
             Ok((length, peer)) => {
-                if !lines::put_all(&datagram[..length], &format!("udp {peer}"), inlet) {
+                if !put_all(&datagram[..length], &format!("udp {peer}"), inlet) {
                     return;
                 }
             }
@@ -144,7 +153,7 @@ fn listen(
                 *told = false;
             }
             Ok(Event::Incoming(Packet::Publish(message))) => {
-                if !lines::put_all(&message.payload, &format!("{name} {}", message.topic), inlet) {
+                if !put_all(&message.payload, &format!("{name} {}", message.topic), inlet) {
                     return None;
                 }
             }

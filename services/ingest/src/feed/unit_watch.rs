@@ -1,6 +1,6 @@
 //! Whether the columns of a live source can be in their units: the checks of a diagnosis over the latest seconds of a wagon.
 
-use railgrip_diagnosis::data::units;
+use railgrip_diagnosis::data::units::{self, UnitError};
 use railgrip_recording::{MAX_WHEELSETS, Optional, Recording, Row};
 use railgrip_vehicle::VehicleParameters;
 use std::collections::VecDeque;
@@ -10,8 +10,10 @@ const STEP_S: f64 = 0.05;
 /// So many seconds are judged, and no fewer than the second figure.
 const KEPT_S: f64 = 30.0;
 const LEAST_S: f64 = 15.0;
-/// Time between two looks, s.
-const LOOK_S: f64 = 5.0;
+/// Speeds that are steadily wrong show after this time already, s.
+const EARLY_S: f64 = 2.0;
+/// Time between two looks, s: at first, and later.
+const LOOKS_S: [f64; 2] = [0.5, 5.0];
 
 /// The latest seconds of one wagon, and what they gave away.
 #[derive(Debug)]
@@ -50,20 +52,25 @@ impl UnitWatch {
         while self.rows.front().is_some_and(|first| row.t_s - first.t_s > KEPT_S) {
             self.rows.pop_front();
         }
-        let long = self.rows.front().is_some_and(|first| row.t_s - first.t_s >= LEAST_S);
-        if !long || row.t_s - self.looked_s < LOOK_S {
+        let kept_s = self.rows.front().map_or(0.0, |first| row.t_s - first.t_s);
+        let long = kept_s >= LEAST_S;
+        if kept_s < EARLY_S || row.t_s - self.looked_s < LOOKS_S[usize::from(long)] {
             return None;
         }
         self.looked_s = row.t_s;
-        let found = self.judge(wheelsets);
+        let found = self.judge(wheelsets, if long { units::check } else { units::check_early });
         let changed = found.is_some() != self.implausible;
         self.implausible = found.is_some();
         changed.then_some(found)
     }
 
-    fn judge(&self, wheelsets: usize) -> Option<String> {
+    fn judge(
+        &self,
+        wheelsets: usize,
+        check: fn(&Recording, &VehicleParameters) -> Result<(), UnitError>,
+    ) -> Option<String> {
         let mut recording = Recording::empty("live", None, wheelsets.min(MAX_WHEELSETS), Optional::NONE);
         self.rows.iter().for_each(|row| recording.push(row));
-        units::check(&recording, &self.vehicle).err().map(|error| error.to_string())
+        check(&recording, &self.vehicle).err().map(|error| error.to_string())
     }
 }

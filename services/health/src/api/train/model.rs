@@ -4,6 +4,7 @@ use crate::api::grade::Grade;
 use crate::api::processes::ProcessView;
 use crate::api::wagons::model::WagonRow;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use utoipa::ToSchema;
 
 /// Alerts that are active now.
@@ -25,6 +26,17 @@ pub struct RefusedView {
     pub reason: String,
     /// How many since the service started.
     pub count: u64,
+}
+
+/// What the source of samples has counted, and how its clock runs: of a wagon, or of the source as a whole.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct SourceView {
+    /// The wagon; `null` for the source as a whole.
+    pub wagon: Option<u32>,
+    /// How much faster our clock runs than that of the source, parts in a million; `null` while that is not known.
+    pub clock_drift_ppm: Option<f64>,
+    /// How often each thing happened since ingest started; what never happened is left out.
+    pub counts: BTreeMap<String, u64>,
 }
 
 /// The train at a glance.
@@ -58,6 +70,8 @@ pub struct TrainView {
     pub brakings_judged: Option<u32>,
     /// Messages that were refused since the service started, by kind and reason.
     pub refused: Vec<RefusedView>,
+    /// What the source of samples has counted; empty where samples are simulated or recorded.
+    pub sources: Vec<SourceView>,
     /// Its processes.
     pub processes: Vec<ProcessView>,
 }

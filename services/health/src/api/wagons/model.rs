@@ -21,7 +21,7 @@ pub struct WagonRow {
     pub state: DataState,
     /// Age of the last sample behind all this, s; `null` before the first.
     pub age_s: Option<f64>,
-    /// Worst grade of all its indicators.
+    /// Worst grade of all its indicators but those of the rail and the train.
     pub grade: Grade,
     /// Which indicator has that grade, and why.
     pub reason: String,
@@ -140,7 +140,7 @@ pub struct WagonView {
     pub age_s: Option<f64>,
     /// When that sample was taken, RFC 3339.
     pub acquired_at: Option<String>,
-    /// Worst grade of all its indicators.
+    /// Worst grade of all its indicators but those of the rail and the train.
     pub grade: Grade,
     /// Which indicator has that grade, and why.
     pub reason: String,

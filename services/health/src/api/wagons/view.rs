@@ -6,8 +6,8 @@ use crate::api::grade::{Condition, Grade};
 use crate::api::processes::process;
 use crate::api::wagons::model::{Present, WagonRow, WagonView, WheelsetPresent, WheelsetView};
 use crate::time::rfc3339;
-use railgrip_indicators::Table;
 use railgrip_indicators::indicator::{ADHESION_AVAILABLE, ASYMMETRY, BRAKE_FRICTION, SLIDES};
+use railgrip_indicators::{Judged, Table};
 use railgrip_messages::{Health, Heartbeat, valid};
 
 /// The worst grade of a wagon and where it comes from.
@@ -15,7 +15,8 @@ fn verdict(table: Table, health: Option<&Health>, fresh: Freshness) -> (Grade, S
     let Some(health) = health.filter(|_| fresh.is_live()) else { return (Grade::Unknown, fresh.reason()) };
     let grade = health.grade();
     // The first of the worst: the order of the table is that of importance.
-    let worst = table.judged(health).into_iter().find(|judged| judged.indicator.grade() == grade);
+    let own = |judged: &Judged<'_>| !judged.spec.is_of_train() && judged.indicator.grade() == grade;
+    let worst = table.judged(health).into_iter().find(own);
     let reason = match worst {
         Some(_) if grade == railgrip_messages::Grade::Ok => "everything known is as it should be".to_owned(),
         Some(judged) => {

@@ -1,13 +1,11 @@
 //! Sentences of the interface in the language that a program asks for by `Accept-Language`; English for all others.
 
-use super::choice::Language;
-use super::message::reword;
-use super::spoken::speak;
 use axum::body::{Body, to_bytes};
 use axum::extract::Request;
 use axum::http::{HeaderValue, header};
 use axum::middleware::Next;
 use axum::response::Response;
+use railgrip_words::{Language, reword, speak};
 use serde_json::Value;
 
 /// Fields that hold sentences for people; every other text is a word of the interface and stays.

@@ -1,9 +1,9 @@
 //! Messages as they are said: by themselves, filled in, or found again in a sentence.
 
 use super::catalogue::{GERMAN, german};
-use super::choice::Language;
+use super::language::Language;
 use super::number::localised;
-use super::pattern;
+use super::pattern::{self, Piece};
 use super::spoken::spoken;
 use std::fmt::Display;
 
@@ -24,6 +24,21 @@ pub fn say(message: &'static str, arguments: &[(&str, &dyn Display)]) -> String 
     pattern::fill(t(message), |name| {
         written.iter().find(|(other, _)| *other == name).map_or("", |(_, text)| text.as_str())
     })
+}
+
+/// A word or a name that was made elsewhere; what is no message of the table stays as it is.
+#[must_use]
+pub fn word(text: &str) -> String {
+    match spoken() {
+        Language::English => text.to_owned(),
+        Language::German => GERMAN.exact(text).unwrap_or(text).to_owned(),
+    }
+}
+
+/// A message in its parts.
+#[must_use]
+pub fn pieces(message: &'static str) -> Vec<Piece> {
+    pattern::pieces(t(message)).collect()
 }
 
 /// A sentence that was made elsewhere, in English; what is no message of the table stays as it is.

@@ -1,7 +1,7 @@
 //! The words of the scripts in another language.
 
 use super::catalogue::GERMAN;
-use super::choice::Language;
+use super::language::Language;
 
 /// A script with every string in double quotes that is a message put into this language.
 #[must_use]

@@ -1,5 +1,24 @@
 //! Messages with `{names}`: filling them in, and finding what was filled in.
 
+/// A part of a message, for whoever fills in more than text.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Piece {
+    /// As it stands.
+    Text(&'static str),
+    /// The name of what is filled in.
+    Name(&'static str),
+}
+
+/// The parts of a message, one after the other; an open bracket that nothing closes is text.
+pub(super) fn pieces(message: &'static str) -> impl Iterator<Item = Piece> {
+    let named = |(at, part): (usize, &'static str)| match part.split_once('}') {
+        Some((name, behind)) if at > 0 => [Some(Piece::Name(name)), Some(Piece::Text(behind))],
+        _ => [None, Some(Piece::Text(part))],
+    };
+    let all = message.split('{').enumerate().flat_map(named).flatten();
+    all.filter(|piece| *piece != Piece::Text(""))
+}
+
 /// A message cut into what is always there and what is filled in.
 #[derive(Debug)]
 pub(super) struct Pattern {
@@ -100,5 +119,17 @@ mod tests {
             take("one of two: three").unwrap().into_iter().map(|(_, text)| text).collect();
         assert_eq!(found, ["one", "two", "three"]);
         assert!(take("one of two").is_none());
+    }
+
+    #[test]
+    fn a_message_is_cut_at_its_names() {
+        let parts = |message| pieces(message).collect::<Vec<_>>();
+        use Piece::{Name, Text};
+        assert_eq!(
+            parts("In {place}: {gap} there"),
+            [Text("In "), Name("place"), Text(": "), Name("gap"), Text(" there")]
+        );
+        assert_eq!(parts("{all}"), [Name("all")]);
+        assert_eq!(parts("nothing"), [Text("nothing")]);
     }
 }

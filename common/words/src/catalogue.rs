@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use std::sync::LazyLock;
 
 /// The file, as it stands in the source.
-const GERMAN_PO: &str = include_str!("../../words/de.po");
+const GERMAN_PO: &str = include_str!("../de.po");
 
 /// German.
 pub(super) static GERMAN: LazyLock<Catalogue> = LazyLock::new(|| Catalogue::read(GERMAN_PO));
@@ -27,7 +27,8 @@ pub fn german(sentence: &str) -> Option<String> {
 /// A sentence can hold another, a reason for example; none holds more of them.
 const DEEPEST: usize = 6;
 
-/// Names of arguments that are words or sentences themselves; all others but `free`, `text` and `list` are numbers.
+/// Names of arguments that are words or sentences themselves. Of the others `names` are several of them between commas, `free` and
+/// `text` anything, `list` lists of numbers, and the rest are numbers.
 const SENTENCES: &[&str] = &[
     "cause",
     "change",
@@ -135,6 +136,10 @@ impl Reading<'_> {
         match name {
             _ if SENTENCES.contains(&name) => self.understand(argument, depth + 1),
             "free" | "text" => Some(argument.to_owned()),
+            "names" => {
+                let each = argument.split(", ").map(|one| self.understand(one, depth + 1));
+                Some(each.collect::<Option<Vec<_>>>()?.join(", "))
+            }
             "list" => {
                 let of_list = |c: char| c.is_ascii_digit() || matches!(c, '-' | '–' | ',' | ' ');
                 argument.chars().all(of_list).then(|| argument.to_owned())

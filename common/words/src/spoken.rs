@@ -1,6 +1,6 @@
 //! The language that is spoken now.
 
-use super::choice::Language;
+use super::language::Language;
 use std::cell::Cell;
 
 thread_local! {
@@ -20,6 +20,6 @@ pub fn speak<T>(language: Language, render: impl FnOnce() -> T) -> T {
 }
 
 /// The language that is spoken now.
-pub(crate) fn spoken() -> Language {
+pub fn spoken() -> Language {
     SPOKEN.get()
 }

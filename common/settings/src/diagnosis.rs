@@ -1,0 +1,34 @@
+//! `[diagnosis]`: whether the train diagnoses by itself what its model does not explain.
+
+use crate::SettingsError;
+use crate::place::ConfigText;
+use serde::Deserialize;
+
+/// Whether and how long recordings of mismatches are diagnosed by the train itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DiagnosisSettings {
+    /// Whether `railgrip up` starts a diagnoser.
+    pub automatic: bool,
+    /// A diagnosis that takes longer is given up, s.
+    pub time_limit_s: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct DiagnosisTable {
+    pub automatic: bool,
+    pub time_limit_s: f64,
+}
+
+impl Default for DiagnosisTable {
+    fn default() -> Self {
+        Self { automatic: true, time_limit_s: 1800.0 }
+    }
+}
+
+impl DiagnosisTable {
+    pub(crate) fn check(&self, at: &ConfigText) -> Result<DiagnosisSettings, SettingsError> {
+        let time_limit_s = at.within("diagnosis.time_limit_s", self.time_limit_s, 10.0..=86_400.0)?;
+        Ok(DiagnosisSettings { automatic: self.automatic, time_limit_s })
+    }
+}
