@@ -76,7 +76,7 @@ fn what_the_model_lacks_raises_an_alert_with_a_suspect_and_a_recording() {
     println!("{}", alert["reason"]);
     assert_eq!((&alert["wagons"], &alert["scope"]), (&serde_json::json!([2]), &"wagon".into()), "{alert}");
     assert!(
-        alert["reason"].as_str().is_some_and(|words| words.contains("suspect brake_actuation")),
+        alert["reason"].as_str().is_some_and(|words| words.contains("suspect brake actuation")),
         "{alert}"
     );
     assert!(alert["advice"].as_str().is_some_and(|words| words.contains("gap diagnose")), "{alert}");

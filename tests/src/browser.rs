@@ -92,10 +92,12 @@ impl Browser {
         browser
     }
 
-    /// Opens an empty page that reports what goes wrong in it.
+    /// Opens an empty page that reports what goes wrong in it. It has a window of its own, so that none hides another: a page
+    /// that nobody sees lets go of its connection.
     #[must_use]
     pub fn tab(&self) -> Tab<'_> {
-        let target = self.call(None, "Target.createTarget", json!({ "url": "about:blank" }));
+        let target =
+            self.call(None, "Target.createTarget", json!({ "url": "about:blank", "newWindow": true }));
         let attached = self.call(
             None,
             "Target.attachToTarget",

@@ -126,7 +126,7 @@ fn present_wheelset(observed: &Observed, index: usize) -> WheelsetHealth {
         slip: last.slip[index],
         adhesion_available_is_bound: u32::from(observed.available(&state.rail).slid.is_none()),
         observable: bit(last.observable),
-        sliding: bit(last.sliding),
+        sliding: u32::from(observed.slides(index, last)),
         wsp_active: bit(last.wsp_active),
         pressing_force_n: last.pressing_force_n[index],
         ..WheelsetHealth::default()

@@ -247,6 +247,33 @@ fn a_wheelset_that_neither_brakes_nor_drives_cannot_slide() {
 }
 
 #[test]
+fn a_wheelset_without_a_speed_is_not_seen_to_slide() {
+    let mut bench = Bench::new();
+    // Its estimated speed has wandered off from standstill on; the other wheelset rolls and uses more than it.
+    bench.run(20.0, |sample, estimate| {
+        sample.valid &= !valid::wheel_speed(0);
+        (estimate.sliding, estimate.slip[0]) = (1, -0.1);
+        estimate.mu_w_wheelset = [-1e-5, -0.08, 0.0, 0.0];
+        estimate.mu_w = -0.08;
+    });
+    let health = bench.indicators.health();
+    let available = ADHESION_AVAILABLE.of_wheelset(&health, 0);
+    println!("{}\n{}", available.reason, ADHESION_AVAILABLE.of(&health).reason);
+    assert_eq!((SLIDES.of(&health).value, health.wheelset[0].sliding), (0.0, 0));
+    assert_eq!((health.adhesion_available_is_bound, health.wheelset[0].adhesion_available_is_bound), (1, 1));
+    assert!(ADHESION_AVAILABLE.of(&health).value > 0.07);
+    // With single values missing it is seen as before.
+    let mut bench = Bench::new();
+    bench.run(20.0, |sample, estimate| {
+        sample.valid &= if estimate.sequence % 3 == 0 { u32::MAX } else { !valid::wheel_speed(0) };
+        (estimate.sliding, estimate.slip[0]) = (1, -0.1);
+        estimate.mu_w_wheelset = [-0.055, -0.06, 0.0, 0.0];
+    });
+    let health = bench.indicators.health();
+    assert_eq!((SLIDES.of(&health).value, health.wheelset[0].sliding), (1.0, 1));
+}
+
+#[test]
 fn another_run_is_on_another_rail() {
     let mut bench = Bench::new();
     bench.run(10.0, |_, estimate| {

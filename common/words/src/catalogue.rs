@@ -28,7 +28,7 @@ pub fn german(sentence: &str) -> Option<String> {
 const DEEPEST: usize = 6;
 
 /// Names of arguments that are words or sentences themselves. Of the others `names` are several of them between commas, `free` and
-/// `text` anything, `list` lists of numbers, and the rest are numbers.
+/// `text` anything, `at` an instant, `list` lists of numbers, and the rest are numbers.
 const SENTENCES: &[&str] = &[
     "cause",
     "change",
@@ -136,6 +136,7 @@ impl Reading<'_> {
         match name {
             _ if SENTENCES.contains(&name) => self.understand(argument, depth + 1),
             "free" | "text" => Some(argument.to_owned()),
+            "at" => (!argument.contains(' ')).then(|| argument.to_owned()),
             "names" => {
                 let each = argument.split(", ").map(|one| self.understand(one, depth + 1));
                 Some(each.collect::<Option<Vec<_>>>()?.join(", "))

@@ -290,7 +290,9 @@ impl Worker {
         };
         let text = format!(
             "model and data disagree (ratio {:.1}, ideal 1), most for {}: suspect {}",
-            found.ratio, found.place, found.term
+            found.ratio,
+            found.place,
+            found.term.replace('_', " ")
         );
         let grade = Grade::Watch;
         let mut model = *MODEL.of(health);

@@ -294,7 +294,7 @@ fn a_lagging_brake_that_the_model_lacks_is_noticed_and_kept_for_diagnosis() {
     lagging.effects.push(EffectEntry { id: "brake_lag".to_owned(), parameters });
     let (worker, told) = run(lagging, 1);
     told.iter().for_each(|event| println!("at {:.0} s: {}", event.time_s, event.text));
-    assert!(told.iter().any(|event| event.text.as_str().ends_with("suspect brake_actuation")));
+    assert!(told.iter().any(|event| event.text.as_str().ends_with("suspect brake actuation")));
     // A filter that a wrong model throws off starts again; what was sampled before stays part of the recording.
     let times: Vec<f64> = worker.gap.rows().map(|kept| kept.row.t_s).collect();
     let span_s = times.last().unwrap() - times.first().unwrap();

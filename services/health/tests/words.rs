@@ -119,8 +119,16 @@ fn sentences_are_understood_with_what_was_filled_in() {
             "Wagen 4: der Kraftschluss ist niedrig: niedrig 92 %, trocken 5 %, nass 2 %",
         ),
         (
-            "wheel speed 1 bad, pressing force 2 dead: 20.0 % of the values missing, 0.0 % refused, 0.0 % dead",
-            "Raddrehzahl 1 gestört, Anpresskraft 2 tot: 20,0 % der Werte fehlen, 0,0 % verworfen, 0,0 % tot",
+            "wheel speed 1 bad, pressing force 2 dead: 20.0 % of the values missing, 0.1 % of the values dead",
+            "Raddrehzahl 1 gestört, Anpresskraft 2 tot: 20,0 % der Werte fehlen, 0,1 % der Werte tot",
+        ),
+        (
+            "well since 2026-11-22T10:53:40.680Z; before: needs longer than nominal: about 141 % of the nominal distance",
+            "gut seit 2026-11-22T10:53:40.680Z; davor: braucht länger als Soll: etwa 141 % des Soll-Bremswegs",
+        ),
+        (
+            "model and data disagree (ratio 3.5, ideal 1), most for the speed while the brake is applied or released: suspect brake actuation",
+            "Modell und Daten widersprechen sich (Verhältnis 3,5, ideal 1), am meisten bei der Geschwindigkeit, während die Bremse angelegt oder gelöst wird: Verdacht auf Bremsbetätigung",
         ),
         (
             "stale: no new data for 12 s; before: even: front minus rear +1 ± 3 % of their mean",

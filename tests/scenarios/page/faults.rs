@@ -34,9 +34,10 @@ pub fn what_is_wrong_comes_first_and_is_answered_from_the_first_screen() {
     tab_shows_alarms(&tab);
     order_and_filter(&tab);
 
-    // The whole table is there at once on a large screen.
+    // The whole table is there at once on a large screen, and the same answers beside it.
     tab.look(HD);
     tab.wait(PATIENCE, "innerWidth === 1920");
+    first_screen(&tab);
     let bottom = tab.eval("document.querySelector('.wagons tbody').getBoundingClientRect().bottom + scrollY");
     println!("1920 x 1080: the table ends at {bottom} px");
     assert!(bottom.as_f64().unwrap() <= 1080.0);

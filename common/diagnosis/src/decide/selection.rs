@@ -112,7 +112,6 @@ pub fn select<'a>(
     let mut path = Path::new(base, places);
     climb.go_on(&mut path, criteria.acceptance.most_restarts, 1);
     climb.try_rival(&mut path);
-    climb.exchange(&mut path);
     let Path { base, places, best, rounds, stop, .. } = path;
     let (best, rest, lost_without) = match best {
         Some(best) => delete_backwards((case, alignments), &climb.disturbances, criteria, best),
@@ -252,50 +251,6 @@ impl<'a> Climb<'_, 'a> {
             path.rounds.extend(later);
             (path.best, path.accepted, path.stop) = (best, accepted, stop);
         }
-    }
-
-    /// Asks for each effect but the last whether another one would do better beside the others, and goes on from there if so: the
-    /// first ones were chosen while the later ones were missing, and may have stood in for two.
-    fn exchange(&self, path: &mut Path<'a>) {
-        let Some((best, _)) = &path.best else { return };
-        let effects = &best.fitted.shape.effects;
-        let early: Vec<&'static str> = effects[..effects.len() - 1].iter().map(|e| e.spec.id).collect();
-        let exchanged = early.into_iter().filter(|id| self.exchange_one(path, id)).count();
-        if exchanged > 0 {
-            self.go_on(path, 0, 1);
-        }
-    }
-
-    /// Puts another effect in the place of the one named `id` if the model becomes more likely by it.
-    fn exchange_one(&self, path: &mut Path<'a>, id: &str) -> bool {
-        let (criteria, disturbances) = (self.criteria, &self.disturbances);
-        let Some((best, _)) = &path.best else { return false };
-        let Some(slot) = best.fitted.shape.effects.iter().position(|e| e.spec.id == id) else { return false };
-        let start = without_range(&best.fitted.fit.theta, best.fitted.shape.range_of(slot));
-        let shape = best.fitted.shape.with_all(&without_one(&best.fitted.shape.effects, slot));
-        let Some(case) = aligned::align(self.case, self.alignments, &shape, &start) else { return false };
-        let others =
-            frozen::freeze(case, &shape, disturbances, &start, path.base.tolerance.max(best.tolerance));
-        let rest = localise(&others, criteria);
-        let mut accepted = path.accepted.clone();
-        accepted.remove(slot);
-        let at = Standpoint { current: &others, rest: &rest, accepted: &accepted };
-        let candidates = remaining(&self.library, &others, path.rounds.first());
-        let mut round = try_all(&others, &candidates, criteria, self.progress);
-        let (finalists, gains) =
-            refit_finalists((self.case, self.alignments), disturbances, &at, &candidates, &round, criteria);
-        round.own_filter_gains = gains;
-        let Some(next) = finalists.into_iter().next() else { return false };
-        let better = next.evidence_cost() < best.evidence_cost() - criteria.acceptance.gain;
-        if last_id(&next) == Some(id) || !better || why_not(&at, &next, &round, criteria).is_some() {
-            return false;
-        }
-        accepted.push(others.evidence_cost() - next.evidence_cost());
-        path.accepted = accepted;
-        path.rounds.push(round.lighter());
-        let rest = localise(&next, criteria);
-        path.best = Some((next, rest));
-        true
     }
 }
 

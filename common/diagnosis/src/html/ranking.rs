@@ -16,6 +16,10 @@ pub fn section(report: &Report, detail: &Detail) -> Markup {
             h2 id="which" { (say("Which effect: all {count} candidates", &[("count", &report.candidates.len())])) }
             p.say { (t("Each candidate was added alone to the calibrated model and fitted together with the tolerances.")) }
             dl.words {
+                dt { (t("Gap, fitted")) }
+                dd {
+                    (t("gap of the runs that were fitted, with the candidate as the errors of the filter fit it; open loop it can be larger than before. What was found is fitted to predictions as well at the end, which gives the gap called extended."))
+                }
                 dt { (t("Gain")) } dd { (t("share of the removable squared error that it removes on data left out of the fit; “all” where nothing is left")) }
                 dt { "p" }
                 dd {

@@ -77,13 +77,23 @@ fn judge(
         grade = Grade::Act;
     }
     let named = faulty.map_or_else(String::new, |(_, words)| format!("{words}: "));
-    let reason = format!(
-        "{named}{:.1} % of the values missing, {:.1} % refused, {:.1} % dead",
-        100.0 * missing,
-        100.0 * refused,
-        100.0 * dead
-    );
-    known(share, share, share, grade, &reason)
+    known(share, share, share, grade, &format!("{named}{}", shares(missing, refused, dead)))
+}
+
+/// What is wrong with the values, without what nothing is wrong with.
+fn shares(missing: f64, refused: f64, dead: f64) -> String {
+    let all = [
+        (missing, "of the values missing"),
+        (refused, "of the values refused"),
+        (dead, "of the values dead"),
+    ];
+    let seen: Vec<String> = all
+        .iter()
+        .map(|(share, what)| (format!("{:.1}", 100.0 * share), what))
+        .filter(|(percent, _)| percent != "0.0")
+        .map(|(percent, what)| format!("{percent} % {what}"))
+        .collect();
+    if seen.is_empty() { "no value missing, refused or dead".to_owned() } else { seen.join(", ") }
 }
 
 /// The faulty sensors in words, for example `wheel speed 2 dead`; `None` if there are none.
@@ -101,6 +111,13 @@ fn named(faulty: impl Iterator<Item = Faulty>) -> Option<(bool, String)> {
 mod tests {
     use super::*;
     use railgrip_messages::Text;
+
+    #[test]
+    fn what_nothing_is_wrong_with_is_not_listed() {
+        assert_eq!(shares(0.2, 0.0, 0.0004), "20.0 % of the values missing");
+        assert_eq!(shares(0.0, 0.5, 0.25), "50.0 % of the values refused, 25.0 % of the values dead");
+        assert_eq!(shares(0.0, 0.0, 0.0), "no value missing, refused or dead");
+    }
 
     #[test]
     fn every_reason_fits_into_its_field() {

@@ -113,6 +113,8 @@ pub struct Observed {
     pub(crate) state: IndicatorState,
     pub(crate) position_m: f64,
     pub(crate) sand: f64,
+    /// Since when the speed of each wheelset has not been measured, s.
+    pub(crate) unmeasured_s: [f64; MAX_WHEELSETS],
 }
 
 impl Observed {
@@ -127,7 +129,8 @@ impl Observed {
         for wheelset in &mut state.wheelset {
             (wheelset.rail, wheelset.since_demand_s) = (view, f64::INFINITY);
         }
-        Self { settings, nominal, rail, wagon, state, last: Estimate::default(), position_m: 0.0, sand: 0.0 }
+        let (last, unmeasured_s) = (Estimate::default(), [f64::INFINITY; MAX_WHEELSETS]);
+        Self { settings, nominal, rail, wagon, state, last, position_m: 0.0, sand: 0.0, unmeasured_s }
     }
 
     /// Goes on from a snapshot; `false`, and nothing changes, if it holds no sense.
@@ -169,6 +172,8 @@ impl Observed {
         }
         self.brake_behaviour(sample, estimate, dt_s);
         for wheelset in 0..estimate.wheelset_count() {
+            let since_s = &mut self.unmeasured_s[wheelset];
+            *since_s = if sample.has(valid::wheel_speed(wheelset)) { 0.0 } else { *since_s + dt_s };
             self.demand(wheelset, sample, estimate, dt_s);
             self.slide(wheelset, estimate, dt_s, event);
             self.wsp(wheelset, sample, estimate, dt_s, event);

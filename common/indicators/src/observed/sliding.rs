@@ -7,6 +7,8 @@ use railgrip_messages::{Estimate, Event, EventKind, Sample, valid};
 /// A wheelset can only slide while it brakes or drives, and for so long after that, s; what looks like a slide otherwise
 /// is an error of a wheel's radius or of a sensor.
 const SLIDE_NEEDS_DEMAND_S: f64 = 2.0;
+/// What a wheelset does whose speed has been missing for so long, s, is the model's guess: it is not seen to slide.
+const SLIDE_NEEDS_SPEED_S: f64 = 0.5;
 /// A wheelset drives from this torque on, N m.
 const DRIVES_FROM_NM: f64 = 200.0;
 
@@ -19,11 +21,12 @@ impl Observed {
         *since_s = if brakes || drives || protected { 0.0 } else { *since_s + dt_s };
     }
 
-    /// True if the filter says that the wheelset slides or spins, and it can.
-    pub(super) fn slides(&self, wheelset: usize, estimate: &Estimate) -> bool {
+    /// True if the filter says that the wheelset slides or spins, and it can and is seen to.
+    pub(crate) fn slides(&self, wheelset: usize, estimate: &Estimate) -> bool {
         estimate.sliding & (1 << wheelset) != 0
             && estimate.v_m_s > STANDSTILL_M_S
             && self.state.wheelset[wheelset].since_demand_s <= SLIDE_NEEDS_DEMAND_S
+            && self.unmeasured_s[wheelset] <= SLIDE_NEEDS_SPEED_S
     }
 
     pub(super) fn slide(

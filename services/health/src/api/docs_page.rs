@@ -195,7 +195,7 @@ fn section(route: &Route<'_>, schemas: &Map<String, Value>, base: &str) -> Marku
                     }
                 }
             }
-            pre tabindex="0" { (example(route, named(body, schemas).map(|(_, schema)| schema), base)) }
+            pre tabindex="0" { (example(route, named(body, schemas).map(|(_, schema)| schema), schemas, base)) }
         }
     }
 }
@@ -207,7 +207,7 @@ fn named<'a>(schema: &'a Value, schemas: &'a Map<String, Value>) -> Option<(&'a 
 }
 
 /// A command that can be pasted into a shell.
-fn example(route: &Route<'_>, body: Option<&Value>, base: &str) -> String {
+fn example(route: &Route<'_>, body: Option<&Value>, schemas: &Map<String, Value>, base: &str) -> String {
     let path = route.path.replace("{id}", "1");
     match body {
         None if route.method == "get" => format!("curl {base}{path}"),
@@ -215,20 +215,28 @@ fn example(route: &Route<'_>, body: Option<&Value>, base: &str) -> String {
         Some(schema) => {
             let given = schema["properties"].as_object().into_iter().flatten();
             let body: Map<String, Value> =
-                given.map(|(name, form)| (name.clone(), sample(name, form))).collect();
+                given.filter_map(|(name, form)| Some((name.clone(), sample(name, form, schemas)?))).collect();
             format!("curl {base}{path} -H 'content-type: application/json' \\\n  -d '{}'", Value::from(body))
         }
     }
 }
 
-/// A value that a form allows.
-fn sample(name: &str, form: &Value) -> Value {
-    match (name, text(&form["type"])) {
-        ("by", _) => "early shift".into(),
+/// A value that a form allows: of one that lists its words the first, `None` for what has no simple value.
+fn sample(name: &str, form: &Value, schemas: &Map<String, Value>) -> Option<Value> {
+    // What may be left out is of two types, the other of which is "null".
+    let kind = form["type"].get(0).unwrap_or(&form["type"]);
+    match (name, text(kind)) {
+        ("by", _) => Some("early shift".into()),
         (_, "number" | "integer") => {
-            form["maximum"].as_f64().map_or(1.into(), |most| json!(most.min(28_800.0)))
+            Some(form["maximum"].as_f64().map_or(1.into(), |most| json!(most.min(28_800.0))))
         }
-        _ => "pads ordered".into(),
+        (_, "string") => Some("pads ordered".into()),
+        _ => {
+            let either =
+                ["oneOf", "allOf", "anyOf"].into_iter().flat_map(|way| form[way].as_array()).flatten();
+            let listed = [form].into_iter().chain(either).find_map(|form| named(form, schemas))?.1;
+            [listed, &listed["oneOf"][0]].into_iter().find_map(|words| words["enum"].get(0)).cloned()
+        }
     }
 }
 

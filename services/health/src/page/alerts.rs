@@ -13,6 +13,10 @@ use railgrip_words::{reword, say, t};
 /// Alerts that are over and still shown; the interface has more.
 const OVER_SHOWN: usize = 50;
 
+/// Alerts of one kind that stand in a list in full; what exceeds them is one line that unfolds, so that forty wagons with one
+/// trouble do not push the only one with another off the screen.
+const OF_A_KIND: usize = 3;
+
 pub(super) fn parts(shared: &Shared, snapshot: &Snapshot) -> Vec<Part> {
     vec![
         Part::new("alert-lists", lists(snapshot)),
@@ -116,7 +120,34 @@ fn group(id: &str, title: &str, empty: &str, alerts: &[&Alert]) -> Markup {
 }
 
 fn list(alerts: &[&Alert]) -> Markup {
-    html! { ul .alerts { @for alert in alerts { (entry(alert)) } } }
+    html! {
+        ul .alerts {
+            @for (place, alert) in alerts.iter().enumerate() {
+                @let before = alerts[..place].iter().filter(|other| other.cause == alert.cause).count();
+                @if before < OF_A_KIND { (entry(alert)) } @else if before == OF_A_KIND { (rest(&alerts[place..], alert)) }
+            }
+        }
+    }
+}
+
+/// The alerts from here on that are of this alert's kind: a line with a link to each place, and themselves below it.
+fn rest(alerts: &[&Alert], first: &Alert) -> Markup {
+    let rest: Vec<&Alert> = alerts.iter().copied().filter(|alert| alert.cause == first.cause).collect();
+    if let [alone] = rest[..] {
+        return entry(alone);
+    }
+    let mut by_place = rest.clone();
+    by_place.sort_by_key(|alert| (alert.wagon, alert.wheelset));
+    let worst = rest.iter().map(|alert| if alert.active { alert.grade_now } else { alert.grade }).max();
+    html! {
+        li id={ "rest-" (first.cause) "-" (first.state.word()) } class={ "rest g-" (worst.unwrap_or(first.grade).word()) } {
+            details {
+                summary { b { (say("{count} more: {cause}", &[("count", &rest.len()), ("cause", &named(&first.cause))])) } }
+                ul .alerts { @for alert in &rest { (entry(alert)) } }
+            }
+            p .places { @for alert in by_place { a href=(home(alert)) { (place(alert)) } " " } }
+        }
+    }
 }
 
 fn entry(alert: &Alert) -> Markup {
@@ -290,6 +321,43 @@ fn line(event: &AlertEvent) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn alert(id: u64, wagon: u32, cause: &str) -> Alert {
+        let alert = serde_json::json!({
+            "id": id, "cause": cause, "scope": "wagon", "wagon": wagon, "wheelset": null, "wagons": [wagon],
+            "grade": "watch", "grade_now": "watch", "active": true, "state": "active", "reason": "", "advice": "",
+            "raised_at": "2026-11-23T08:00:00Z", "history": [], "places": [], "times": 1, "changes": 1,
+            "unix_ns": 0,
+            "evidence": { "history": "", "recording": null },
+        });
+        serde_json::from_value(alert).expect("an alert")
+    }
+
+    /// Wagons of the entries in full, then those behind the line that unfolds.
+    fn shown(alerts: &[&Alert]) -> (usize, usize) {
+        let html = list(alerts).into_string();
+        let (before, behind) = html.split_once("class=\"rest").unwrap_or((&html, ""));
+        let entries = |html: &str| html.matches("class=\"alert ").count();
+        (entries(before), entries(behind))
+    }
+
+    #[test]
+    fn many_of_a_kind_leave_room_for_the_only_one_of_another() {
+        let many: Vec<Alert> =
+            (1..=12).rev().map(|wagon| alert(u64::from(wagon), wagon, "sensors")).collect();
+        let other = alert(99, 20, "rail");
+        let all: Vec<&Alert> = many.iter().chain([&other]).collect();
+        let html = list(&all).into_string();
+        assert!(html.contains("9 more: "), "{html}");
+        assert_eq!(html.matches("class=\"alert ").count(), 13);
+        let links: Vec<usize> =
+            (1..=9).map(|wagon| html.rfind(&format!("\"/wagons/{wagon}\"")).unwrap()).collect();
+        assert!(links.is_sorted(), "the places stand in the order of the train");
+        assert!(html.find("id=\"alert-99\"") > html.find("class=\"rest"), "the other kind follows in full");
+        // A fold of one would take the room of the alert itself.
+        assert_eq!(shown(&all[..4]), (4, 0));
+        assert_eq!(shown(&all[..5]), (3, 2));
+    }
 
     #[test]
     fn neighbours_become_ranges() {

@@ -29,10 +29,29 @@ impl Asset {
     }
 }
 
-macro_rules! asset {
-    ($name:literal, $kind:literal, $($file:literal),+) => {
-        Asset::new($name, $kind, concat!($(include_str!(concat!("assets/", $file)), "\n"),+))
+macro_rules! files {
+    ($($file:literal),+) => {
+        concat!($(include_str!(concat!("assets/", $file)), "\n"),+)
     };
+}
+
+macro_rules! asset {
+    ($name:literal, $kind:expr, $($file:literal),+) => {
+        Asset::new($name, $kind, files!($($file),+))
+    };
+}
+
+const SCRIPT: &str = "text/javascript; charset=utf-8";
+
+/// Every sentence that the scripts write.
+const WORDS: &str = files!("words.js");
+
+/// What every page runs behind its words.
+const EVERY_PAGE: &str = files!("clock.js", "live.js", "acts.js", "table.js", "map.js");
+
+/// The script of every page. The words alone are translated: elsewhere `"watch"` is the name of a colour or a grade.
+fn page_script(name: &'static str, language: Language) -> Asset {
+    Asset::new(name, SCRIPT, &(in_language(WORDS, language) + EVERY_PAGE))
 }
 
 /// Without what only who writes them reads: indents and lines that are a comment.
@@ -51,7 +70,7 @@ fn bare(text: &str) -> String {
 
 /// Files that a page needs together come as one, so that a page on a slow line asks for few.
 static ASSETS: LazyLock<Vec<Asset>> = LazyLock::new(|| {
-    let mut all = vec![
+    vec![
         asset!(
             "style.css",
             "text/css; charset=utf-8",
@@ -62,40 +81,17 @@ static ASSETS: LazyLock<Vec<Asset>> = LazyLock::new(|| {
             "print.css",
             "vendor/uPlot.min.css"
         ),
-        asset!("theme.js", "text/javascript; charset=utf-8", "theme.js"),
-        asset!(
-            "page.js",
-            "text/javascript; charset=utf-8",
-            "words.js",
-            "clock.js",
-            "live.js",
-            "acts.js",
-            "table.js",
-            "map.js"
-        ),
-        asset!(
-            "charts.js",
-            "text/javascript; charset=utf-8",
-            "plot.js",
-            "charts.js",
-            "view.js",
-            "trends.js",
-            "wagon.js",
-            "notes.js"
-        ),
-        asset!("settings.js", "text/javascript; charset=utf-8", "settings.js", "receivers.js"),
-        asset!("uPlot.iife.min.js", "text/javascript; charset=utf-8", "vendor/uPlot.iife.min.js"),
+        asset!("theme.js", SCRIPT, "theme.js"),
+        page_script("page.js", Language::English),
+        page_script("page.de.js", Language::German),
+        asset!("charts.js", SCRIPT, "plot.js", "charts.js", "view.js", "trends.js", "wagon.js", "notes.js"),
+        asset!("settings.js", SCRIPT, "settings.js", "receivers.js"),
+        asset!("uPlot.iife.min.js", SCRIPT, "vendor/uPlot.iife.min.js"),
         asset!("grades.svg", "image/svg+xml", "grades.svg"),
         asset!("icon.svg", "image/svg+xml", "icon.svg"),
         asset!("icon-watch.svg", "image/svg+xml", "icon-watch.svg"),
         asset!("icon-act.svg", "image/svg+xml", "icon-act.svg"),
-    ];
-    // The same scripts with the words of another language.
-    let german = all.iter().find(|asset| asset.name == "page.js");
-    let german =
-        german.map(|page| Asset::new("page.de.js", page.kind, &in_language(&page.text, Language::German)));
-    all.extend(german);
-    all
+    ]
 });
 
 /// Changes whenever a file does, so that browsers may keep them for as long as they like.

@@ -1,7 +1,8 @@
 "use strict";
 // Adhesion along the track: the median with its 95 % band over the kilometre, low stretches shaded.
 {
-  const host = document.getElementById("map");
+  // The page of meanings has a heading of that name.
+  const host = document.querySelector("#map[data-library]");
   const LOW_FROM = 0.5;
   const state = { chart: null, cells: [], timer: 0 };
 
