@@ -51,8 +51,9 @@ struct Said {
     wagons: Vec<Value>,
 }
 
-/// Plays a train to just before its end. At no time may the banner be better than the alerts that it counts.
-fn play(recorded: &Path) -> Said {
+/// Plays a train to just before its end, and kills its judge once an alert stands, if asked to. At no time may the banner be
+/// better than the alerts that it counts.
+fn play(recorded: &Path, kills: bool) -> Said {
     let config = "schema = 1\n[train]\nname = \"x\"\nwagons = 1\nvehicle = \"none.toml\"\n[source]\nkind = \"simulate\"\n";
     let speed = SPEED.to_string();
     let options = ["--train", &recorded.display().to_string(), "--speed", &speed].map(str::to_owned);
@@ -63,7 +64,7 @@ fn play(recorded: &Path) -> Said {
     let begun = Instant::now();
     let http = train.http().expect("an address");
     let length = Duration::from_secs_f64(HOURS * 3600.0 / SPEED - 4.0);
-    let mut last = Value::Null;
+    let (mut last, mut to_kill) = (Value::Null, kills);
     while begun.elapsed() < length {
         last = within(PATIENCE, || http.json("/api/v1/train")).expect("the train");
         let worst = match (&last["alerts"]["act"], &last["alerts"]["watch"]) {
@@ -73,6 +74,11 @@ fn play(recorded: &Path) -> Said {
         };
         let grade = last["grade"].as_str().unwrap_or_default();
         assert!(worst.contains(&grade), "banner {grade} beside alerts {}", last["alerts"]);
+        if to_kill && (last["alerts"]["act"].as_u64() > Some(0) || last["alerts"]["watch"].as_u64() > Some(0))
+        {
+            to_kill = false;
+            outlived(&train, last["brakings_judged"].as_u64());
+        }
         std::thread::sleep(Duration::from_millis(300));
     }
     let list = http.json("/api/v1/alerts?limit=100").expect("alerts");
@@ -81,7 +87,22 @@ fn play(recorded: &Path) -> Said {
     let wagons = (1..=8).map(|id| http.json(&format!("/api/v1/wagons/{id}")).expect("a wagon")).collect();
     assert!(train.stop().success(), "{}", train.log());
     println!("judged {} applications; alerts {alerts:#?}", last["brakings_judged"]);
+    assert!(!to_kill, "nothing was found, so that the judge was never killed");
     Said { alerts, train: last, wagons }
+}
+
+/// Kills the judge; its successor knows the applications that it had judged, to within the one that ran.
+fn outlived(train: &TrainUnderTest, judged: Option<u64>) {
+    // What was found is kept within seconds.
+    std::thread::sleep(Duration::from_secs(6));
+    let judge = train.process("judge");
+    judge.kill();
+    train.successor(&judge);
+    let http = train.http().expect("an address");
+    let known = || http.json("/api/v1/train").filter(|view| view["brakings_judged"].as_u64() >= judged);
+    let view = within(PATIENCE, known).expect("the successor has begun anew");
+    println!("judged {judged:?} applications before it was killed, {} after", view["brakings_judged"]);
+    assert!(judged > Some(0));
 }
 
 /// Causes and wagons of the alerts that the same train raises offline.
@@ -101,7 +122,7 @@ fn a_healthy_coupled_train_raises_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
     let recorded = train(folder.path(), None);
     assert_eq!(replayed(&recorded), vec![]);
-    let said = play(&recorded);
+    let said = play(&recorded, false);
     assert_eq!(said.alerts, Vec::<Value>::new());
     assert!(said.train["brakings_judged"].as_u64() > Some(3), "{}", said.train);
     for wagon in &said.wagons {
@@ -113,7 +134,7 @@ fn a_dragging_brake_is_one_alert_at_its_wagon() {
     let folder = tempfile::tempdir().expect("a folder");
     let recorded = train(folder.path(), Some("hand_brake"));
     let offline = replayed(&recorded);
-    let said = play(&recorded);
+    let said = play(&recorded, true);
     let [alert] = &said.alerts[..] else { panic!("{} alerts instead of one", said.alerts.len()) };
     assert_eq!((alert["cause"].as_str(), alert["wagon"].as_u64()), (Some("dragging"), Some(3)));
     // The brake holds the first bogie; its two wheelsets are what may be named.

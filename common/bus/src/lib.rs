@@ -36,6 +36,7 @@ mod config;
 mod creator;
 mod error;
 mod holder;
+mod kept;
 mod lifecycle;
 mod node;
 mod open;
@@ -49,6 +50,7 @@ pub use clock::{monotonic_ns, now};
 pub use config::{BusConfig, Limits};
 pub use error::BusError;
 pub use holder::{Holder, holder_pid};
+pub use kept::{KeptError, keep, kept};
 pub use lifecycle::Lifecycle;
 pub use open::Bus;
 pub use ports::{

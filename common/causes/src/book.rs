@@ -9,7 +9,7 @@ const FORGOTTEN_S: f64 = 1500.0;
 const SAME_AGAIN_S: f64 = 3600.0;
 
 /// Another cause that would explain the same.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Runner {
     /// The cause.
     pub cause: Cause,
@@ -18,7 +18,7 @@ pub struct Runner {
 }
 
 /// An alert.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Alert {
     /// When it was raised, s.
     pub raised_t_s: f64,
@@ -56,7 +56,7 @@ pub(crate) struct Suspicion {
     pub needed: u32,
 }
 
-#[derive(Debug)]
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
 struct Pending {
     cause: Cause,
     wagons: Vec<usize>,
@@ -66,7 +66,7 @@ struct Pending {
 }
 
 /// All alerts of a train, and what may become one.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Book {
     pending: Vec<Pending>,
     confirmed_s: Vec<f64>,
@@ -74,6 +74,14 @@ pub(crate) struct Book {
 }
 
 impl Book {
+    /// Whether it can be the book of so many wagons.
+    pub(crate) fn is_sound(&self, wagons: usize) -> bool {
+        let within = |all: &[usize]| all.iter().all(|wagon| *wagon < wagons);
+        self.alerts.len() == self.confirmed_s.len()
+            && self.alerts.iter().all(|alert| within(&alert.wagons))
+            && self.pending.iter().all(|pending| within(&pending.wagons))
+    }
+
     /// Takes a suspicion of now.
     pub(crate) fn suspect(&mut self, suspicion: Suspicion, time_s: f64, brakings: u32) {
         for (alert, confirmed_s) in self.alerts.iter_mut().zip(&mut self.confirmed_s) {

@@ -9,7 +9,7 @@ const ENDS_BELOW: f64 = 0.03;
 const PRESSED_M_S2: f64 = 0.04;
 
 /// Whether the train brakes, and since when.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Braking {
     since_s: Option<f64>,
     /// How long the latest application lasted, s.

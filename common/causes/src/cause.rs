@@ -1,7 +1,7 @@
 //! The causes that an alert can name, and what to do about each.
 
 /// How bad it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Grade {
     /// Somebody should look at it.
     Watch,
@@ -23,7 +23,7 @@ impl Grade {
 macro_rules! causes {
     ($($name:ident $word:literal $title:literal $advice:literal),+ $(,)?) => {
         /// What can be wrong.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
         pub enum Cause {
             $(#[doc = $advice] $name),+
         }

@@ -26,7 +26,7 @@ const ROLL_S: f64 = 40.0;
 const LEAST_ROLL_S: f64 = 15.0;
 
 /// What is known before anything is learnt, and how good the equation is.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Belief {
     /// One sigma of δ, κ, γ and of the last term.
     prior: [f64; TERMS],
@@ -81,14 +81,14 @@ pub(crate) struct Creep {
 }
 
 /// A difference with its variance.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Change {
     pub value: f64,
     pub variance: f64,
 }
 
 /// How an application differed from the past.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Braked {
     /// Change of κ.
     pub level: Change,
@@ -97,7 +97,7 @@ pub(crate) struct Braked {
 }
 
 /// Sums of innovations against one regressor.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 struct Sums {
     seconds: f64,
     weight: f64,
@@ -126,7 +126,7 @@ impl Sums {
 }
 
 /// Creepage of one wheelset against its own past.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Creepage {
     belief: Belief,
     theta: [f64; TERMS],
@@ -248,6 +248,19 @@ impl Creepage {
         } else {
             (self.theta, self.covariance) = self.before;
         }
+    }
+
+    /// What was learnt since the last call of [`Self::settle`], and the application or roll that runs, are forgotten.
+    pub(crate) fn abandon(&mut self) {
+        (self.braking, self.rolling) = (Sums::default(), Sums::default());
+        self.settle(false);
+    }
+
+    /// Whether all that was learnt is a number.
+    pub(crate) fn is_sound(&self) -> bool {
+        let (theta, covariance) = &self.before;
+        self.excess.is_finite()
+            && theta.iter().chain(covariance.iter().flatten()).all(|value| value.is_finite())
     }
 
     /// Takes another rail for its own past: the train as a whole creeps by so much less, or more.

@@ -4,7 +4,7 @@
 pub const MAX_WHEELSETS: usize = 4;
 
 /// What is believed of a wagon.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct WagonFile {
     /// Wheelsets, at most [`MAX_WHEELSETS`].
     pub wheelsets: usize,

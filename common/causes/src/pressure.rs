@@ -17,7 +17,7 @@ const BEFORE: usize = 10;
 const FADING: f64 = 0.1;
 
 /// Sums over forces of a wheelset (y) and of the others (x).
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 struct Pair {
     n: f64,
     x: f64,
@@ -58,7 +58,7 @@ pub(crate) struct Rise {
 }
 
 /// Pressing forces of one wagon.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Pressure {
     /// Largest force of the middle wheelset seen, N.
     pub full_n: f64,
@@ -160,6 +160,12 @@ impl Pressure {
     /// Each wheelset beside the others, over the latest applications.
     pub(crate) fn beside(&self, k: usize) -> Option<Beside> {
         self.pair[k].read()
+    }
+
+    /// The application or pause that runs is forgotten.
+    pub(crate) fn abandon(&mut self) {
+        (self.peak_n, self.electric, self.before_n, self.released_s) = (0.0, false, 0.0, 0.0);
+        self.trace.clear();
     }
 
     /// The application is over.

@@ -20,7 +20,7 @@ pub(crate) fn trimmed_mean(values: &mut Vec<f64>, reach: f64) -> f64 {
 }
 
 /// Mean and scatter of a quantity over its own past: exact at first, fading later.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Past {
     mean: f64,
     variance: f64,

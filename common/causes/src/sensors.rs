@@ -8,7 +8,7 @@ const MISSING_S: f64 = 90.0;
 const RIPPLE_S: f64 = 60.0;
 
 /// A wheel's tachometer over the latest minutes.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Tachometer {
     /// Share of values missing.
     pub missing: f64,
@@ -59,7 +59,7 @@ impl Tachometer {
 }
 
 /// A speed (of a wagon, or at the rim of a wheel) against that of the train: scale and lag, by fading least squares.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct SpeedSensor {
     n: f64,
     x: f64,

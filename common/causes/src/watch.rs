@@ -26,11 +26,13 @@ const OTHER_RAIL: f64 = 0.08;
 const KEPT: usize = 10;
 /// From so many wheelsets on their median is what the rail and the speed do to all alike.
 pub(crate) const MANY_WHEELSETS: usize = 8;
+/// Of a wheelset that has not slid yet, s.
+const SLID_LONG_AGO_S: f64 = 1e6;
 /// Sensors are judged this often, s.
 const LOOK_S: f64 = 10.0;
 
 /// One wheelset under watch.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Wheel {
     pub creepage: Creepage,
     pub tachometer: Tachometer,
@@ -51,7 +53,7 @@ pub(crate) struct Wheel {
 }
 
 /// One wagon under watch.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Wagon {
     pub file: WagonFile,
     pub wheel: Vec<Wheel>,
@@ -65,11 +67,12 @@ pub(crate) struct Wagon {
     pub balance_rolled: Vec<Change>,
     pub load_kg: (f64, f64),
     pub silent_s: f64,
+    #[serde(skip)]
     buffer: Buffer,
 }
 
 /// The watch over a train.
-#[derive(Debug)]
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
 pub struct TrainWatch {
     pub(crate) wagons: Vec<Wagon>,
     pub(crate) book: Book,
@@ -119,6 +122,42 @@ impl TrainWatch {
             looked_s: 0.0,
             before_m_s: f64::NAN,
         }
+    }
+
+    /// Goes on from what a predecessor knew, if that was of these wagons, in this order; what ran when it was written, a second,
+    /// a roll or an application, is dropped. `None` if it is of other wagons, or makes no sense. Its time goes on from
+    /// [`Self::time_s`].
+    #[must_use]
+    pub fn go_on(mut self, files: &[WagonFile]) -> Option<Self> {
+        let wheels = |wagon: &Wagon| wagon.wheel.len() == wagon.file.wheelsets.min(MAX_WHEELSETS);
+        let learnt = |wagon: &Wagon| {
+            wagon.wheel.iter().map(|wheel| &wheel.creepage).chain(&wagon.balance).all(Creepage::is_sound)
+        };
+        let same = self.wagons.iter().map(|wagon| &wagon.file).eq(files);
+        let sound = self.wagons.iter().all(|wagon| wheels(wagon) && learnt(wagon));
+        if !same || !sound || !self.time_s.is_finite() || !self.book.is_sound(files.len()) {
+            return None;
+        }
+        for wagon in &mut self.wagons {
+            wagon.pressure.abandon();
+            wagon.balance.iter_mut().for_each(Creepage::abandon);
+            wagon.silent_s = 0.0;
+            for wheel in &mut wagon.wheel {
+                wheel.creepage.abandon();
+                (wheel.stuck_s, wheel.slid_ago_s) = (0.0, SLID_LONG_AGO_S);
+            }
+        }
+        self.braking = Braking::default();
+        (self.most_order, self.samples, self.begun_s) = (0.0, 0, None);
+        (self.v_m_s, self.before_m_s, self.last_s) = (f64::NAN, f64::NAN, f64::NAN);
+        (self.traced_s, self.looked_s) = (f64::NEG_INFINITY, self.time_s);
+        Some(self)
+    }
+
+    /// Time of the latest instant taken, s.
+    #[must_use]
+    pub const fn time_s(&self) -> f64 {
+        self.time_s
     }
 
     /// All alerts so far, in the order in which they were raised.
@@ -428,7 +467,7 @@ impl Wheel {
             rolled: Vec::new(),
             idle: 0.0,
             stuck_s: 0.0,
-            slid_ago_s: 1e6,
+            slid_ago_s: SLID_LONG_AGO_S,
             applications: 0,
         }
     }

@@ -63,6 +63,12 @@ impl Instance {
         self.snapshot_dir.join(name)
     }
 
+    /// What the judge of the train has learnt.
+    #[must_use]
+    pub fn judgement_file(&self) -> PathBuf {
+        self.snapshot_dir.join("train.snapshot")
+    }
+
     /// File with the sign of this start of the train; it stays the same while single processes are started again.
     fn session_file(&self) -> PathBuf {
         self.dir.join("session")

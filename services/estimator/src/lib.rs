@@ -18,7 +18,7 @@ use crate::timing::Histogram;
 use crate::worker::Worker;
 use railgrip_bus::{
     Bus, BusConfig, BusError, EstimatePublisher, EventPublisher, HealthPublisher, HeartbeatPublisher,
-    InnovationPublisher, Lifecycle, monotonic_ns, now,
+    InnovationPublisher, KeptError, Lifecycle, monotonic_ns, now,
 };
 use railgrip_messages::{Event, EventKind, Heartbeat, NO_WHEELSET, ProcessKind, Text};
 use railgrip_settings::TrainSettings;
@@ -188,7 +188,9 @@ impl Service {
             Err(error) => {
                 tracing::warn!(%error, "the snapshot is refused; the estimator starts fresh");
                 let text = match &error {
-                    SnapshotError::Form { problem, .. } => format!("estimator has started fresh: {problem}"),
+                    SnapshotError::Kept(KeptError::Form { problem, .. }) => {
+                        format!("estimator has started fresh: {problem}")
+                    }
                     _ => "estimator has started fresh: its snapshot was refused".to_owned(),
                 };
                 self.event(EventKind::Started, [0.0; 4], &text)

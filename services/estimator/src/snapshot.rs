@@ -1,41 +1,25 @@
 //! What an estimator leaves on disk so that its successor goes on where it stopped.
 //!
-//! One file a wagon: a line that names the form, a checksum, the state. It is written beside its place and renamed into
-//! it, so that no reader sees half a file; a file that is damaged, of another form, wagon or vehicle is refused, and the
-//! estimator starts fresh. A wagon with a vehicle number keeps its file wherever it runs in the train; one without goes on only
+//! One file a wagon; one that is damaged, of another form, wagon or vehicle is refused, and the estimator starts fresh. A wagon with a vehicle number keeps its file wherever it runs in the train; one without goes on only
 //! within one start of the train, because nobody knows whether the next one has the same wagon there.
 
 use crate::worker::Worker;
+use railgrip_bus::{KeptError, keep, kept};
 use railgrip_filter::EstimatorSnapshot;
 use railgrip_indicators::IndicatorState;
 use railgrip_messages::Stamp;
 use serde::{Deserialize, Serialize};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// First line of the file: its form. Changes whenever the layout of the state does.
-const FORM: &[u8] = b"railgrip snapshot 4\n";
-const CHECKSUM_BYTES: usize = 8;
+const FORM: &str = "railgrip snapshot 4";
 
 /// Why a snapshot was not used or not written.
 #[derive(Debug, thiserror::Error)]
 pub enum SnapshotError {
-    /// The file cannot be read or written.
-    #[error("{}: {source}", file.display())]
-    File {
-        /// The file.
-        file: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// The file is damaged or of another form.
-    #[error("{}: {problem}", file.display())]
-    Form {
-        /// The file.
-        file: PathBuf,
-        /// What is wrong.
-        problem: &'static str,
-    },
+    /// The file cannot be read or written, is damaged, or of something else.
+    #[error(transparent)]
+    Kept(#[from] KeptError),
     /// The filter refuses the state.
     #[error("{}: {source}", file.display())]
     Filter {
@@ -77,14 +61,9 @@ pub fn save(file: &Path, worker: &Worker) -> Result<(), SnapshotError> {
         estimator: worker.estimator.snapshot(),
         indicators: bytemuck::bytes_of(worker.indicators.state()).to_vec(),
     };
-    let problem = |problem| SnapshotError::Form { file: file.to_owned(), problem };
-    let body = postcard::to_stdvec(&state).map_err(|_| problem("the state cannot be put into bytes"))?;
-    let failed = |source| SnapshotError::File { file: file.to_owned(), source };
-    let beside = file.with_extension("new");
-    let mut out = std::fs::File::create(&beside).map_err(failed)?;
-    let write = out.write_all(FORM).and_then(|()| out.write_all(&checksum(&body).to_le_bytes()));
-    write.and_then(|()| out.write_all(&body)).map_err(failed)?;
-    std::fs::rename(&beside, file).map_err(failed)
+    let body = postcard::to_stdvec(&state)
+        .map_err(|_| KeptError::form(file, "the state cannot be put into bytes"))?;
+    Ok(keep(file, FORM, &body)?)
 }
 
 /// Puts `worker` into the state of the snapshot; gives the stamp of the last sample in it. `None` if there is none.
@@ -92,18 +71,9 @@ pub fn save(file: &Path, worker: &Worker) -> Result<(), SnapshotError> {
 /// # Errors
 /// A snapshot that is damaged or foreign; the worker is then as it was.
 pub fn restore(file: &Path, worker: &mut Worker) -> Result<Option<Stamp>, SnapshotError> {
-    let bytes = match std::fs::read(file) {
-        Ok(bytes) => bytes,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-        Err(source) => return Err(SnapshotError::File { file: file.to_owned(), source }),
-    };
-    let problem = |problem| SnapshotError::Form { file: file.to_owned(), problem };
-    let rest = bytes.strip_prefix(FORM).ok_or_else(|| problem("not a snapshot of this version"))?;
-    let (sum, body) = rest.split_at_checked(CHECKSUM_BYTES).ok_or_else(|| problem("cut short"))?;
-    if sum != checksum(body).to_le_bytes() {
-        return Err(problem("damaged: its checksum does not match"));
-    }
-    let state: State = postcard::from_bytes(body).map_err(|_| problem("not a snapshot of this version"))?;
+    let Some(body) = kept(file, FORM)? else { return Ok(None) };
+    let problem = |problem| SnapshotError::from(KeptError::form(file, problem));
+    let state: State = postcard::from_bytes(&body).map_err(|_| problem("not a snapshot of this version"))?;
     if state.vehicle != vehicle(worker) {
         return Err(problem("the snapshot of another wagon"));
     }
@@ -137,11 +107,4 @@ pub fn restore(file: &Path, worker: &mut Worker) -> Result<Option<Stamp>, Snapsh
 
 fn vehicle(worker: &Worker) -> String {
     worker.vehicle_number.as_ref().map_or_else(String::new, |number| number.key().to_owned())
-}
-
-/// FNV-1a, 64 bit: finds torn and damaged files, not forged ones.
-fn checksum(bytes: &[u8]) -> u64 {
-    bytes
-        .iter()
-        .fold(0xcbf2_9ce4_8422_2325, |sum, byte| (sum ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
 }

@@ -1,6 +1,7 @@
 //! The worker on simulated samples: estimates as from the filter alone, snapshots that go on, refusals of bad ones.
 #![allow(clippy::unwrap_used, reason = "a test may end at what it does not expect")]
 
+use railgrip_bus::KeptError;
 use railgrip_estimator::gap_record;
 use railgrip_estimator::snapshot::{self, SnapshotError};
 use railgrip_estimator::worker::Worker;
@@ -170,7 +171,10 @@ fn damaged_cut_foreign_and_empty_snapshots_are_refused() {
         std::fs::write(&file, bytes).unwrap();
         let mut worker = Worker::new(&settings, 1).unwrap();
         let error = snapshot::restore(&file, &mut worker).unwrap_err();
-        assert!(matches!(error, SnapshotError::Form { .. }) && error.to_string().contains(words), "{error}");
+        assert!(
+            matches!(error, SnapshotError::Kept(KeptError::Form { .. })) && error.to_string().contains(words),
+            "{error}"
+        );
     }
     std::fs::write(&file, &good).unwrap();
     let mut other = Worker::new(&settings, 2).unwrap();

@@ -2,20 +2,22 @@
 //! `railgrip_causes` look at them, and publishes what is wrong: one verdict a fault, with its cause and its place.
 //!
 //! A coupled wagon cannot be judged alone, because couplers hand force on. The same watch judges trains from files
-//! (`railgrip drill`), so that live and offline say the same. What it has learnt of each wheelset is lost with the process:
-//! after a restart it needs a few brake applications before it can say anything of pads again.
+//! (`railgrip drill`), so that live and offline say the same. What it has learnt of each wheelset outlives the process
+//! ([`memory`]): a successor goes on with the same alerts and the same past.
 
 pub mod align;
 mod believed;
+mod memory;
 mod told;
 
 pub use believed::believed;
 
 use align::Aligner;
+use memory::Memory;
 use railgrip_bus::{
     Bus, BusConfig, BusError, HeartbeatPublisher, Lifecycle, SampleSubscriber, VerdictPublisher, now,
 };
-use railgrip_causes::TrainWatch;
+use railgrip_causes::{TrainWatch, WagonFile};
 use railgrip_messages::{Checked, Heartbeat, NO_WAGON, ProcessKind};
 use railgrip_settings::TrainSettings;
 use std::time::{Duration, Instant};
@@ -34,6 +36,7 @@ const SECOND: Duration = Duration::from_secs(1);
 pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), BusError> {
     let bus = Bus::open(BusConfig::of(settings), ProcessKind::Judge, NO_WAGON)?;
     let mut judge = Judge::open(&bus, settings)?;
+    judge.resume();
     judge.beat()?;
     judge.tell()?;
     lifecycle.ready();
@@ -48,6 +51,7 @@ pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), BusErr
         lifecycle.beat();
         std::thread::sleep(POLL);
     }
+    judge.memory.keep(&judge.watch);
     tracing::info!(received = judge.received, late = judge.aligner.late, "judge stops");
     Ok(())
 }
@@ -58,8 +62,13 @@ struct Judge {
     verdicts: VerdictPublisher,
     heartbeats: HeartbeatPublisher,
     aligner: Aligner,
+    files: Vec<WagonFile>,
     watch: TrainWatch,
-    time_s: f64,
+    memory: Memory,
+    /// What is added to the time of the samples so that the watch's goes on; `None` until the first instant.
+    shift_s: Option<f64>,
+    /// Time at which the watch goes on, s; 0 for one that begins.
+    from_s: f64,
     started: Instant,
     told: Option<Instant>,
     beaten: Option<Instant>,
@@ -76,6 +85,7 @@ struct Judge {
 impl Judge {
     fn open(bus: &Bus, settings: &TrainSettings) -> Result<Self, BusError> {
         let wagons = &settings.wagons;
+        let files: Vec<WagonFile> = wagons.iter().map(|wagon| believed(&wagon.vehicle)).collect();
         Ok(Self {
             samples: wagons
                 .iter()
@@ -84,8 +94,11 @@ impl Judge {
             verdicts: bus.verdict_publisher()?,
             heartbeats: bus.heartbeat_publisher()?,
             aligner: Aligner::new(wagons.len()),
-            watch: TrainWatch::new(wagons.iter().map(|wagon| believed(&wagon.vehicle)).collect()),
-            time_s: 0.0,
+            watch: TrainWatch::new(files.clone()),
+            files,
+            memory: Memory::of(settings),
+            shift_s: None,
+            from_s: 0.0,
             started: Instant::now(),
             told: None,
             beaten: None,
@@ -97,6 +110,15 @@ impl Judge {
             instants: 0,
             step_ns: 0,
         })
+    }
+
+    /// Goes on from what a predecessor had learnt, if it was of this train.
+    fn resume(&mut self) {
+        if let Some((watch, age_s)) = self.memory.restore(&self.files) {
+            // A clock that was set back since makes no time run backwards.
+            self.from_s = watch.time_s() + age_s.max(1.0);
+            self.watch = watch;
+        }
     }
 
     fn round(&mut self) -> Result<(), BusError> {
@@ -117,11 +139,12 @@ impl Judge {
             })?;
         }
         let begun = Instant::now();
-        let (watch, time_s, instants) = (&mut self.watch, &mut self.time_s, &mut self.instants);
-        let before = *instants;
+        let (watch, shift_s, instants) = (&mut self.watch, &mut self.shift_s, &mut self.instants);
+        let (before, from_s) = (*instants, self.from_s);
         self.aligner.drain(now_s, |at_s, readings| {
-            (*time_s, *instants) = (at_s, *instants + 1);
-            watch.take(at_s, readings);
+            *instants += 1;
+            let shift_s = *shift_s.get_or_insert(if from_s > 0.0 { from_s - at_s } else { 0.0 });
+            watch.take(at_s + shift_s, readings);
         });
         if let Some(each_ns) = (begun.elapsed().as_nanos() as u64).checked_div(self.instants - before) {
             self.step_ns = each_ns;
@@ -133,6 +156,7 @@ impl Judge {
             self.known = (alerts.len(), standing);
             self.tell()?;
         }
+        self.memory.keep_in_time(&self.watch);
         if due(self.beaten) {
             self.beat()?;
         }
@@ -142,7 +166,7 @@ impl Judge {
     fn tell(&mut self) -> Result<(), BusError> {
         self.told = Some(Instant::now());
         self.sequence += 1;
-        let mut message = told::verdicts(&self.watch, self.time_s, self.samples.len());
+        let mut message = told::verdicts(&self.watch, self.samples.len());
         (message.sequence, message.instants) = (self.sequence, self.instants);
         self.verdicts.publish(&[message])?;
         self.verdicts.refresh()

@@ -5,10 +5,10 @@ use railgrip_causes::{Alert, Cause, TrainWatch};
 use railgrip_messages::{Grade, MAX_RUNNERS, MAX_VERDICTS, Text, Verdict, Verdicts};
 
 /// What stands now. A silent wagon is not told: the age of its data shows that sooner, and to every reader.
-pub(crate) fn verdicts(watch: &TrainWatch, time_s: f64, wagons: usize) -> Verdicts {
+pub(crate) fn verdicts(watch: &TrainWatch, wagons: usize) -> Verdicts {
     let mut all = Verdicts {
         stamp: now(),
-        time_s,
+        time_s: watch.time_s(),
         brakings: watch.brakings(),
         wagons: wagons as u32,
         ..Verdicts::default()

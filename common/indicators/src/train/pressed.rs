@@ -1,8 +1,9 @@
 //! A wagon that does not brake while its train does.
 //!
 //! No wagon can tell by itself that the train brakes; here all of them are known. A wagon is without a brake when its
-//! pressing force is a small share of the median of all wagons from the beginning of an application to its end. One that was
-//! pressed and is no longer has a brake: in a long train the first wagons release seconds before the last ones do.
+//! pressing force is a small share of the median of all wagons from the beginning of an application to its end. One that is
+//! pressed later has a brake, and so has one that was pressed and is no longer: in a long train the order needs seconds to reach the
+//! last wagons, and the first ones release before them.
 
 use super::middle::LEAST_WAGONS;
 use crate::settings::IndicatorSettings;
@@ -11,6 +12,8 @@ use std::collections::BTreeMap;
 
 /// The train must have braked for so long, s: cylinders do not fill at the same instant.
 const AFTER_S: f64 = 4.0;
+/// A wagon that has not been pressed for so long since then is not late, s: goods brakes take half a minute.
+const LATEST_S: f64 = 45.0;
 /// Less than this share of the median is no pressing force.
 const NONE_SHARE: f64 = 0.15;
 /// Braking behind a verdict, s.
@@ -25,12 +28,22 @@ pub(super) struct Pressed {
     usual_n: f64,
 }
 
-/// Seconds without a brake and seconds of braking, both fading, and whether the wagon was pressed in this application.
+/// Seconds without a brake and seconds of braking, both fading; of this application, whether the wagon was pressed, and for how
+/// long it was not yet.
 #[derive(Debug, Default)]
 struct Share {
     without_s: f64,
     braking_s: f64,
     pressed: bool,
+    not_yet_s: f64,
+}
+
+impl Share {
+    /// What has not been pressed until now will not be.
+    fn give_up(&mut self) {
+        let lost_s = std::mem::take(&mut self.not_yet_s);
+        (self.without_s, self.braking_s) = (self.without_s + lost_s, self.braking_s + lost_s);
+    }
 }
 
 impl Pressed {
@@ -57,10 +70,24 @@ impl Pressed {
             // Slide protection acts on what is pressed.
             let protected = health.wheelset[..health.wheelset_count()].iter().any(|one| one.wsp_active != 0);
             let share = self.wagons.entry(health.wagon).or_default();
-            share.pressed = (share.pressed && !ended) || protected || of(health) >= none_n;
-            if counts {
-                share.without_s = keep * share.without_s + if share.pressed { 0.0 } else { dt_s };
-                share.braking_s = keep * share.braking_s + dt_s;
+            if ended {
+                share.give_up();
+                share.pressed = false;
+            }
+            if protected || of(health) >= none_n {
+                (share.pressed, share.not_yet_s) = (true, 0.0);
+            }
+            if !counts {
+                continue;
+            }
+            (share.without_s, share.braking_s) = (keep * share.without_s, keep * share.braking_s);
+            if share.pressed {
+                share.braking_s += dt_s;
+            } else {
+                share.not_yet_s += dt_s;
+                if self.braking_s >= LATEST_S {
+                    share.give_up();
+                }
             }
         }
     }
@@ -97,6 +124,34 @@ mod tests {
             pressed.take(&healths.iter().collect::<Vec<_>>(), 0.2, &settings);
         }
         pressed.without_brake(3).unwrap()
+    }
+
+    #[test]
+    fn a_wagon_that_the_order_reaches_late_has_a_brake() {
+        let share = share_of(|time_s| (if (9.0..16.0).contains(&time_s) { 80e3 } else { 0.0 }, 0));
+        assert!(share < 1e-9, "{share}");
+    }
+
+    #[test]
+    fn a_long_application_is_not_waited_for() {
+        let settings = IndicatorSettings::default();
+        let mut pressed = Pressed::default();
+        let braked = |wagon| if wagon == 3 { 0.0 } else { 80e3 };
+        let mut told_s = None;
+        for at in 0..400 {
+            let healths: Vec<Health> = (1..=9)
+                .map(|wagon| Health {
+                    wagon,
+                    wheelsets: 2,
+                    pressing_force_n: braked(wagon),
+                    ..Health::zeroed()
+                })
+                .collect();
+            pressed.take(&healths.iter().collect::<Vec<_>>(), 0.2, &settings);
+            told_s = told_s.or(pressed.without_brake(3).map(|_| 0.2 * f64::from(at)));
+        }
+        assert!(pressed.without_brake(3).unwrap() > 0.99 && pressed.without_brake(4).unwrap() < 1e-9);
+        assert!(told_s.is_some_and(|told_s| (40.0..50.0).contains(&told_s)), "{told_s:?}");
     }
 
     #[test]

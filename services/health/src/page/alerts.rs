@@ -67,10 +67,10 @@ pub(super) fn todo(snapshot: &Snapshot) -> Markup {
             @if open.is_empty() {
                 p .calm { @if seen.is_empty() { (t("No alert is active.")) } @else { (t("No new alert.")) } }
             }
-            (list(&open))
+            (list(&open, Rest::Elsewhere))
             @if !seen.is_empty() {
                 h3 .sub { (t("Acknowledged, still there")) " " span .count { (seen.len()) } }
-                (list(&seen))
+                (list(&seen, Rest::Elsewhere))
             }
             @if silenced > 0 {
                 p .calm { a href="/alerts#g-silenced" { (say("{count} silenced for a time", &[("count", &silenced)])) } "." }
@@ -86,11 +86,11 @@ pub(super) fn of_wagon(snapshot: &Snapshot, wagon: u32) -> Markup {
     html! {
         div #wagon-alerts {
             @if open.is_empty() { p .calm { (t("This wagon has no alerts.")) } }
-            (list(&open))
+            (list(&open, Rest::Folded))
             @if !over.is_empty() {
                 details .fold #wagon-over {
                     summary { b { @if over.len() == 1 { (t("1 ended alert")) } @else { (say("{count} ended alerts", &[("count", &over.len())])) } } }
-                    (list(&over[..over.len().min(OVER_SHOWN)]))
+                    (list(&over[..over.len().min(OVER_SHOWN)], Rest::Folded))
                 }
             }
         }
@@ -114,38 +114,57 @@ fn group(id: &str, title: &str, empty: &str, alerts: &[&Alert]) -> Markup {
         section .card id={ "g-" (id) } aria-labelledby={ "h-" (id) } {
             div .heading { h2 id={ "h-" (id) } { (title) " " span .count { (alerts.len()) } } }
             @if alerts.is_empty() { p .calm { (empty) } }
-            (list(alerts))
+            (list(alerts, Rest::Folded))
         }
     }
 }
 
-fn list(alerts: &[&Alert]) -> Markup {
+/// What becomes of the alerts of a kind that stand in no list in full.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Rest {
+    /// They unfold in their place.
+    Folded,
+    /// They stand on the page of alerts: that of the train stays small however long the train.
+    Elsewhere,
+}
+
+fn list(alerts: &[&Alert], rest: Rest) -> Markup {
     html! {
         ul .alerts {
             @for (place, alert) in alerts.iter().enumerate() {
                 @let before = alerts[..place].iter().filter(|other| other.cause == alert.cause).count();
-                @if before < OF_A_KIND { (entry(alert)) } @else if before == OF_A_KIND { (rest(&alerts[place..], alert)) }
+                @if before < OF_A_KIND { (entry(alert)) } @else if before == OF_A_KIND { (others(&alerts[place..], alert, rest)) }
             }
         }
     }
 }
 
-/// The alerts from here on that are of this alert's kind: a line with a link to each place, and themselves below it.
-fn rest(alerts: &[&Alert], first: &Alert) -> Markup {
-    let rest: Vec<&Alert> = alerts.iter().copied().filter(|alert| alert.cause == first.cause).collect();
-    if let [alone] = rest[..] {
+/// The alerts from here on that are of this alert's kind: a line with a link to each place.
+fn others(alerts: &[&Alert], first: &Alert, rest: Rest) -> Markup {
+    let all: Vec<&Alert> = alerts.iter().copied().filter(|alert| alert.cause == first.cause).collect();
+    if let [alone] = all[..] {
         return entry(alone);
     }
-    let mut by_place = rest.clone();
+    let mut by_place = all.clone();
     by_place.sort_by_key(|alert| (alert.wagon, alert.wheelset));
-    let worst = rest.iter().map(|alert| if alert.active { alert.grade_now } else { alert.grade }).max();
+    let worst = all.iter().map(|alert| if alert.active { alert.grade_now } else { alert.grade }).max();
+    let words = say("{count} more: {cause}", &[("count", &all.len()), ("cause", &named(&first.cause))]);
+    let class = format!("rest g-{} a-{}", worst.unwrap_or(first.grade).word(), first.state.word());
     html! {
-        li id={ "rest-" (first.cause) "-" (first.state.word()) } class={ "rest g-" (worst.unwrap_or(first.grade).word()) } {
-            details {
-                summary { b { (say("{count} more: {cause}", &[("count", &rest.len()), ("cause", &named(&first.cause))])) } }
-                ul .alerts { @for alert in &rest { (entry(alert)) } }
+        li id={ "rest-" (first.cause) "-" (first.state.word()) } class=(class) {
+            @match rest {
+                Rest::Folded => {
+                    details {
+                        summary { b { (words) } }
+                        ul .alerts { @for alert in &all { (entry(alert)) } }
+                    }
+                    p .places { @for alert in by_place { a href=(home(alert)) { (place(alert)) } " " } }
+                }
+                Rest::Elsewhere => {
+                    p { b { (words) } }
+                    p .places { @for alert in by_place { a href={ "/alerts#alert-" (alert.id) } data-alert=(alert.id) { (place(alert)) } " " } }
+                }
             }
-            p .places { @for alert in by_place { a href=(home(alert)) { (place(alert)) } " " } }
         }
     }
 }
@@ -335,7 +354,7 @@ mod tests {
 
     /// Wagons of the entries in full, then those behind the line that unfolds.
     fn shown(alerts: &[&Alert]) -> (usize, usize) {
-        let html = list(alerts).into_string();
+        let html = list(alerts, Rest::Folded).into_string();
         let (before, behind) = html.split_once("class=\"rest").unwrap_or((&html, ""));
         let entries = |html: &str| html.matches("class=\"alert ").count();
         (entries(before), entries(behind))
@@ -347,13 +366,16 @@ mod tests {
             (1..=12).rev().map(|wagon| alert(u64::from(wagon), wagon, "sensors")).collect();
         let other = alert(99, 20, "rail");
         let all: Vec<&Alert> = many.iter().chain([&other]).collect();
-        let html = list(&all).into_string();
+        let html = list(&all, Rest::Folded).into_string();
         assert!(html.contains("9 more: "), "{html}");
         assert_eq!(html.matches("class=\"alert ").count(), 13);
         let links: Vec<usize> =
             (1..=9).map(|wagon| html.rfind(&format!("\"/wagons/{wagon}\"")).unwrap()).collect();
         assert!(links.is_sorted(), "the places stand in the order of the train");
         assert!(html.find("id=\"alert-99\"") > html.find("class=\"rest"), "the other kind follows in full");
+        let short = list(&all, Rest::Elsewhere).into_string();
+        assert_eq!(short.matches("class=\"alert ").count(), 4);
+        assert_eq!(short.matches("data-alert=").count() - short.matches("<button").count(), 4 + 9, "{short}");
         // A fold of one would take the room of the alert itself.
         assert_eq!(shown(&all[..4]), (4, 0));
         assert_eq!(shown(&all[..5]), (3, 2));

@@ -100,9 +100,12 @@ function announce(text) {
 /** Says new alerts aloud; figures that move are not worth interrupting anybody. */
 function announceNew(before) {
   if (before.size === 0 && !link.live) return;
-  const fresh = [...document.querySelectorAll("li.alert.a-active")].filter((item) => !before.has(item.dataset.alert));
+  const all = document.querySelectorAll("li.alert.a-active, .rest.a-active a[data-alert]");
+  const fresh = [...all].filter((item) => !before.has(item.dataset.alert));
   if (fresh.length === 0) return;
-  const texts = fresh.slice(0, 3).map((item) => `${item.querySelector(".line").textContent}. ${item.querySelector(".reason").textContent}`);
+  const short = (item) => `${item.textContent}. ${item.closest(".rest").querySelector("b").textContent}`;
+  const whole = (item) => `${item.querySelector(".line").textContent}. ${item.querySelector(".reason").textContent}`;
+  const texts = fresh.slice(0, 3).map((item) => (item.matches("a") ? short(item) : whole(item)));
   const more = fresh.length - texts.length;
   announce(W.newAlert(texts.join(" ") + (more > 0 ? ` ${W.more(more)}` : "")));
 }
