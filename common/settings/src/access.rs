@@ -175,7 +175,7 @@ impl AccessSettings {
         http: &HttpTable,
         listen: SocketAddr,
         overridden: bool,
-        instance_dir: &Path,
+        lasting_dir: &Path,
     ) -> Result<Self, SettingsError> {
         let base = at.file.parent().unwrap_or(Path::new(""));
         let tls = match &http.tls {
@@ -204,7 +204,7 @@ impl AccessSettings {
         let audit = &http.audit;
         let audit_file = match &audit.file {
             Some(file) => base.join(path(at, "http.audit.file", file)?),
-            None => instance_dir.join("audit.jsonl"),
+            None => lasting_dir.join("audit.jsonl"),
         };
         Ok(Self {
             tls,

@@ -1,6 +1,7 @@
 //! Where the health service remembers indicators, and for how long.
 
 use crate::SettingsError;
+use crate::instance::systemd_state;
 use crate::place::ConfigText;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -108,16 +109,13 @@ impl HistorySettings {
 /// A folder that survives a power cut: systemd's state folder, a folder in the given instance, or the user's.
 fn state_folder(train: &str, instance_override: Option<&Path>) -> PathBuf {
     let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
-    let of_systemd = variable("STATE_DIRECTORY")
-        .and_then(|dirs| dirs.to_string_lossy().split(':').next().map(PathBuf::from))
-        .map(|dir| dir.join(train));
     let of_instance = || instance_override.map(|dir| dir.join("history"));
     let of_user = || {
         variable("XDG_STATE_HOME")
             .or_else(|| variable("HOME").map(|home| home.join(".local/state")))
             .map(|dir| dir.join("railgrip").join(train))
     };
-    of_systemd
+    systemd_state(train)
         .or_else(of_instance)
         .or_else(of_user)
         .unwrap_or_else(|| std::env::temp_dir().join("railgrip").join(train))

@@ -26,6 +26,8 @@ pub struct Instance {
     pub prefix: String,
     /// Where estimators keep their snapshots.
     pub snapshot_dir: PathBuf,
+    /// What outlives the computer's night: systemd's state folder, where it gives one.
+    state_dir: Option<PathBuf>,
 }
 
 impl Instance {
@@ -66,7 +68,12 @@ impl Instance {
     /// What the judge of the train has learnt.
     #[must_use]
     pub fn judgement_file(&self) -> PathBuf {
-        self.snapshot_dir.join("train.snapshot")
+        self.state_dir.as_ref().unwrap_or(&self.snapshot_dir).join("train.snapshot")
+    }
+
+    /// Folder of what shall outlive the computer's night: under systemd its state folder, else that of the instance.
+    pub(crate) fn lasting_dir(&self) -> &Path {
+        self.state_dir.as_ref().unwrap_or(&self.dir)
     }
 
     /// File with the sign of this start of the train; it stays the same while single processes are started again.
@@ -109,7 +116,7 @@ impl Instance {
             Some(given) => at.file.parent().unwrap_or(Path::new("")).join(given),
             None => dir.join("snapshots"),
         };
-        let instance = Self { dir, prefix, snapshot_dir };
+        let instance = Self { dir, prefix, snapshot_dir, state_dir: systemd_state(train) };
         let length = instance.channel_root().as_os_str().len() + instance.prefix.len();
         if length > MAX_ROOT_AND_PREFIX {
             let allowed = format!("a path that is {} bytes shorter", length - MAX_ROOT_AND_PREFIX);
@@ -117,6 +124,12 @@ impl Instance {
         }
         Ok(instance)
     }
+}
+
+/// Where systemd has a service keep what lasts (`StateDirectory=`), by train; `None` for what it does not run.
+pub(crate) fn systemd_state(train: &str) -> Option<PathBuf> {
+    let folders = std::env::var_os("STATE_DIRECTORY").filter(|value| !value.is_empty())?;
+    folders.to_string_lossy().split(':').next().map(|first| Path::new(first).join(train))
 }
 
 fn check_prefix(at: &ConfigText<'_>, prefix: &str) -> Result<String, SettingsError> {

@@ -164,7 +164,8 @@ impl TrainSettings {
             })?,
         };
         let instance = Instance::of(&at, &form.instance, &name, overrides.instance_dir.as_deref())?;
-        let access = AccessSettings::of(&at, &form.http, listen, overrides.listen.is_some(), &instance.dir)?;
+        let lasting = instance.lasting_dir();
+        let access = AccessSettings::of(&at, &form.http, listen, overrides.listen.is_some(), lasting)?;
         let history = HistorySettings::of(&at, &form.history, &name, overrides.instance_dir.as_deref())?;
         Ok(Self {
             file: file.to_owned(),
