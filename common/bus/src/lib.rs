@@ -60,3 +60,4 @@ pub use ports::{
     Publisher, SamplePublisher, SampleSubscriber, SourcePublisher, SourceSubscriber, Subscriber,
     VerdictPublisher, VerdictSubscriber, Wake,
 };
+pub use presence::{Turn, take_turn};

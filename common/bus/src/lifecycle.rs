@@ -1,7 +1,9 @@
 //! How a service and whoever runs it understand each other, without signals or systemd in the service.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use railgrip_settings::TrainSettings;
 
 /// Shared by a running service and its runner; clones speak about the same run.
 ///
@@ -12,6 +14,7 @@ pub struct Lifecycle {
     stop: Arc<AtomicBool>,
     ready: Arc<AtomicBool>,
     beats: Arc<AtomicU64>,
+    offered: Arc<Mutex<Option<Box<TrainSettings>>>>,
 }
 
 impl Lifecycle {
@@ -54,6 +57,17 @@ impl Lifecycle {
         self.beats.fetch_add(1, Ordering::Relaxed);
     }
 
+    /// Hands the service new settings. They differ only in what it can take over while it runs.
+    pub fn offer(&self, settings: TrainSettings) {
+        *self.offered.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(settings));
+    }
+
+    /// New settings to be taken over, once; of several the latest.
+    #[must_use]
+    pub fn offered(&self) -> Option<Box<TrainSettings>> {
+        self.offered.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
     /// Beats so far.
     #[must_use]
     pub fn beats(&self) -> u64 {
@@ -73,6 +87,6 @@ mod tests {
         service.beat();
         assert!(runner.is_ready() && runner.beats() == 1 && !service.should_stop());
         runner.stop();
-        assert!(service.should_stop());
+        assert!(service.should_stop() && service.offered().is_none());
     }
 }

@@ -45,7 +45,7 @@ impl Bus {
     /// [`BusError::NoHolder`] if no holder runs; what the system or iceoryx2 refused otherwise.
     pub fn open(config: BusConfig, process: ProcessKind, wagon: u32) -> Result<Self, BusError> {
         config.validate()?;
-        let name = if wagon == NO_WAGON { process.to_string() } else { format!("{process}-{wagon}") };
+        let name = presence::role_name(process, wagon);
         let no_holder = || BusError::NoHolder { train: config.train.clone(), folder: config.dir.clone() };
         let deadline = Instant::now() + PATIENCE;
         loop {

@@ -3,6 +3,7 @@
 //! * `holder.lock` – exclusive while a holder lives.
 //! * `ports.lock` – shared by every process with ports; the holder takes it exclusively while it wipes and creates,
 //!   so nobody opens a channel that is about to vanish, and waits for it before it cleans up.
+//! * `reload.turn` – exclusive from when a process leaves in order to start again until it is gone; it names that process.
 //! * `PROCESS.lock`, `PROCESS-N.lock` – exclusive while that process lives, where there may be one of it (for wagon N).
 //! * `holder` – process id and incarnation of the holder, present only once all channels exist.
 
@@ -10,7 +11,7 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use railgrip_messages::ProcessKind;
+use railgrip_messages::{NO_WAGON, ProcessKind};
 
 use crate::{BusConfig, BusError};
 
@@ -76,6 +77,45 @@ pub(crate) fn role_lock_file(config: &BusConfig, process: ProcessKind, name: &st
     single.then(|| config.dir.join(format!("{name}.lock")))
 }
 
+/// The right to leave in order to start again, of which a train has one; held until dropped.
+#[derive(Debug)]
+pub struct Turn {
+    _lock: Lock,
+}
+
+/// How long who took the last turn may take to be back.
+const BACK_WITHIN: Duration = Duration::from_secs(10);
+
+/// Takes the turn to leave in order to start again, so that processes that shall all do so go one after another: `None` while
+/// another has it, or has left and is not back.
+///
+/// # Errors
+/// Files that cannot be used.
+pub fn take_turn(config: &BusConfig, process: ProcessKind, wagon: u32) -> Result<Option<Turn>, BusError> {
+    let path = config.dir.join("reload.turn");
+    let Some(lock) = Lock::acquire(&path, Kind::Exclusive, Duration::ZERO)? else { return Ok(None) };
+    let failed = |source| BusError::File { path: path.clone(), source };
+    let last = std::fs::read_to_string(&path).map_err(failed)?;
+    let left_at = std::fs::metadata(&path).and_then(|file| file.modified()).map_err(failed)?;
+    let recently = left_at.elapsed().is_ok_and(|since| since < BACK_WITHIN);
+    if recently && !last.is_empty() {
+        let role = config.dir.join(last.trim());
+        let is_back = Lock::acquire(&role, Kind::Shared, Duration::ZERO)?.is_none();
+        if !is_back {
+            return Ok(None);
+        }
+    }
+    let own = role_lock_file(config, process, &role_name(process, wagon));
+    let own = own.as_deref().and_then(Path::file_name).unwrap_or_default().to_string_lossy().into_owned();
+    std::fs::write(&path, own).map_err(failed)?;
+    Ok(Some(Turn { _lock: lock }))
+}
+
+/// What a process is called among those of its train.
+pub(crate) fn role_name(process: ProcessKind, wagon: u32) -> String {
+    if wagon == NO_WAGON { process.to_string() } else { format!("{process}-{wagon}") }
+}
+
 pub(crate) fn holder_file(config: &BusConfig) -> PathBuf {
     config.dir.join("holder")
 }
@@ -117,5 +157,29 @@ mod tests {
         drop((first, second));
         let writer = take(Kind::Exclusive);
         assert!(writer.is_some() && take(Kind::Shared).is_none());
+    }
+
+    #[test]
+    fn the_next_one_leaves_when_the_one_before_is_back() {
+        let folder = tempfile::tempdir().expect("folder");
+        let config = BusConfig {
+            train: "t".into(),
+            dir: folder.path().into(),
+            prefix: "rgturn_".into(),
+            wagons: vec![1, 2],
+            microphones: Vec::new(),
+            limits: crate::Limits::default(),
+        };
+        let turn = |wagon| take_turn(&config, ProcessKind::Estimator, wagon).expect("usable");
+        let role = |wagon| folder.path().join(format!("estimator-{wagon}.lock"));
+        let there = |wagon| Lock::acquire(&role(wagon), Kind::Exclusive, Duration::ZERO).expect("usable");
+        let (one, _two) = (there(1), there(2));
+        let first = turn(1);
+        assert!(first.is_some() && turn(2).is_none(), "one at a time");
+        drop(one);
+        drop(first);
+        assert!(turn(2).is_none(), "the first has left and is not back");
+        let _one = there(1);
+        assert!(turn(2).is_some());
     }
 }

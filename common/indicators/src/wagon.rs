@@ -27,6 +27,11 @@ impl WagonIndicators {
         Self { table, observed: Observed::new(wagon, settings, nominal) }
     }
 
+    /// Computes and judges by other settings from now on; what was observed so far stays.
+    pub fn judge_by(&mut self, settings: IndicatorSettings) {
+        self.observed.judge_by(settings);
+    }
+
     /// What a snapshot keeps.
     #[must_use]
     pub const fn state(&self) -> &IndicatorState {

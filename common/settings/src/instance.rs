@@ -43,6 +43,13 @@ impl Instance {
         self.dir.join("http.address")
     }
 
+    /// What the config said when it was last accepted by `railgrip up`: its processes start by that, whatever has happened to
+    /// the file since.
+    #[must_use]
+    pub fn accepted_config(&self) -> PathBuf {
+        self.dir.join("config.accepted")
+    }
+
     /// Folder with recordings of what the model does not explain, a case of `railgrip gap diagnose` each.
     #[must_use]
     pub fn gap_folder(&self) -> PathBuf {

@@ -110,13 +110,22 @@ impl TrainSettings {
     /// # Errors
     /// The first thing that is wrong, with file, line, key and what is allowed.
     pub fn load(file: Option<&Path>, overrides: &Overrides) -> Result<Self, SettingsError> {
-        let path = file.unwrap_or(Path::new(DEFAULT_PATH));
-        match std::fs::read_to_string(path) {
-            Ok(text) => Self::parse(path, &text, overrides),
+        let (path, text) = Self::text(file)?;
+        Self::parse(&path, &text, overrides)
+    }
+
+    /// The config file that [`TrainSettings::load`] would parse, and what it says.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn text(file: Option<&Path>) -> Result<(PathBuf, String), SettingsError> {
+        let path = file.unwrap_or(Path::new(DEFAULT_PATH)).to_owned();
+        match std::fs::read_to_string(&path) {
+            Ok(text) => Ok((path, text)),
             Err(error) if file.is_none() && error.kind() == std::io::ErrorKind::NotFound => {
-                Self::parse(Path::new(DEFAULT_PATH), DEFAULT_CONFIG, overrides)
+                Ok((path, DEFAULT_CONFIG.to_owned()))
             }
-            Err(source) => Err(SettingsError::Read { file: path.to_owned(), source }),
+            Err(source) => Err(SettingsError::Read { file: path, source }),
         }
     }
 

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use railgrip_bus::{BusConfig, BusError, Holder, Lifecycle};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
+use crate::reload::Role;
 use crate::train::TrainArgs;
 use crate::{CliError, runner};
 
@@ -27,7 +28,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         .map_err(|_| CliError::bad_input(format!("--patience {}: allowed is 0 or more", args.patience)))?;
     let _span = tracing::info_span!("holder").entered();
     raise_file_limit();
-    runner::run(|lifecycle| {
+    runner::run(Some(args.train.member(&train, Role::Holder)), |lifecycle| {
         let Some(holder) = start(&train.bus, patience, lifecycle)? else { return Ok(()) };
         if std::env::var_os(runner::SUPERVISOR_VARIABLE).is_none()
             && let Err(error) = train.settings.instance.begin_session()

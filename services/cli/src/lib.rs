@@ -41,6 +41,7 @@ mod payloads;
 mod process_figures;
 mod record;
 mod reference;
+mod reload;
 mod runner;
 mod sealed;
 mod services;
@@ -75,6 +76,9 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Start a whole train, supervised: holder, ingest, one estimator a wagon, HTTP service
+    ///
+    /// On SIGHUP it reads its config again, checked as at a start: what can be taken over is, the other processes that are touched
+    /// start again one after another, and a config that is wrong changes nothing. `railgrip reference` says which key does what.
     Up(up::Args),
     /// Create the channels of a train and keep them (started first, lives longest)
     Hold(hold::Args),

@@ -1,17 +1,21 @@
 //! Log lines on the standard error: text on a terminal, JSON otherwise, unless the config says which.
 
 use std::io::IsTerminal;
+use std::sync::OnceLock;
 
 use railgrip_settings::{LogFormat, LoggingSettings};
 use tracing_subscriber::filter::{LevelFilter, ParseError, Targets};
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
-use tracing_subscriber::{Registry, fmt};
+use tracing_subscriber::{Registry, fmt, reload};
 
 use crate::CliError;
 
 /// The environment variable that overrides the level of the config.
 const FILTER_VARIABLE: &str = "RAILGRIP_LOG";
+
+/// The filter of this process, to be changed while it runs.
+static FILTER: OnceLock<reload::Handle<Targets, Registry>> = OnceLock::new();
 
 /// The filter that a text such as `info` or `info,railgrip_bus=debug` names. A word alone is a level: taken as the name of
 /// a target, as the filter itself would, a slip of the pen would silence everything.
@@ -49,16 +53,30 @@ pub(crate) fn start(settings: &LoggingSettings) -> Result<(), CliError> {
         LogFormat::Json => true,
     };
     let lines = fmt::layer().with_writer(std::io::stderr);
+    let (filter, handle) = reload::Layer::new(filter);
     let result = if json {
         Registry::default().with(filter).with(lines.json().with_span_list(false)).try_init()
     } else {
         let lines = lines.with_target(false).with_ansi(std::io::stderr().is_terminal());
         Registry::default().with(filter).with(lines).try_init()
     };
-    if result.is_err() {
-        tracing::debug!("logging runs already");
+    match result {
+        Ok(()) => {
+            let _ = FILTER.set(handle);
+        }
+        Err(_) => tracing::debug!("logging runs already"),
     }
     Ok(())
+}
+
+/// Logs at another level from now on, unless the environment says which.
+pub(crate) fn set_level(level: &str) {
+    if std::env::var_os(FILTER_VARIABLE).is_some() {
+        return;
+    }
+    if let (Some(handle), Ok(filter)) = (FILTER.get(), filter(level)) {
+        let _ = handle.reload(filter);
+    }
 }
 
 #[cfg(test)]

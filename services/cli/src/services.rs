@@ -3,6 +3,7 @@
 use railgrip_health::access::Access;
 use railgrip_health::shared::Build;
 
+use crate::reload::Role;
 use crate::train::TrainArgs;
 use crate::{CliError, runner};
 
@@ -50,7 +51,9 @@ pub(crate) struct HealthArgs {
 pub(crate) fn ingest(args: &IngestArgs) -> Result<(), CliError> {
     let train = args.train.load()?;
     let _span = tracing::info_span!("ingest").entered();
-    runner::run(|lifecycle| railgrip_ingest::run(&train.settings, lifecycle))
+    runner::run(Some(args.train.member(&train, Role::Ingest)), |lifecycle| {
+        railgrip_ingest::run(&train.settings, lifecycle)
+    })
 }
 
 pub(crate) fn estimator(args: &EstimatorArgs) -> Result<(), CliError> {
@@ -60,13 +63,17 @@ pub(crate) fn estimator(args: &EstimatorArgs) -> Result<(), CliError> {
         return Err(CliError::bad_input(format!("--wagon {}: allowed is 1 to {count}", args.wagon)));
     }
     let _span = tracing::info_span!("estimator", wagon = args.wagon).entered();
-    runner::run(|lifecycle| railgrip_estimator::run(&train.settings, args.wagon, lifecycle))
+    runner::run(Some(args.train.member(&train, Role::Estimator(args.wagon))), |lifecycle| {
+        railgrip_estimator::run(&train.settings, args.wagon, lifecycle)
+    })
 }
 
 pub(crate) fn listener(args: &ListenerArgs) -> Result<(), CliError> {
     let train = args.train.load()?;
     let _span = tracing::info_span!("listener", wagon = args.wagon).entered();
-    runner::run(|lifecycle| railgrip_listener::run(&train.settings, args.wagon, lifecycle))
+    runner::run(Some(args.train.member(&train, Role::Listener(args.wagon))), |lifecycle| {
+        railgrip_listener::run(&train.settings, args.wagon, lifecycle)
+    })
 }
 
 pub(crate) fn judge(args: &JudgeArgs) -> Result<(), CliError> {
@@ -77,7 +84,9 @@ pub(crate) fn judge(args: &JudgeArgs) -> Result<(), CliError> {
         ));
     }
     let _span = tracing::info_span!("judge").entered();
-    runner::run(|lifecycle| railgrip_judge::run(&train.settings, lifecycle))
+    runner::run(Some(args.train.member(&train, Role::Judge)), |lifecycle| {
+        railgrip_judge::run(&train.settings, lifecycle)
+    })
 }
 
 /// What the metrics say of this program.
@@ -91,5 +100,7 @@ pub(crate) fn health(args: &HealthArgs) -> Result<(), CliError> {
         Access::check(&train.settings).map_err(CliError::bad_input)?;
     }
     let _span = tracing::info_span!("health").entered();
-    runner::run(|lifecycle| railgrip_health::run(&train.settings, lifecycle, BUILD))
+    runner::run(Some(args.train.member(&train, Role::Health)), |lifecycle| {
+        railgrip_health::run(&train.settings, lifecycle, BUILD)
+    })
 }

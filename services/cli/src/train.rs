@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use railgrip_bus::BusConfig;
 use railgrip_settings::{Overrides, TrainSettings};
 
-use crate::{CliError, logging};
+use crate::reload::{Member, Role};
+use crate::{CliError, logging, runner};
 
 /// The options by which every process of a train finds the same settings.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -35,22 +36,50 @@ pub(crate) struct TrainArgs {
 pub(crate) struct Train {
     pub settings: TrainSettings,
     pub bus: BusConfig,
+    /// What its config file says.
+    pub text: String,
 }
+
+/// Names the file with the text of the config that `railgrip up` has accepted.
+pub(crate) const ACCEPTED_VARIABLE: &str = "RAILGRIP_ACCEPTED_CONFIG";
 
 impl TrainArgs {
     /// Reads and checks the settings, and starts logging as they say.
     pub(crate) fn load(&self) -> Result<Train, CliError> {
-        let overrides = Overrides {
+        let (file, text) = self.text()?;
+        let settings = TrainSettings::parse(&file, &text, &self.overrides())?;
+        logging::start(&settings.logging)?;
+        let bus = BusConfig::of(&settings);
+        Ok(Train { settings, bus, text })
+    }
+
+    /// The config file and what it says. For a process of `railgrip up` it says what `up` has accepted, whatever has happened to
+    /// the file since.
+    pub(crate) fn text(&self) -> Result<(PathBuf, String), CliError> {
+        let accepted = std::env::var_os(ACCEPTED_VARIABLE)
+            .filter(|_| std::env::var_os(runner::SUPERVISOR_VARIABLE).is_some())
+            .and_then(|accepted| std::fs::read_to_string(accepted).ok());
+        match (accepted, TrainSettings::text(self.config.as_deref())) {
+            (Some(text), Ok((file, _))) => Ok((file, text)),
+            (Some(text), Err(_)) => Ok((self.config.clone().unwrap_or_default(), text)),
+            (None, read) => Ok(read?),
+        }
+    }
+
+    /// A process of this train.
+    pub(crate) fn member<'a>(&'a self, train: &'a Train, role: Role) -> Member<'a> {
+        Member { args: self, settings: &train.settings, role }
+    }
+
+    /// What the command line changes in the settings.
+    pub(crate) fn overrides(&self) -> Overrides {
+        Overrides {
             runs: self.runs.clone(),
             train: self.train.clone(),
             speed: self.speed,
             listen: self.listen,
             instance_dir: self.instance.clone(),
-        };
-        let settings = TrainSettings::load(self.config.as_deref(), &overrides)?;
-        logging::start(&settings.logging)?;
-        let bus = BusConfig::of(&settings);
-        Ok(Train { settings, bus })
+        }
     }
 
     /// The same options again, for a child in the same working directory.

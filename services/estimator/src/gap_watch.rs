@@ -121,6 +121,11 @@ impl GapWatch {
         }
     }
 
+    /// A mean above `limit` is a mismatch from now on.
+    pub const fn judge_by(&mut self, limit: f64) {
+        self.limit = limit;
+    }
+
     /// What the rail is taken to be from now on.
     pub const fn on_rail(&mut self, rail: Condition) {
         self.rail = rail;

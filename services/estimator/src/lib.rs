@@ -21,7 +21,7 @@ use railgrip_bus::{
     InnovationPublisher, KeptError, Lifecycle, monotonic_ns, now,
 };
 use railgrip_messages::{Event, EventKind, Heartbeat, NO_WHEELSET, ProcessKind, Text};
-use railgrip_settings::TrainSettings;
+use railgrip_settings::{ReportingSettings, TrainSettings};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -65,6 +65,10 @@ pub fn run(settings: &TrainSettings, wagon: u32, lifecycle: &Lifecycle) -> Resul
         samples.receive(&mut worker)?;
         service.publish(&mut worker)?;
         service.timers(&mut worker, &samples, &bus)?;
+        if let Some(new) = lifecycle.offered() {
+            worker.judge_by(new.indicators);
+            service.report_as(&new.reporting);
+        }
         lifecycle.beat();
     }
     service.save(&worker);
@@ -88,6 +92,11 @@ struct Timer {
 impl Timer {
     fn every(period: Duration) -> Self {
         Self { period, next: Instant::now() + period }
+    }
+
+    /// Goes on with another period, which begins now.
+    fn set(&mut self, period: Duration) {
+        *self = Self::every(period);
     }
 
     /// True if it is due; it is then due again a period later, and never twice for one that was missed.
@@ -159,6 +168,12 @@ impl Service {
             heartbeat_sequence: 0,
             event_sequence: 0,
         })
+    }
+
+    /// Reports and saves as often as that from now on.
+    fn report_as(&mut self, reporting: &ReportingSettings) {
+        self.health_timer.set(Duration::from_secs_f64(1.0 / reporting.health_rate_hz));
+        self.snapshot_timer.set(Duration::from_secs_f64(reporting.snapshot_period_s));
     }
 
     /// Goes on from the predecessor's snapshot, if there is a sound one.

@@ -127,6 +127,12 @@ impl Worker {
         })
     }
 
+    /// Judges by other thresholds from now on; what is known of the wagon stays.
+    pub fn judge_by(&mut self, indicators: IndicatorSettings) {
+        self.indicators.judge_by(indicators);
+        self.gap.judge_by(indicators.filter.nis_watch_high);
+    }
+
     /// Name of the filter as the config has it.
     #[must_use]
     pub fn filter(&self) -> &str {

@@ -50,7 +50,7 @@ struct Inner {
     clock: fn() -> Stamp,
     openapi: std::sync::OnceLock<Bytes>,
     history: std::sync::OnceLock<Arc<History>>,
-    limits: std::sync::OnceLock<Limits>,
+    limits: RwLock<Arc<Limits>>,
     build: std::sync::OnceLock<Build>,
     receiver_states: crate::alerts::notify::ReceiverStates,
     notes: crate::notes::NoteBook,
@@ -61,6 +61,7 @@ impl Shared {
     /// Serves `first` until there is a newer snapshot; `clock` tells the time.
     #[must_use]
     pub fn new(first: Snapshot, clock: fn() -> Stamp) -> Self {
+        let limits = RwLock::new(Arc::new(Limits::default().with(first.table)));
         let inner = Inner {
             table: first.table,
             latest: RwLock::new(Arc::new(first)),
@@ -70,7 +71,7 @@ impl Shared {
             clock,
             openapi: std::sync::OnceLock::new(),
             history: std::sync::OnceLock::new(),
-            limits: std::sync::OnceLock::new(),
+            limits,
             build: std::sync::OnceLock::new(),
             receiver_states: crate::alerts::notify::ReceiverStates::default(),
             notes: crate::notes::NoteBook::default(),
@@ -165,14 +166,14 @@ impl Shared {
         self.inner.history.get()
     }
 
-    /// Draws these limits beside the figures from now on; only the first ones count.
+    /// Draws these limits beside the figures from now on.
     pub fn judge_by(&self, limits: Limits) {
-        let _ = self.inner.limits.set(limits);
+        *self.inner.limits.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(limits);
     }
 
     /// The limits that the pages draw.
-    pub(crate) fn limits(&self) -> &Limits {
-        self.inner.limits.get_or_init(|| Limits::default().with(self.table()))
+    pub(crate) fn limits(&self) -> Arc<Limits> {
+        Arc::clone(&self.inner.limits.read().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Says from what the program is built; only the first one counts.

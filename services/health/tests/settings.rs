@@ -79,7 +79,9 @@ async fn a_threshold_is_changed_in_the_file_with_who_when_and_why() {
     assert_eq!(std::fs::read_to_string(&file).unwrap(), expected);
     let (status, page) = ask(&shared, "/settings", None).await;
     assert_eq!(status, StatusCode::OK);
-    for needed in ["wsp.share_watch", "next start: 0.35", "wait for the next start", "data-setting"] {
+    for needed in
+        ["wsp.share_watch", "next start: 0.35", "wait until the processes start again", "data-setting"]
+    {
         assert!(page.contains(needed), "{needed}");
     }
 }
@@ -146,9 +148,12 @@ async fn a_receiver_is_added_changed_and_removed_in_the_file() {
         assert!(text.contains(line), "{line}\nin\n{text}");
     }
     let (_, page) = ask(&shared, "/settings", None).await;
-    for needed in
-        ["from the next start on", "data-receiver=\"depot\"", "data-secret", "wait for the next start"]
-    {
+    for needed in [
+        "from the next start on",
+        "data-receiver=\"depot\"",
+        "data-secret",
+        "wait until the processes start again",
+    ] {
         assert!(page.contains(needed), "{needed}");
     }
     let remove = json!({"name": "night", "remove": true, "by": "kim", "why": "moved"});

@@ -117,10 +117,15 @@ pub struct Observed {
     pub(crate) unmeasured_s: [f64; MAX_WHEELSETS],
 }
 
+/// What is known of the rail beforehand.
+fn rail(nominal: &Nominal, settings: &IndicatorSettings) -> Rail {
+    Rail::new(nominal.rail, settings.adhesion.prior_dry, settings.adhesion.memory_s)
+}
+
 impl Observed {
     /// Nothing is known yet about wagon number `wagon`.
     pub(crate) fn new(wagon: u32, settings: IndicatorSettings, nominal: Nominal) -> Self {
-        let rail = Rail::new(nominal.rail, settings.adhesion.prior_dry, settings.adhesion.memory_s);
+        let rail = rail(&nominal, &settings);
         let view = RailView::new(&rail);
         let mut state = IndicatorState::zeroed();
         state.condition = u64::from(u32::MAX);
@@ -131,6 +136,12 @@ impl Observed {
         }
         let (last, unmeasured_s) = (Estimate::default(), [f64::INFINITY; MAX_WHEELSETS]);
         Self { settings, nominal, rail, wagon, state, last, position_m: 0.0, sand: 0.0, unmeasured_s }
+    }
+
+    /// Goes on by other settings.
+    pub(crate) fn judge_by(&mut self, settings: IndicatorSettings) {
+        self.rail = rail(&self.nominal, &settings);
+        self.settings = settings;
     }
 
     /// Goes on from a snapshot; `false`, and nothing changes, if it holds no sense.

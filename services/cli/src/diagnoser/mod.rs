@@ -15,6 +15,7 @@ use railgrip_bus::Lifecycle;
 use rustix::process::setpriority_process;
 
 use crate::output::say;
+use crate::reload::Role;
 use crate::train::TrainArgs;
 use crate::{CliError, runner};
 use work::Work;
@@ -47,7 +48,9 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     }
     let gaps = train.settings.instance.gap_folder();
     let limit = Duration::from_secs_f64(train.settings.diagnosis.time_limit_s);
-    runner::run(|lifecycle| diagnose_all(&gaps, limit, args.once, lifecycle))
+    runner::run(Some(args.train.member(&train, Role::Diagnoser)), |lifecycle| {
+        diagnose_all(&gaps, limit, args.once, lifecycle)
+    })
 }
 
 fn diagnose_all(gaps: &Path, limit: Duration, once: bool, lifecycle: &Lifecycle) -> Result<(), CliError> {

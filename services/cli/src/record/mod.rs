@@ -43,7 +43,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     };
     let train = args.train.load()?;
     hold::raise_file_limit();
-    runner::run(|lifecycle| record(&train, args, span, lifecycle))
+    runner::run(None, |lifecycle| record(&train, args, span, lifecycle))
 }
 
 fn record(train: &Train, args: &Args, span: Option<Duration>, lifecycle: &Lifecycle) -> Result<(), CliError> {

@@ -1,17 +1,17 @@
 //! All processes of one train, in the order in which they depend on each other.
 
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use railgrip_bus::{BusConfig, holder_pid};
 use railgrip_settings::{Source, TrainSettings};
 
-use super::unit::{News, Unit};
+use super::unit::{News, STOP_PATIENCE, Unit};
 use super::watchdog::Watchdog;
 use crate::CliError;
+use crate::reload::{Plan, Role, Way};
 
-/// How long a process may take to end in order.
-const STOP_PATIENCE: Duration = Duration::from_secs(5);
 /// The holder itself waits for others to leave before it cleans up.
 const HOLDER_STOP_PATIENCE: Duration = Duration::from_secs(8);
 /// How long a new holder waits for an old one that is about to leave.
@@ -35,31 +35,33 @@ impl Fleet {
     ) -> Result<Self, CliError> {
         let program = std::env::current_exe().map_err(CliError::failed)?;
         let mut sockets = (0..).map(|number: u32| settings.instance.dir.join(format!("notify-{number}")));
-        let mut unit = |name: String, words: &[&str]| {
+        let accepted = settings.instance.accepted_config();
+        let mut unit = |role: Role, words: &[&str]| {
             let words = words.iter().map(|word| (*word).to_owned());
             let path = sockets.next().unwrap_or_default();
             let failed = |error| CliError::failed(format!("{}: {error}", path.display()));
             let watchdog = Watchdog::listen(path.clone()).map_err(failed)?;
-            Ok::<_, CliError>(Unit::new(name, words.chain(options.iter().cloned()).collect(), watchdog))
+            let words = words.chain(options.iter().cloned()).collect();
+            Ok::<_, CliError>(Unit::new(role, words, accepted.clone(), watchdog))
         };
         let reads_stdin = settings.source == Source::Stdin;
-        let mut others = vec![unit("health".into(), &["health"])?];
+        let mut others = vec![unit(Role::Health, &["health"])?];
         for wagon in &bus.wagons {
             let number = wagon.to_string();
-            others.push(unit(format!("estimator {number}"), &["estimator", "--wagon", &number])?);
+            others.push(unit(Role::Estimator(*wagon), &["estimator", "--wagon", &number])?);
         }
         if settings.judged_together {
-            others.push(unit("judge".into(), &["judge"])?);
+            others.push(unit(Role::Judge, &["judge"])?);
         }
         for wagon in &bus.microphones {
             let number = wagon.to_string();
-            others.push(unit(format!("listener {number}"), &["listener", "--wagon", &number])?);
+            others.push(unit(Role::Listener(*wagon), &["listener", "--wagon", &number])?);
         }
         if settings.diagnosis.automatic {
-            others.push(unit("diagnoser".into(), &["diagnoser"])?);
+            others.push(unit(Role::Diagnoser, &["diagnoser"])?);
         }
         if settings.source != Source::External {
-            others.push(unit("ingest".into(), &["ingest"])?.with_stdin(reads_stdin).may_finish());
+            others.push(unit(Role::Ingest, &["ingest"])?.with_stdin(reads_stdin).may_finish());
         }
         let address_file = settings.instance.http_address_file();
         let _ = std::fs::remove_file(&address_file);
@@ -67,7 +69,7 @@ impl Fleet {
             program,
             bus: bus.clone(),
             address_file,
-            holder: unit("holder".into(), &["hold", "--patience", HOLDER_START_PATIENCE])?,
+            holder: unit(Role::Holder, &["hold", "--patience", HOLDER_START_PATIENCE])?,
             others,
         })
     }
@@ -89,30 +91,52 @@ impl Fleet {
                 unit.start_if_due(&self.program)?;
             }
         }
+        self.renew_next();
         Ok(())
+    }
+
+    /// Has everybody follow another config: at once who can, the others one after another.
+    pub(super) fn follow(&mut self, plan: &Plan) {
+        for unit in std::iter::once(&mut self.holder).chain(&mut self.others) {
+            match plan.way(unit.role()) {
+                Some(Way::Live) => unit.tell(),
+                Some(Way::Restart) => unit.wait_for_renewal(),
+                None => {}
+            }
+        }
+    }
+
+    /// Starts the next one again once the one before is ready: never are two away for that.
+    fn renew_next(&mut self) {
+        if self.others.iter().any(Unit::is_renewed) {
+            return;
+        }
+        if let Some(unit) = self.others.iter_mut().find(|unit| unit.waits_for_renewal()) {
+            unit.renew();
+        }
     }
 
     /// The channels are gone with their holder: everybody stops and starts again on new ones.
     fn start_over(&mut self) {
         tracing::warn!("the channels are gone with their holder; every process starts again");
-        self.stop_others();
+        self.stop_others(&AtomicBool::new(false));
         for unit in &mut self.others {
             unit.make_due();
         }
     }
 
-    /// Stops all in order; true if nobody had to be killed.
-    pub(super) fn stop(&mut self) -> bool {
-        let others = self.stop_others();
+    /// Stops all in order, or at once as soon as `asked_again`; true if nobody had to be killed.
+    pub(super) fn stop(&mut self, asked_again: &AtomicBool) -> bool {
+        let others = self.stop_others(asked_again);
         self.holder.terminate();
-        let holder = wait_for(std::slice::from_mut(&mut self.holder), HOLDER_STOP_PATIENCE);
+        let holder = wait_for(std::slice::from_mut(&mut self.holder), HOLDER_STOP_PATIENCE, asked_again);
         let _ = std::fs::remove_file(&self.address_file);
         others && holder
     }
 
-    fn stop_others(&mut self) -> bool {
+    fn stop_others(&mut self, asked_again: &AtomicBool) -> bool {
         self.others.iter_mut().rev().for_each(Unit::terminate);
-        wait_for(&mut self.others, STOP_PATIENCE)
+        wait_for(&mut self.others, STOP_PATIENCE, asked_again)
     }
 
     /// Fails if a process keeps dying.
@@ -130,10 +154,10 @@ fn refused(unit: &Unit) -> CliError {
     CliError::bad_input(format!("{} refuses its input or config; see above", unit.name()))
 }
 
-/// Waits until all are gone and kills who is not by then; true if nobody had to be killed.
-fn wait_for(units: &mut [Unit], patience: Duration) -> bool {
+/// Waits until all are gone and kills who is not by then, or at once when `asked_again`; true if nobody had to be killed.
+fn wait_for(units: &mut [Unit], patience: Duration, asked_again: &AtomicBool) -> bool {
     let deadline = Instant::now() + patience;
-    while Instant::now() < deadline {
+    while Instant::now() < deadline && !asked_again.load(Ordering::Acquire) {
         if units.iter_mut().all(Unit::gone) {
             return true;
         }

@@ -4,10 +4,14 @@
 //! dying, and so is one that hangs (its watchdog hears nothing for ten seconds); if the holder dies, its channels are gone, so all others are stopped and everything starts anew. A process
 //! that refuses its config (exit code 2) ends the whole: starting it again would change nothing.
 //!
+//! On SIGHUP the config is read again ([`crate::reload`]). Processes start by what was accepted last, not by what the file says
+//! at the moment: one that dies while somebody edits comes back as it was.
+//!
 //! # Glossary
 //! * **unit**: one supervised process ([`unit::Unit`]).
 //! * **fleet**: all units of a train ([`fleet::Fleet`]).
 
+mod config;
 mod fleet;
 mod restart;
 mod unit;
@@ -17,6 +21,7 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{ErrorKind, Read, Seek, Write};
 use std::net::{SocketAddr, TcpListener};
 use std::path::Path;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use railgrip_bus::{Holder, Lifecycle};
@@ -26,6 +31,7 @@ use railgrip_settings::{Source, TrainSettings};
 use crate::output::say;
 use crate::train::TrainArgs;
 use crate::{CliError, runner};
+use config::Config;
 use fleet::Fleet;
 
 /// How often the supervisor looks at its children.
@@ -57,10 +63,13 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     let _lock = claim(settings)?;
     check_address(settings.http.listen)?;
     settings.instance.begin_session().map_err(CliError::failed)?;
-    let lifecycle = runner::prepare()?;
+    let (lifecycle, asked_again) = runner::prepare_to_supervise()?;
+    let mut config = Config::accept(&args.train, &train)?;
     let mut fleet = Fleet::new(&train.bus, settings, &args.train.to_options())?;
-    let result = supervise(&mut fleet, settings, &lifecycle, deadline);
-    let clean = fleet.stop();
+    let result = supervise(&mut fleet, &mut config, settings, &lifecycle, deadline);
+    asked_again.store(false, Ordering::Release);
+    let clean = fleet.stop(&asked_again);
+    drop(config);
     Holder::sweep(&train.bus)?;
     result?;
     if clean { Ok(()) } else { Err(CliError::failed("a process had to be killed; see the log above")) }
@@ -68,6 +77,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
 
 fn supervise(
     fleet: &mut Fleet,
+    config: &mut Config<'_>,
     settings: &TrainSettings,
     lifecycle: &Lifecycle,
     deadline: Option<Instant>,
@@ -76,6 +86,7 @@ fn supervise(
     let mut shown = false;
     while !lifecycle.should_stop() && deadline.is_none_or(|deadline| Instant::now() < deadline) {
         fleet.look()?;
+        config.look(fleet, lifecycle);
         if !shown && let Some(address) = http_address(&address_file) {
             shown = true;
             say(&welcome(settings, &address));

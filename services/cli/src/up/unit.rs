@@ -1,7 +1,7 @@
 //! One supervised process.
 
 use std::os::unix::process::CommandExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
@@ -9,8 +9,13 @@ use rustix::process::{Pid, Signal, kill_process};
 
 use super::restart::Restarts;
 use super::watchdog::{self, Watchdog};
+use crate::reload::Role;
 use crate::runner::SUPERVISOR_VARIABLE;
+use crate::train::ACCEPTED_VARIABLE;
 use crate::{CliError, own_effects};
+
+/// How long a process may take to end in order.
+pub(super) const STOP_PATIENCE: Duration = Duration::from_secs(5);
 
 /// What became of a process since the last look.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,10 +30,26 @@ pub(super) enum News {
     Refused,
 }
 
+/// Where a process stands on its way to another config.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Renewal {
+    /// It goes by the config that holds.
+    None,
+    /// Its turn has not come.
+    Waits,
+    /// It was asked to end, then.
+    Stops(Instant),
+    /// It has been started on the new config and is not ready yet.
+    Starts,
+}
+
 /// One process, started again when it dies.
 pub(super) struct Unit {
+    role: Role,
     name: String,
     options: Vec<String>,
+    /// File with what the config says.
+    accepted: PathBuf,
     stdin: bool,
     may_finish: bool,
     child: Option<Child>,
@@ -36,13 +57,20 @@ pub(super) struct Unit {
     started: Option<Instant>,
     next_start: Option<Instant>,
     restarts: Restarts,
+    /// It has been ready once: its config and input were sound.
+    worked: bool,
+    renewal: Renewal,
+    /// It shall read the config again as soon as it can.
+    tell: bool,
 }
 
 impl Unit {
-    pub(super) fn new(name: impl Into<String>, options: Vec<String>, watchdog: Watchdog) -> Self {
+    pub(super) fn new(role: Role, options: Vec<String>, accepted: PathBuf, watchdog: Watchdog) -> Self {
         Self {
-            name: name.into(),
+            role,
+            name: role.to_string(),
             options,
+            accepted,
             stdin: false,
             may_finish: false,
             child: None,
@@ -50,7 +78,14 @@ impl Unit {
             started: None,
             next_start: Some(Instant::now()),
             restarts: Restarts::default(),
+            worked: false,
+            renewal: Renewal::None,
+            tell: false,
         }
+    }
+
+    pub(super) const fn role(&self) -> Role {
+        self.role
     }
 
     /// The process reads our standard input.
@@ -97,6 +132,7 @@ impl Unit {
             .env("NOTIFY_SOCKET", self.watchdog.path())
             .env("WATCHDOG_USEC", watchdog::LIMIT.as_micros().to_string())
             .env_remove("WATCHDOG_PID")
+            .env(ACCEPTED_VARIABLE, &self.accepted)
             .envs(own_effects::environment())
             .stdin(stdin)
             .process_group(0)
@@ -106,6 +142,11 @@ impl Unit {
         self.child = Some(child);
         self.started = Some(Instant::now());
         self.next_start = None;
+        // What it reads as it starts is the newest.
+        self.tell = false;
+        if self.renewal != Renewal::None {
+            self.renewal = Renewal::Starts;
+        }
         Ok(())
     }
 
@@ -113,6 +154,22 @@ impl Unit {
     pub(super) fn look(&mut self) -> Result<News, CliError> {
         let Some(child) = &mut self.child else { return Ok(News::None) };
         self.watchdog.listen_now();
+        if self.watchdog.ready().is_some() {
+            self.worked = true;
+            if std::mem::take(&mut self.tell) {
+                let _ = kill_process(Pid::from_child(child), Signal::HUP);
+            }
+            if self.renewal == Renewal::Starts {
+                self.renewal = Renewal::None;
+                tracing::info!(process = self.name, "works by the new config");
+            }
+        }
+        if let Renewal::Stops(asked) = self.renewal
+            && asked.elapsed() > STOP_PATIENCE
+        {
+            tracing::warn!(process = self.name, "does not stop; killed");
+            let _ = child.kill();
+        }
         if let Some(silent) = self.watchdog.silent() {
             tracing::warn!(process = self.name, silent_s = silent.as_secs_f64(), "hangs; killed");
             self.watchdog.begin();
@@ -120,12 +177,24 @@ impl Unit {
         }
         let Some(status) = child.try_wait().map_err(CliError::failed)? else { return Ok(News::None) };
         self.child = None;
+        if matches!(self.renewal, Renewal::Stops(_)) {
+            (self.renewal, self.next_start) = (Renewal::Starts, Some(Instant::now()));
+            return Ok(News::None);
+        }
         if status.success() && self.may_finish {
             tracing::info!(process = self.name, "finished");
+            self.renewal = Renewal::None;
             return Ok(News::Finished);
         }
         if status.code() == Some(2) {
-            return Ok(News::Refused);
+            if !self.worked {
+                return Ok(News::Refused);
+            }
+            // A train that runs is not given up because a file that it needs was changed meanwhile.
+            tracing::error!(
+                process = self.name,
+                "refuses its input or config, which it took before; see above"
+            );
         }
         self.report(status);
         Ok(News::Died)
@@ -149,6 +218,39 @@ impl Unit {
         self.next_start = None;
         if let Some(child) = &self.child {
             let _ = kill_process(Pid::from_child(child), Signal::TERM);
+        }
+    }
+
+    /// Has the process read the config again, once it works; one that starts later reads it anyway.
+    pub(super) fn tell(&mut self) {
+        self.tell = self.child.is_some();
+    }
+
+    /// Has the process started again on another config when its turn comes. One that has been, and does not get ready, may be
+    /// helped by that.
+    pub(super) fn wait_for_renewal(&mut self) {
+        self.renewal = Renewal::Waits;
+    }
+
+    /// True until its turn comes.
+    pub(super) fn waits_for_renewal(&self) -> bool {
+        self.renewal == Renewal::Waits
+    }
+
+    /// True while it is being started again.
+    pub(super) fn is_renewed(&self) -> bool {
+        matches!(self.renewal, Renewal::Stops(_) | Renewal::Starts)
+    }
+
+    /// Its turn has come.
+    pub(super) fn renew(&mut self) {
+        tracing::info!(process = self.name, "starts again, by the new config");
+        match &self.child {
+            Some(child) => {
+                self.renewal = Renewal::Stops(Instant::now());
+                let _ = kill_process(Pid::from_child(child), Signal::TERM);
+            }
+            None => (self.renewal, self.next_start) = (Renewal::Starts, Some(Instant::now())),
         }
     }
 

@@ -15,6 +15,8 @@ const MAX_MESSAGE: usize = 256;
 pub(super) struct Watchdog {
     socket: UnixDatagram,
     path: PathBuf,
+    /// When it said that it works.
+    ready: Option<Instant>,
     heard: Option<Instant>,
 }
 
@@ -27,7 +29,7 @@ impl Watchdog {
         }
         let socket = UnixDatagram::bind(&path)?;
         socket.set_nonblocking(true)?;
-        Ok(Self { socket, path, heard: None })
+        Ok(Self { socket, path, ready: None, heard: None })
     }
 
     /// Where the process shall report.
@@ -38,7 +40,12 @@ impl Watchdog {
     /// A new process begins: it hangs only after it has said that it works.
     pub(super) fn begin(&mut self) {
         self.listen_now();
-        self.heard = None;
+        (self.ready, self.heard) = (None, None);
+    }
+
+    /// Since when the process works, if it does.
+    pub(super) fn ready(&self) -> Option<Instant> {
+        self.ready
     }
 
     /// Takes in what the process has said. Nobody else reads it, and a process whose messages pile up would wait.
@@ -46,6 +53,9 @@ impl Watchdog {
         let mut message = [0; MAX_MESSAGE];
         while let Ok(length) = self.socket.recv(&mut message) {
             let said = |word: &[u8]| message[..length].split(|byte| *byte == b'\n').any(|line| line == word);
+            if said(b"READY=1") {
+                self.ready = Some(Instant::now());
+            }
             if said(b"READY=1") || (said(b"WATCHDOG=1") && self.heard.is_some()) {
                 self.heard = Some(Instant::now());
             }

@@ -5,7 +5,7 @@ use super::group::{Group, group};
 use super::journal::Journal;
 use super::judged::Judged;
 use super::model::{Alert, AlertPlace, AlertState, Change, Scope};
-use super::nflog::Notification;
+use super::nflog::{Notification, Receiver};
 use super::rule::Rules;
 use crate::api::grade::Grade;
 use crate::api::train::model::AlertCounts;
@@ -83,6 +83,18 @@ impl AlertBook {
     pub fn judged_together(mut self) -> Self {
         self.rules.together = true;
         self
+    }
+
+    /// Raises, groups and clears by other settings from now on.
+    pub fn settle_by(&mut self, settings: AlertSettings) {
+        self.settings = settings;
+    }
+
+    /// Tells other receivers from now on, and keeps so many notifications at most. What waits for a receiver that is gone stays.
+    pub fn address(&mut self, receivers: Vec<Receiver>, most_waiting: u32) {
+        if let Some(journal) = &mut self.journal {
+            journal.address(receivers, most_waiting);
+        }
     }
 
     /// Takes what is wrong with a train whose wagons are judged together; what is not named any more is gone.

@@ -146,6 +146,11 @@ impl Journal {
         Ok(Self { connection, path, train, installation, receivers, most_waiting })
     }
 
+    /// Addresses what comes to these receivers from now on, of whom each may have so many waiting.
+    pub fn address(&mut self, receivers: Vec<Receiver>, most_waiting: u32) {
+        (self.receivers, self.most_waiting) = (receivers, most_waiting);
+    }
+
     /// All alerts that are kept; one that cannot be read (of another version) is left out.
     ///
     /// # Errors

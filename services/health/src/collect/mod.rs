@@ -6,6 +6,7 @@ mod streamer;
 
 use crate::history::Recorder;
 use crate::history::watch::{self, Watch};
+use crate::limits::Limits;
 use crate::shared::Shared;
 use crate::store::Store;
 use ends::Ends;
@@ -37,7 +38,7 @@ pub(crate) fn collect(
     let mut ends = Ends::open(settings)?;
     let mut store = Store::new(settings);
     recall_map(settings, &mut store);
-    let notifying = Notifying::open(settings, shared, &store);
+    let mut notifying = Notifying::open(settings, shared, &store);
     let mut streamer = Streamer::default();
     let mut watch = Watch::default();
     let tell = |event| {
@@ -46,7 +47,7 @@ pub(crate) fn collect(
         }
     };
     tell(of_service("service_started"));
-    let refresh = Duration::from_secs_f64(settings.http.refresh_s);
+    let mut refresh = Duration::from_secs_f64(settings.http.refresh_s);
     let started = Instant::now();
     let map_period = Duration::from_secs_f64(settings.capability.map_save_s);
     let (mut renewed, mut checked, mut beaten) = (None::<Instant>, started, None::<Instant>);
@@ -55,6 +56,12 @@ pub(crate) fn collect(
         |since: Option<Instant>, period: Duration| since.is_none_or(|since| since.elapsed() >= period);
     while !lifecycle.should_stop() {
         ends.receive(&mut store, recorder.as_ref(), &mut watch)?;
+        if let Some(new) = lifecycle.offered() {
+            store.take_over(&new);
+            notifying.take_over(&new, shared, &store);
+            shared.judge_by(Limits::of(&new));
+            refresh = Duration::from_secs_f64(new.http.refresh_s);
+        }
         if elapsed(renewed, refresh) {
             renewed = Some(Instant::now());
             store.set_history_trouble(shared.history().and_then(|history| history.trouble()));

@@ -6,14 +6,18 @@ use crate::alerts::moved::{Numbers, moved};
 use crate::alerts::notify;
 use crate::shared::Shared;
 use crate::store::Store;
-use railgrip_settings::{TrainSettings, WagonSettings};
+use railgrip_settings::{NotifySettings, TrainSettings, WagonSettings};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
 
 /// Alerts on the disk, and the threads that notify receivers.
 pub(super) struct Notifying {
     stop: Arc<AtomicBool>,
-    threads: Vec<std::thread::JoinHandle<()>>,
+    threads: Vec<JoinHandle<()>>,
+    notified: NotifySettings,
+    /// There is a journal, without which nobody is notified.
+    kept: bool,
 }
 
 /// The alerts that are kept, each where its vehicle runs now.
@@ -41,25 +45,51 @@ impl Notifying {
         let opened = Journal::open(path, &settings.name, receivers, most)
             .and_then(|journal| recall(journal, settings));
         let book = store.book();
-        let threads = match opened {
+        let notified = notify.clone();
+        let (threads, kept) = match opened {
             Ok((journal, kept)) => {
                 book.lock().keep_in(journal, kept);
-                notify::start(notify, &settings.name, path, shared.receiver_states(), &stop)
+                (notify::start(notify, &settings.name, path, shared.receiver_states(), &stop), true)
             }
             Err(error) => {
                 tracing::error!(%error, "alerts are not kept, and nobody is notified");
                 book.lock().set_trouble(error.to_string());
-                Vec::new()
+                (Vec::new(), false)
             }
         };
-        Self { stop, threads }
+        Self { stop, threads, notified, kept }
+    }
+
+    /// Notifies other receivers from now on. The threads of the old ones end first, so that nobody is told twice; that may take
+    /// as long as a receiver's answer, and nobody waits for it here.
+    pub fn take_over(&mut self, settings: &TrainSettings, shared: &Shared, store: &Store) {
+        if !self.kept || self.notified == settings.notify {
+            return;
+        }
+        self.notified.clone_from(&settings.notify);
+        let notify = self.notified.clone();
+        store.book().lock().address(notify::receivers(&notify), notify.most_waiting);
+        self.stop.store(true, Ordering::Relaxed);
+        self.stop = Arc::new(AtomicBool::new(false));
+        let (old, stop) = (std::mem::take(&mut self.threads), Arc::clone(&self.stop));
+        let (train, path) = (settings.name.clone(), settings.alert_journal.clone());
+        let states = shared.receiver_states().clone();
+        self.threads.push(std::thread::spawn(move || {
+            join(old);
+            states.keep(|name| notify.receivers.iter().any(|one| one.name == name));
+            join(notify::start(&notify, &train, &path, &states, &stop));
+        }));
     }
 
     /// Stops the threads and waits for them.
     pub fn close(self) {
-        self.stop.store(true, std::sync::atomic::Ordering::Relaxed);
-        for thread in self.threads {
-            let _ = thread.join();
-        }
+        self.stop.store(true, Ordering::Relaxed);
+        join(self.threads);
+    }
+}
+
+fn join(threads: Vec<JoinHandle<()>>) {
+    for thread in threads {
+        let _ = thread.join();
     }
 }

@@ -15,7 +15,7 @@ pub(super) fn parts(page: Page, shared: &Shared, snapshot: &Snapshot) -> Vec<Par
         Page::Train => train::parts(shared, snapshot),
         Page::Alerts => alerts::parts(shared, snapshot),
         Page::Meaning | Page::Settings => Vec::new(),
-        Page::Wagon(id) => wagon::parts(id, shared.limits(), snapshot),
+        Page::Wagon(id) => wagon::parts(id, &shared.limits(), snapshot),
     });
     parts
 }
@@ -29,9 +29,9 @@ pub(super) fn document(page: Page, shared: &Shared, snapshot: &Snapshot) -> Mark
             let body = settings::body(&list(shared), &receiver_routes::list(shared));
             (t("Thresholds and receivers").to_owned(), body)
         }
-        Page::Meaning => (t("What the figures mean").to_owned(), meaning::body(shared.limits())),
+        Page::Meaning => (t("What the figures mean").to_owned(), meaning::body(&shared.limits())),
         Page::Wagon(id) => {
-            (say("Wagon {number}", &[("number", &id)]), wagon::body(id, shared.limits(), snapshot))
+            (say("Wagon {number}", &[("number", &id)]), wagon::body(id, &shared.limits(), snapshot))
         }
     };
     frame::document(page, &title, shared, snapshot, &body)

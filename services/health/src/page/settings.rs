@@ -16,7 +16,7 @@ pub(super) fn body(list: &SettingList, told: &ReceiverSettingList) -> Markup {
                 None => { (t("The built-in config holds. Start with a config file to change them here.")) }
             }
         }
-        @if list.waits_for_start || told.waits_for_start { p .loud { (t("Marked values wait for the next start of the processes.")) } }
+        @if list.waits_for_start || told.waits_for_start { p .loud { (t("Marked values wait until the processes start again or read their config again (SIGHUP).")) } }
         (receivers::card(told))
         section .card aria-labelledby="h-settings" {
             h2 #h-settings { (t("By which indicators are computed and judged")) }

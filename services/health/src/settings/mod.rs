@@ -2,7 +2,7 @@
 //!
 //! A change goes through the whole check that the file goes through at a start; what it would refuse is not written. The file
 //! keeps its comments and its order, gains one comment that says who changed what, when and why, and is replaced at once, so
-//! that no reader sees half of it. It takes effect when the processes start again: estimators judge by what they started with.
+//! that no reader sees half of it. It takes effect when the processes start again, or read their config again (SIGHUP).
 
 mod asked;
 mod change;

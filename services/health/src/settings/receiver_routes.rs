@@ -61,7 +61,7 @@ fn host_of(url: &str) -> String {
 }
 
 /// Adds, changes or removes a receiver in the config file: checked as the whole file is at a start, written at once with a
-/// comment that says who, when and why. It takes effect when the service starts again.
+/// comment that says who, when and why. It takes effect when the service starts again, or reads its config again (SIGHUP).
 #[utoipa::path(post, path = "/api/v1/settings/receivers", tag = "service", operation_id = "change_receiver",
     request_body = ReceiverRequest,
     responses(

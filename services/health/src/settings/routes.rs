@@ -49,7 +49,7 @@ fn of_file(file: &Path) -> Option<IndicatorSettings> {
 }
 
 /// Changes a setting in the config file: checked as the whole file is at a start, written at once with a comment that says
-/// who, when and why. It takes effect when the processes start again.
+/// who, when and why. It takes effect when the processes start again, or read their config again (SIGHUP).
 #[utoipa::path(post, path = "/api/v1/settings", tag = "service",
     request_body = SettingRequest,
     responses(

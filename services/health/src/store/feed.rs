@@ -55,6 +55,13 @@ impl Store {
         }
     }
 
+    /// Goes on by the thresholds of other settings of the same train; what is known stays.
+    pub fn take_over(&mut self, settings: &TrainSettings) {
+        self.received.stale_after_s = settings.http.stale_after_s;
+        self.inference.judge_by(settings.indicators);
+        self.alerts.lock().settle_by(settings.alerts);
+    }
+
     /// What a wagon says, without what it can say only where it runs alone; to be asked before it is taken.
     #[must_use]
     pub fn limit(&self, health: &Health) -> Health {

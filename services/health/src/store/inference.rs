@@ -79,6 +79,11 @@ impl Inference {
         }
     }
 
+    /// Compares wagons by other settings from now on.
+    pub fn judge_by(&mut self, indicators: IndicatorSettings) {
+        self.indicators = indicators;
+    }
+
     /// Goes on from cells of the map that were kept; returns how many there were.
     pub fn restore_map(&mut self, cells: &[(i64, Vec<u8>)], now: Stamp) -> usize {
         self.map.restore(cells, unix_ahead_s(now))

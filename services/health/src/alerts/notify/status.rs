@@ -48,6 +48,11 @@ impl ReceiverStates {
         newly
     }
 
+    /// Forgets all receivers but those that `is_one` knows.
+    pub fn keep(&self, is_one: impl Fn(&str) -> bool) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).retain(|name, _| is_one(name));
+    }
+
     /// All receivers.
     #[must_use]
     pub fn view(&self) -> ReceiverList {
