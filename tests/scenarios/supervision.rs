@@ -66,6 +66,45 @@ fn killed_children_come_back_and_nobody_else_notices() {
     assert_eq!(train.shared_memory(), Vec::<String>::new(), "no shared memory left");
 }
 
+/// True if what is served of wagon 2 was measured well after that instant.
+fn acquired_since(train: &TrainUnderTest, instant: Instant) -> Option<()> {
+    let elapsed_s = instant.elapsed().as_secs_f64();
+    let age_s = train.http()?.json("/api/v1/wagons/2")?["age_s"].as_f64()?;
+    (age_s < elapsed_s - 0.05).then_some(())
+}
+
+#[test]
+fn who_is_killed_at_work_again_and_again_is_back_soon() {
+    let mut train = running("killed-at-work", 3);
+    let mut slowest: Vec<(Duration, &str)> = Vec::new();
+    for round in 0..7 {
+        for role in ["ingest", "estimator 2", "health"] {
+            // Long enough at work to be trusted, too short for the deaths before to be forgotten.
+            std::thread::sleep(Duration::from_millis(1200));
+            let victim = train.process(role);
+            let killed = Instant::now();
+            victim.kill();
+            let _ = train.successor(&victim);
+            let started = killed.elapsed();
+            let fresh = within(Duration::from_secs(15), || acquired_since(&train, killed));
+            assert!(fresh.is_some(), "{role}: {:?}\n{}", train.processes(), train.log());
+            slowest.push((killed.elapsed(), role));
+            println!(
+                "round {round}, {role}: new process after {:.0} ms, fresh figures after {:.0} ms",
+                started.as_secs_f64() * 1e3,
+                killed.elapsed().as_secs_f64() * 1e3
+            );
+        }
+    }
+    // A pause that grew with each death would be 3.2 s by now.
+    let (slowest, role) = slowest.into_iter().max().expect("some");
+    println!("slowest: {role}, {:.0} ms", slowest.as_secs_f64() * 1e3);
+    assert!(slowest < Duration::from_secs(3), "{role} was away for {slowest:?}\n{}", train.log());
+    let status = train.stop();
+    assert!(!status.success() && train.log().contains("died 7 times in a row"), "{status}\n{}", train.log());
+    assert_eq!(train.processes(), [], "no orphans");
+}
+
 #[test]
 fn a_process_that_hangs_is_noticed_and_restarted_and_nobody_else_is() {
     let mut train = running("hang", 3);

@@ -1,10 +1,17 @@
 //! When a dead process is started again, and when its deaths are worth a loud word.
+//!
+//! Who dies at work is back at once. Who dies while it starts waits longer each time, because starting it costs time that the
+//! others need; who dies at work again and again waits a little.
 
 use std::time::{Duration, Instant};
 
-/// The pause after a first death.
+/// A process that was ready for so long had been at work.
+const AT_WORK_AFTER: Duration = Duration::from_secs(1);
+/// The pause of one that dies at work again and again.
+const PAUSE_AT_WORK: Duration = Duration::from_millis(250);
+/// The pause after a first death at the start.
 const SHORTEST_PAUSE: Duration = Duration::from_millis(50);
-/// The pause that repeated deaths lead to.
+/// The pause that repeated deaths at the start lead to.
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 /// A process that lived this long has recovered.
 const RECOVERED_AFTER: Duration = Duration::from_secs(10);
@@ -15,16 +22,23 @@ const CRASH_LOOP: u32 = 5;
 #[derive(Debug, Default, Clone, Copy)]
 pub(super) struct Restarts {
     deaths: u32,
+    /// Of these, those at the start since it last worked.
+    failed_starts: u32,
 }
 
 impl Restarts {
-    /// Takes note of a death after `lived`; returns the pause before the next start.
-    pub(super) fn died(&mut self, lived: Duration) -> Duration {
+    /// Takes note of a death after `lived`, of which it was ready for `worked`; returns the pause before the next start.
+    pub(super) fn died(&mut self, lived: Duration, worked: Duration) -> Duration {
         if lived >= RECOVERED_AFTER {
-            self.deaths = 0;
+            *self = Self::default();
         }
         self.deaths += 1;
-        SHORTEST_PAUSE.saturating_mul(1 << (self.deaths - 1).min(16)).min(LONGEST_PAUSE)
+        if worked >= AT_WORK_AFTER {
+            self.failed_starts = 0;
+            return if self.crash_loop() { PAUSE_AT_WORK } else { Duration::ZERO };
+        }
+        self.failed_starts += 1;
+        SHORTEST_PAUSE.saturating_mul(1 << (self.failed_starts - 1).min(16)).min(LONGEST_PAUSE)
     }
 
     /// Deaths in a row, without recovery in between.
@@ -47,13 +61,29 @@ impl Restarts {
 mod tests {
     use super::*;
 
+    const NO_TIME: Duration = Duration::ZERO;
+
     #[test]
     fn pauses_grow_to_a_limit_and_a_long_life_resets_them() {
         let mut restarts = Restarts::default();
-        let pauses: Vec<u128> = (0..9).map(|_| restarts.died(Duration::from_secs(1)).as_millis()).collect();
+        let pauses: Vec<u128> =
+            (0..9).map(|_| restarts.died(Duration::from_secs(1), NO_TIME).as_millis()).collect();
         assert_eq!(pauses, [50, 100, 200, 400, 800, 1600, 3200, 5000, 5000]);
         assert!(restarts.crash_loop());
-        assert_eq!(restarts.died(Duration::from_secs(11)).as_millis(), 50);
+        assert_eq!(restarts.died(Duration::from_secs(11), NO_TIME).as_millis(), 50);
+        assert!(!restarts.crash_loop());
+    }
+
+    #[test]
+    fn who_dies_at_work_is_back_at_once_or_soon() {
+        let mut restarts = Restarts::default();
+        let worked = Duration::from_secs(2);
+        let pauses: Vec<u128> =
+            (0..6).map(|_| restarts.died(Duration::from_secs(3), worked).as_millis()).collect();
+        assert_eq!(pauses, [0, 0, 0, 0, 250, 250]);
+        assert!(restarts.crash_loop(), "that is worth a loud word all the same");
+        assert_eq!(restarts.died(Duration::from_secs(2), NO_TIME).as_millis(), 50, "the first failed start");
+        assert_eq!(restarts.died(Duration::from_secs(20), worked), NO_TIME);
         assert!(!restarts.crash_loop());
     }
 }

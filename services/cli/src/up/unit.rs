@@ -202,7 +202,8 @@ impl Unit {
 
     fn report(&mut self, status: ExitStatus) {
         let lived = self.started.map_or(Duration::ZERO, |started| started.elapsed());
-        let pause = self.restarts.died(lived);
+        let worked = self.watchdog.ready().map_or(Duration::ZERO, |ready| ready.elapsed());
+        let pause = self.restarts.died(lived, worked);
         self.next_start = Some(Instant::now() + pause);
         let (process, lived_s, pause_s) = (&self.name, lived.as_secs_f64(), pause.as_secs_f64());
         if self.restarts.crash_loop() {
