@@ -165,3 +165,42 @@ fn datagrams_of_several_lines_arrive() {
     fed.counts("estimator", "received", 300);
     fed.counts("estimator", "late", 0);
 }
+
+#[test]
+fn datagrams_that_find_no_room_are_counted() {
+    let port = {
+        let socket = std::net::UdpSocket::bind("127.0.0.1:0").expect("a port");
+        socket.local_addr().expect("its address").port()
+    };
+    let (fed, _input) = Fed::start("udp", &format!("kind = \"udp\"\nlisten = \"127.0.0.1:{port}\""));
+    let sender = std::net::UdpSocket::bind("127.0.0.1:0").expect("a socket");
+    let address = format!("127.0.0.1:{port}");
+    // While ingest stands still, its queue runs over.
+    let ingest = fed.train.process("ingest");
+    ingest.signal(rustix::process::Signal::STOP);
+    let sent = 30_000_u32;
+    for k in 0..sent {
+        sender.send_to(line(f64::from(k) * 1e-3).as_bytes(), &address).expect("sent");
+    }
+    ingest.signal(rustix::process::Signal::CONT);
+    let count = |name: &str| {
+        let view = fed.train.http()?.json("/api/v1/train")?;
+        let whole = view["sources"].as_array()?.iter().find(|source| source["wagon"].is_null())?.clone();
+        whole["counts"][name].as_u64()
+    };
+    let all = within(PATIENCE, || {
+        let (arrived, lost) = (count("arrived")?, count("overrun")?);
+        (arrived + lost == u64::from(sent)).then_some((arrived, lost))
+    });
+    println!("(arrived, lost): {all:?}");
+    assert!(
+        all.is_some_and(|(arrived, lost)| arrived > 0 && lost > 0),
+        "{:?} {:?}",
+        count("arrived"),
+        count("overrun")
+    );
+    let (_, metrics) = fed.train.http().and_then(|http| http.get("/metrics")).expect("metrics");
+    let told = metrics.lines().find(|line| line.contains("source_events_total") && line.contains("overrun"));
+    assert!(told.is_some(), "{metrics}");
+    assert_eq!(fed.train.process("ingest"), ingest, "a pause of ingest is no death");
+}

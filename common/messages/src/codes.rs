@@ -233,7 +233,7 @@ codes! {
         ErrorFrame = 8, "error_frame";
         /// CAN frames that ask for data.
         RemoteFrame = 9, "remote_frame";
-        /// Frames lost because the queue of the socket was full.
+        /// Frames, telegrams and datagrams lost because the queue of the socket was full.
         Overrun = 10, "overrun";
         /// Telegrams shorter than a header.
         HeaderShort = 11, "header_short";

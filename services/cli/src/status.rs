@@ -73,7 +73,18 @@ fn table(base: &str, train: &Value, wagons: &Value) -> Vec<String> {
         "why"
     ));
     lines.extend(rows.iter().map(row));
+    lines.extend(train["sources"].as_array().into_iter().flatten().filter_map(source));
     lines
+}
+
+/// What did not become samples, of a source that has lost or dropped something.
+fn source(source: &Value) -> Option<String> {
+    let counts = source["counts"].as_object()?;
+    let others = counts.iter().filter(|(name, _)| !["arrived", "samples"].contains(&name.as_str()));
+    let told: Vec<String> =
+        others.map(|(name, count)| format!("{count} {}", name.replace('_', " "))).collect();
+    let of = source["wagon"].as_u64().map_or("source".to_owned(), |wagon| format!("source of wagon {wagon}"));
+    (!told.is_empty()).then(|| format!("{of}: {}", told.join(", ")))
 }
 
 fn row(wagon: &Value) -> String {
@@ -244,5 +255,14 @@ mod tests {
             assert!(lines[2].contains(part), "{part}: {}", lines[2]);
         }
         assert!(lines[3].contains("silent") && !lines[3].contains("0.0"), "{}", lines[3]);
+    }
+
+    #[test]
+    fn only_a_source_that_lost_something_has_a_line() {
+        let whole =
+            serde_json::json!({ "wagon": null, "counts": { "arrived": 9, "overrun": 2, "header_crc": 1 } });
+        assert_eq!(source(&whole).as_deref(), Some("source: 1 header crc, 2 overrun"));
+        let sound = serde_json::json!({ "wagon": 3, "counts": { "samples": 9 } });
+        assert_eq!(source(&sound), None);
     }
 }

@@ -1,5 +1,6 @@
 //! Frames of CAN buses: from SocketCAN, or played from a log in the form of `candump -L`.
 
+use super::overrun::{self, Overruns};
 use super::{Inlet, InputError, Tally};
 use railgrip_bus::monotonic_ns;
 use railgrip_fieldbus::Gathering;
@@ -20,10 +21,6 @@ const LONGEST_GAP_S: f64 = 10.0;
 const OLDEST: Duration = Duration::from_secs(1);
 /// Bits of an identifier that say what kind of frame it is: a request, an error.
 const KIND_BITS: u32 = 0x6000_0000;
-/// `SOL_SOCKET`, `SO_MEMINFO` of Linux, the size of what that gives, and where in it the frames lie that found no room.
-const MEMORY_OF_SOCKET: (i32, i32) = (1, 55);
-const MEMORY_BYTES: usize = 36;
-const DROPS_AT: usize = 32;
 
 /// Starts to read the buses or the log.
 ///
@@ -112,20 +109,15 @@ fn open(interface: &str) -> std::io::Result<CanFdSocket> {
     let socket = CanFdSocket::open(interface)?;
     socket.set_error_filter_accept_all()?;
     socket.set_recv_timestamp(true)?;
-    socket.set_read_timeout(PAUSE)?;
+    socket.set_read_timeout(overrun::PERIOD)?;
     Ok(socket)
 }
 
 /// Until the interface fails; `None` once nobody takes the rows any more.
 fn read(frames: &mut Frames, lane: usize, socket: &CanFdSocket) -> Option<std::io::Error> {
-    let (mut dropped, mut asked) = (0, Instant::now());
+    let mut overruns = Overruns::new();
     loop {
-        if asked.elapsed() >= PAUSE {
-            asked = Instant::now();
-            let now = drops(socket).unwrap_or(dropped);
-            frames.tally.add(SourceCount::Overrun, u64::from(now.wrapping_sub(dropped)));
-            dropped = now;
-        }
+        overruns.look(socket, &frames.tally);
         match socket.read_frame_with_timestamp() {
             Ok((frame, stamp)) => {
                 // The kernel stamps by the wall clock; what counts is how long ago that was.
@@ -136,23 +128,10 @@ fn read(frames: &mut Frames, lane: usize, socket: &CanFdSocket) -> Option<std::i
                     return None;
                 }
             }
-            Err(error)
-                if matches!(
-                    error.kind(),
-                    ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted
-                ) => {}
+            Err(error) if overrun::is_pause(&error) => {}
             Err(error) => return Some(error),
         }
     }
-}
-
-/// Frames that found no room in the queue of the socket, as the kernel counts them.
-fn drops(socket: &CanFdSocket) -> Option<u32> {
-    let mut memory = [0; MEMORY_BYTES];
-    let (level, name) = MEMORY_OF_SOCKET;
-    let filled = socket.get_socket_option_bytes(level, name, &mut memory).ok()?;
-    let bytes = memory.get(DROPS_AT..filled)?.first_chunk()?;
-    Some(u32::from_ne_bytes(*bytes))
 }
 
 /// Plays a log at its own pace, or faster.

@@ -6,6 +6,7 @@ mod cbor;
 mod layout;
 pub mod lines;
 mod live;
+mod overrun;
 mod replay;
 mod rig;
 mod senders;

@@ -1,9 +1,11 @@
 //! Who sends lines: the standard input, TCP connections, UDP datagrams, an MQTT broker. Each is read on a thread of its own.
 
+use super::overrun::{self, Overruns};
 use super::{Inlet, InputError};
 use super::{cbor, lines};
 use railgrip_settings::{MqttSource, Source};
 use rumqttc::{Client, Connection, Event, MqttOptions, Packet, QoS};
+use rustix::net::sockopt::set_socket_recv_buffer_size;
 use std::io::{BufReader, stdin};
 use std::net::{SocketAddr, TcpListener, UdpSocket};
 use std::sync::Arc;
@@ -35,6 +37,10 @@ pub(super) fn start(source: &Source, inlet: Inlet) -> Result<(), InputError> {
         }
         Source::Udp(address) => {
             let socket = UdpSocket::bind(address).map_err(failed(*address))?;
+            socket.set_read_timeout(Some(overrun::PERIOD)).map_err(failed(*address))?;
+            if let Err(error) = set_socket_recv_buffer_size(&socket, overrun::ROOM) {
+                tracing::warn!(%error, "the queue of the socket stays as it is");
+            }
             spawn(move || datagrams(&socket, &inlet));
         }
         Source::Mqtt(broker) => {
@@ -82,13 +88,16 @@ fn put_all(message: &[u8], name: &str, inlet: &Inlet) -> bool {
 
 fn datagrams(socket: &UdpSocket, inlet: &Inlet) {
     let mut datagram = vec![0; LARGEST_DATAGRAM];
+    let mut overruns = Overruns::new();
     loop {
+        overruns.look(socket, inlet.tally());
         match socket.recv_from(&mut datagram) {
             Ok((length, peer)) => {
                 if !put_all(&datagram[..length], &format!("udp {peer}"), inlet) {
                     return;
                 }
             }
+            Err(error) if overrun::is_pause(&error) => {}
             Err(error) => {
                 tracing::warn!(%error, "a datagram cannot be received");
                 std::thread::sleep(PAUSE);
@@ -162,4 +171,42 @@ fn listen(
         }
     }
     Some("the connection has ended".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::feed::{Feed, Live};
+    use railgrip_filter::PlantKind;
+    use railgrip_messages::SourceCount;
+    use std::time::Instant;
+
+    #[test]
+    fn what_a_full_queue_loses_is_counted() {
+        let vehicle = toml::from_str(include_str!("../../../../config/vehicle.toml")).expect("a vehicle");
+        let mut live = Live::of("test", &[vehicle], &[PlantKind::Wagon]);
+        let inlet = live.inlet().expect("the first");
+        let tally = inlet.tally().clone();
+        let socket = UdpSocket::bind("127.0.0.1:0").expect("a socket");
+        socket.set_read_timeout(Some(overrun::PERIOD)).expect("a time");
+        set_socket_recv_buffer_size(&socket, 16 << 10).expect("little room");
+        let (sender, address) = (UdpSocket::bind("127.0.0.1:0").expect("a socket"), socket.local_addr());
+        let address = address.expect("an address");
+        // Nobody reads yet: most of it finds no room.
+        let sent = 5000_u64;
+        for k in 0..sent {
+            let line = format!("{{\"wagon\":1,\"t_s\":{:.3},\"v_m_s\":20}}\n", k as f64 * 1e-3);
+            sender.send_to(line.as_bytes(), address).expect("sent");
+        }
+        spawn(move || datagrams(&socket, &inlet));
+        let began = Instant::now();
+        let (mut arrived, mut lost) = (0, 0);
+        while arrived + lost < sent && began.elapsed() < Duration::from_secs(20) {
+            live.take_due(0.0, &mut |_| ());
+            (arrived, lost) = (tally.count(SourceCount::Arrived), tally.count(SourceCount::Overrun));
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        assert!(arrived > 0 && lost > sent / 2, "{arrived} arrived, {lost} were lost");
+        assert_eq!(arrived + lost, sent);
+    }
 }

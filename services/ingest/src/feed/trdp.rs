@@ -1,5 +1,6 @@
 //! Process data of a train network (TRDP, IEC 61375-2-3): telegrams in UDP datagrams.
 
+use super::overrun::{self, Overruns};
 use super::{Inlet, InputError, Tally};
 use railgrip_bus::monotonic_ns;
 use railgrip_fieldbus::Gathering;
@@ -16,8 +17,6 @@ use std::time::Duration;
 const PAUSE: Duration = Duration::from_secs(1);
 /// Counters that are followed; without a list of senders anybody can claim one.
 const MOST_COUNTERS: usize = 4096;
-/// Room for telegrams that wait in the socket, bytes; the system may give less.
-const RECEIVE_BUFFER: usize = 4 << 20;
 
 /// Starts to listen.
 ///
@@ -27,7 +26,7 @@ pub(super) fn start(source: &TrdpSource, inlet: Inlet) -> Result<(), InputError>
     let address = source.listen;
     let failed = |source| InputError::Listen { address, source };
     let socket = UdpSocket::bind(address).map_err(failed)?;
-    if let Err(error) = set_socket_recv_buffer_size(&socket, RECEIVE_BUFFER) {
+    if let Err(error) = set_socket_recv_buffer_size(&socket, overrun::ROOM) {
         tracing::warn!(%error, "the queue of the socket stays as it is");
     }
     let interface = match address.ip() {
@@ -38,17 +37,21 @@ pub(super) fn start(source: &TrdpSource, inlet: Inlet) -> Result<(), InputError>
         let refused = |source| InputError::Group { group: *group, source };
         socket.join_multicast_v4(group, &interface).map_err(refused)?;
     }
+    socket.set_read_timeout(Some(overrun::PERIOD)).map_err(failed)?;
     let mut telegrams = Telegrams::new(source, inlet);
     spawn(move || {
         // One byte more than the longest telegram: what fills it is longer than that.
         let mut datagram = [0; HEADER_BYTES + LARGEST_DATA + 1];
+        let mut overruns = Overruns::new();
         loop {
+            overruns.look(&socket, &telegrams.tally);
             match socket.recv_from(&mut datagram) {
                 Ok((length, sender)) => {
                     if !telegrams.take(&datagram[..length], sender, monotonic_ns()) {
                         return;
                     }
                 }
+                Err(error) if overrun::is_pause(&error) => {}
                 Err(error) => {
                     tracing::warn!(%error, "a telegram cannot be received");
                     std::thread::sleep(PAUSE);
