@@ -97,7 +97,8 @@ fn outlived(train: &TrainUnderTest, judged: Option<u64>) {
     std::thread::sleep(Duration::from_secs(6));
     let judge = train.process("judge");
     judge.kill();
-    train.successor(&judge);
+    let successor = train.successor(&judge);
+    assert_ne!(successor.pid, judge.pid);
     let http = train.http().expect("an address");
     let known = || http.json("/api/v1/train").filter(|view| view["brakings_judged"].as_u64() >= judged);
     let view = within(PATIENCE, known).expect("the successor has begun anew");

@@ -293,10 +293,7 @@ fn under_systemd_processes_follow_by_themselves_one_after_another() {
     edit(&train, "[alerts]", "[estimator]\nfilter = \"paper\"\n[alerts]");
     estimators.iter().for_each(hang_up);
     let ended = |child: &mut std::process::Child| child.try_wait().ok().flatten();
-    let first = within(PATIENCE, || {
-        let place = estimators.iter_mut().position(|child| ended(child).is_some());
-        place
-    });
+    let first = within(PATIENCE, || estimators.iter_mut().position(|child| ended(child).is_some()));
     let first = first.unwrap_or_else(|| panic!("{}", train.log()));
     std::thread::sleep(Duration::from_millis(700));
     assert!(ended(&mut estimators[1 - first]).is_none(), "one at a time\n{}", train.log());
