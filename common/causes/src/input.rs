@@ -63,3 +63,33 @@ impl Default for Reading {
         }
     }
 }
+
+/// What no train does: values beyond are not known, however a sensor or its line came to say them.
+const SPEED_M_S: (f64, f64) = (-150.0, 150.0);
+const WHEEL_SPEED_RAD_S: (f64, f64) = (-1e3, 1e3);
+const PRESSING_FORCE_N: (f64, f64) = (-1e5, 1e6);
+const DRIVE_TORQUE_NM: (f64, f64) = (-1e6, 1e6);
+const GRADE_RAD: (f64, f64) = (-0.3, 0.3);
+const LOAD_KG: (f64, f64) = (0.0, 1e6);
+const BRAKE_DEMAND: (f64, f64) = (-0.5, 2.0);
+
+impl Reading {
+    /// Makes values that cannot be unknown; returns how many there were. NaN is unknown already.
+    pub(crate) fn doubt(&mut self) -> u64 {
+        let mut doubted = 0;
+        let mut one = |value: &mut f64, (low, high): (f64, f64)| {
+            if !value.is_nan() && !(low..=high).contains(value) {
+                *value = f64::NAN;
+                doubted += 1;
+            }
+        };
+        one(&mut self.v_m_s, SPEED_M_S);
+        self.wheel_speed_rad_s.iter_mut().for_each(|value| one(value, WHEEL_SPEED_RAD_S));
+        self.pressing_force_n.iter_mut().for_each(|value| one(value, PRESSING_FORCE_N));
+        self.drive_torque_nm.iter_mut().for_each(|value| one(value, DRIVE_TORQUE_NM));
+        one(&mut self.grade_rad, GRADE_RAD);
+        one(&mut self.load_kg, LOAD_KG);
+        one(&mut self.brake_demand, BRAKE_DEMAND);
+        doubted
+    }
+}

@@ -87,6 +87,7 @@ pub struct TrainWatch {
     traced_s: f64,
     looked_s: f64,
     before_m_s: f64,
+    doubted: u64,
 }
 
 impl TrainWatch {
@@ -121,6 +122,7 @@ impl TrainWatch {
             traced_s: f64::NEG_INFINITY,
             looked_s: 0.0,
             before_m_s: f64::NAN,
+            doubted: 0,
         }
     }
 
@@ -172,6 +174,12 @@ impl TrainWatch {
         self.brakings
     }
 
+    /// Values so far that no train shows, and that count as unknown.
+    #[must_use]
+    pub const fn doubted(&self) -> u64 {
+        self.doubted
+    }
+
     /// Takes what all wagons read at one instant, front first.
     pub fn take(&mut self, time_s: f64, readings: &[Reading]) {
         let begun_s = *self.begun_s.get_or_insert(time_s);
@@ -189,7 +197,9 @@ impl TrainWatch {
         }
         let braking = self.braking.since_s().is_some();
         for (wagon, reading) in self.wagons.iter_mut().zip(readings) {
-            wagon.buffer.push(reading);
+            let mut reading = *reading;
+            self.doubted += reading.doubt();
+            wagon.buffer.push(&reading);
             if trace {
                 let wheelsets = wagon.wheel.len();
                 let force_n = median(&mut reading.pressing_force_n[..wheelsets].to_vec());

@@ -70,6 +70,15 @@ fn successor(watch: &TrainWatch, files: &[WagonFile]) -> Option<TrainWatch> {
 
 /// A day on which the watch has a successor at each of these times, s.
 fn day_with(wrong: Wrong, successions_s: &[f64]) -> TrainWatch {
+    day_that_says(wrong, successions_s, |_, _| {})
+}
+
+/// The same with what `spoils` makes of the readings of each instant, by its number.
+fn day_that_says(
+    wrong: Wrong,
+    successions_s: &[f64],
+    mut spoils: impl FnMut(usize, &mut [Reading]),
+) -> TrainWatch {
     let mut watch = TrainWatch::new(vec![file(); WAGONS]);
     let mut noise = Noise(7);
     let (mut v_m_s, mut angle_rad) = (4.0_f64, 0.0_f64);
@@ -126,6 +135,7 @@ fn day_with(wrong: Wrong, successions_s: &[f64]) -> TrainWatch {
         if successions_s.iter().any(|at_s| (t - at_s).abs() < 0.5 * DT_S) {
             watch = successor(&watch, &vec![file(); WAGONS]).unwrap();
         }
+        spoils(step, &mut readings);
         watch.take(t, &readings);
     }
     watch
@@ -183,4 +193,35 @@ fn what_was_learnt_of_other_wagons_is_not_taken() {
     let mut heavier = files;
     heavier[3].mass_kg *= 1.5;
     assert!(successor(&watch, &heavier).is_none());
+}
+
+/// From the first second on, single values that no train shows: they are counted, and what is learnt stays what it was.
+#[test]
+fn values_that_cannot_be_are_unknown_and_counted() {
+    const HOSTILE: [f64; 6] = [f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300, 4.5e15, -3e9];
+    let mut said = 0_u64;
+    let watch = day_that_says(Wrong::Drags(1500.0), &[], |step, readings| {
+        if step % 37 != 0 {
+            return;
+        }
+        let turn = step / 37;
+        let reading = &mut readings[turn % WAGONS];
+        let value = HOSTILE[turn % HOSTILE.len()];
+        match turn % 7 {
+            0 => reading.v_m_s = value,
+            1 => reading.wheel_speed_rad_s[turn % 4] = value,
+            2 => reading.pressing_force_n[turn % 4] = value,
+            3 => reading.drive_torque_nm[turn % 4] = value,
+            4 => reading.grade_rad = value,
+            5 => reading.load_kg = value,
+            _ => reading.brake_demand = value,
+        }
+        said += 1;
+    });
+    assert_eq!(watch.doubted(), said);
+    assert!(said > 2000, "{said}");
+    let [alert] = watch.alerts() else { panic!("{:?}", watch.alerts()) };
+    assert_eq!((alert.cause, &alert.wagons[..], &alert.wheelsets[..]), (Cause::Dragging, &[2][..], &[1][..]));
+    assert!((0.0..=1.0).contains(&alert.probability) && !alert.reason.contains("NaN"), "{alert:?}");
+    assert!(successor(&watch, &vec![file(); WAGONS]).is_some(), "what was learnt are numbers");
 }

@@ -16,7 +16,8 @@ use railgrip_health::shared::Shared;
 use railgrip_health::store::Store;
 use railgrip_indicators::indicator::{ADHESION_AVAILABLE, BRAKE_FRICTION, RAIL};
 use railgrip_messages::{
-    Condition, Grade, Health, Heard, HearingState, Heartbeat, Indicator, ProcessKind, Stamp,
+    Condition, Grade, Health, Heard, HearingState, Heartbeat, Indicator, ProcessKind, SourceState, Stamp,
+    Verdict, Verdicts,
 };
 use railgrip_settings::{Overrides, TrainSettings};
 use serde_json::Value;
@@ -47,9 +48,14 @@ const HOSTILE: [u64; 14] = [
 ];
 
 fn store() -> Store {
+    store_of("")
+}
+
+/// A store of a train that is judged as a whole, or not.
+fn store_of(train: &str) -> Store {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/railgrip.toml");
     let text = format!(
-        "schema = 1\n[train]\nname = \"hostile\"\nwagons = {WAGONS}\nvehicle = \"vehicle.toml\"\n[source]\nkind = \"simulate\"\nscenario = \"demo\"\nseed = 7\n\
+        "schema = 1\n[train]\nname = \"hostile\"\nwagons = {WAGONS}\nvehicle = \"vehicle.toml\"\n{train}[source]\nkind = \"simulate\"\nscenario = \"demo\"\nseed = 7\n\
          [[microphone]]\nwagon = 3\nrig = \"track\"\n"
     );
     Store::new(&TrainSettings::parse(&file, &text, &Overrides::default()).unwrap())
@@ -109,9 +115,24 @@ fn beat(at: Stamp) -> Heartbeat {
     }
 }
 
+fn verdicts(at: Stamp) -> Verdicts {
+    let mut all =
+        Verdicts { sequence: 7, stamp: at, time_s: 30.0, count: 2, wagons: WAGONS, ..Verdicts::default() };
+    for (number, wagon) in [(1, 3), (2, 4)] {
+        let mut verdict = Verdict { number, probability: 0.9, found_t_s: 12.0, ..Verdict::default() };
+        (verdict.grade, verdict.reason) = (Grade::Watch.code(), "a brake drags".into());
+        verdict.add_wagon(wagon);
+        all.verdict[number as usize - 1] = verdict;
+    }
+    all
+}
+
 /// A train in which everything is well.
 fn sound() -> Store {
-    let mut store = store();
+    with_wagons(store())
+}
+
+fn with_wagons(mut store: Store) -> Store {
     for wagon in 1..=WAGONS {
         assert!(store.receive_health(wagon, &health(wagon, NOW), NOW).is_some());
     }
@@ -297,6 +318,27 @@ proptest! {
         let mut bad = heard(NOW);
         spoil(&mut bad, &words);
         let _ = store.receive_heard(3, &bad, NOW);
+        check(&mut store)?;
+    }
+
+    #[test]
+    fn no_verdict_does_harm(words in words()) {
+        let mut store = with_wagons(store_of("coupled = true\n"));
+        prop_assert!(store.receive_verdicts(&verdicts(NOW), NOW));
+        let mut bad = verdicts(NOW);
+        spoil(&mut bad, &words);
+        let _ = store.receive_verdicts(&bad, NOW);
+        check(&mut store)?;
+    }
+
+    #[test]
+    fn no_state_of_a_source_does_harm(words in words()) {
+        let mut store = sound();
+        let good = SourceState { sequence: 1, stamp: NOW, wagon: 3, drift_ppm: 12.0, drift_known: 1, ..SourceState::default() };
+        prop_assert!(store.receive_source(&good, NOW));
+        let mut bad = good;
+        spoil(&mut bad, &words);
+        let _ = store.receive_source(&bad, NOW);
         check(&mut store)?;
     }
 

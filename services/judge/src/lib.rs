@@ -182,7 +182,7 @@ impl Judge {
             pid: std::process::id(),
             received: self.received,
             missed: self.samples.iter().map(SampleSubscriber::missed).sum(),
-            rejected: self.refused,
+            rejected: self.refused + self.watch.doubted(),
             late: self.aligner.late,
             published: self.sequence,
             step_p50_ns: self.step_ns,

@@ -39,7 +39,7 @@ pub(super) fn section(wagon: &WagonView, count: usize, limits: &Limits) -> Marku
                     button type="button" .quiet data-copy="1" { (t("copy link")) }
                 }
                 p #beside-wrong .error role="alert" {}
-                p .calm { span #trend-state role="status" { (t("Loading the history…")) } " " span #copied role="status" {} }
+                p .calm { span #trend-state role="status" { (t("Loading the history…")) } " " span #trend-hint .hint {} " " span #copied role="status" {} }
                 div #charts .charts {}
             }
         }

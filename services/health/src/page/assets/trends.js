@@ -125,8 +125,8 @@
       return tell(W.trends.empty(span, stored));
     }
     const share = Math.round((100 * filled) / Math.max(1, first.samples.length));
-    const hint = matchMedia("(pointer: fine)").matches ? W.trends.hint : "";
-    tell([W.trends.steps(stepWords(first.step_s), share, span), share < 100 ? W.trends.shaded : "", hint].filter(Boolean).join(" "));
+    tell([W.trends.steps(stepWords(first.step_s), share, span), share < 100 ? W.trends.shaded : ""].filter(Boolean).join(" "));
+    get("trend-hint").textContent = matchMedia("(pointer: fine)").matches ? W.trends.hint : "";
   }
 
   async function historyOf(wagon, { from_s, to_s, step_s }, fields) {
