@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 use railgrip_bus::{BusConfig, BusError, Holder, Lifecycle};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
-use crate::reload::Role;
+use crate::reload::{Member, Role};
 use crate::train::TrainArgs;
-use crate::{CliError, runner};
+use crate::{CliError, runner, supervisor};
 
 /// How long one attempt to become the holder takes.
 const RETRY: Duration = Duration::from_millis(50);
@@ -28,9 +28,9 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         .map_err(|_| CliError::bad_input(format!("--patience {}: allowed is 0 or more", args.patience)))?;
     let _span = tracing::info_span!("holder").entered();
     raise_file_limit();
-    runner::run(Some(args.train.member(&train, Role::Holder)), |lifecycle| {
+    runner::run(Some(Member::of(&args.train, &train, Role::Holder)), |lifecycle| {
         let Some(holder) = start(&train.bus, patience, lifecycle)? else { return Ok(()) };
-        if std::env::var_os(runner::SUPERVISOR_VARIABLE).is_none()
+        if !supervisor::is_of_up()
             && let Err(error) = train.settings.instance.begin_session()
         {
             tracing::warn!(%error, "wagons without a vehicle number cannot be told from others");

@@ -48,6 +48,7 @@ mod services;
 mod simulate;
 mod simulate_rig;
 mod status;
+mod supervisor;
 mod token;
 mod train;
 mod up;

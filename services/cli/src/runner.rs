@@ -12,16 +12,10 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 
 use crate::CliError;
 use crate::reload::{Follower, Member};
+use crate::supervisor::{SUPERVISOR_VARIABLE, is_supervised};
 
-/// Names the process id of `railgrip up` to its children, so that none outlives it.
-pub(crate) const SUPERVISOR_VARIABLE: &str = "RAILGRIP_SUPERVISOR_PID";
 /// How often readiness and beats are looked at, at least.
 const NOTIFY_PERIOD: Duration = Duration::from_millis(100);
-
-/// True if `railgrip up` or systemd started this process and starts it again when it ends.
-pub(crate) fn is_supervised() -> bool {
-    std::env::var_os(SUPERVISOR_VARIABLE).is_some() || std::env::var_os("NOTIFY_SOCKET").is_some()
-}
 
 /// Runs `work` until it ends by itself or a signal asks it to. A second signal ends the process at once. A `member` of a train
 /// reads its config again on SIGHUP.

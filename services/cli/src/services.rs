@@ -3,9 +3,9 @@
 use railgrip_health::access::Access;
 use railgrip_health::shared::Build;
 
-use crate::reload::Role;
+use crate::reload::{Member, Role};
 use crate::train::TrainArgs;
-use crate::{CliError, runner};
+use crate::{CliError, runner, supervisor};
 
 /// Bring samples onto the channels.
 #[derive(Debug, clap::Args)]
@@ -51,7 +51,7 @@ pub(crate) struct HealthArgs {
 pub(crate) fn ingest(args: &IngestArgs) -> Result<(), CliError> {
     let train = args.train.load()?;
     let _span = tracing::info_span!("ingest").entered();
-    runner::run(Some(args.train.member(&train, Role::Ingest)), |lifecycle| {
+    runner::run(Some(Member::of(&args.train, &train, Role::Ingest)), |lifecycle| {
         railgrip_ingest::run(&train.settings, lifecycle)
     })
 }
@@ -63,7 +63,7 @@ pub(crate) fn estimator(args: &EstimatorArgs) -> Result<(), CliError> {
         return Err(CliError::bad_input(format!("--wagon {}: allowed is 1 to {count}", args.wagon)));
     }
     let _span = tracing::info_span!("estimator", wagon = args.wagon).entered();
-    runner::run(Some(args.train.member(&train, Role::Estimator(args.wagon))), |lifecycle| {
+    runner::run(Some(Member::of(&args.train, &train, Role::Estimator(args.wagon))), |lifecycle| {
         railgrip_estimator::run(&train.settings, args.wagon, lifecycle)
     })
 }
@@ -71,7 +71,7 @@ pub(crate) fn estimator(args: &EstimatorArgs) -> Result<(), CliError> {
 pub(crate) fn listener(args: &ListenerArgs) -> Result<(), CliError> {
     let train = args.train.load()?;
     let _span = tracing::info_span!("listener", wagon = args.wagon).entered();
-    runner::run(Some(args.train.member(&train, Role::Listener(args.wagon))), |lifecycle| {
+    runner::run(Some(Member::of(&args.train, &train, Role::Listener(args.wagon))), |lifecycle| {
         railgrip_listener::run(&train.settings, args.wagon, lifecycle)
     })
 }
@@ -84,7 +84,7 @@ pub(crate) fn judge(args: &JudgeArgs) -> Result<(), CliError> {
         ));
     }
     let _span = tracing::info_span!("judge").entered();
-    runner::run(Some(args.train.member(&train, Role::Judge)), |lifecycle| {
+    runner::run(Some(Member::of(&args.train, &train, Role::Judge)), |lifecycle| {
         railgrip_judge::run(&train.settings, lifecycle)
     })
 }
@@ -96,11 +96,11 @@ pub(crate) fn health(args: &HealthArgs) -> Result<(), CliError> {
     let train = args.train.load()?;
     // Whoever calls by hand hears at once what is wrong. A supervisor shall try again: a certificate may be in the middle
     // of being replaced, and the rest of the train does not depend on it.
-    if !runner::is_supervised() {
+    if !supervisor::is_supervised() {
         Access::check(&train.settings).map_err(CliError::bad_input)?;
     }
     let _span = tracing::info_span!("health").entered();
-    runner::run(Some(args.train.member(&train, Role::Health)), |lifecycle| {
+    runner::run(Some(Member::of(&args.train, &train, Role::Health)), |lifecycle| {
         railgrip_health::run(&train.settings, lifecycle, BUILD)
     })
 }

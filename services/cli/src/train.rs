@@ -6,8 +6,7 @@ use std::path::PathBuf;
 use railgrip_bus::BusConfig;
 use railgrip_settings::{Overrides, TrainSettings};
 
-use crate::reload::{Member, Role};
-use crate::{CliError, logging, runner};
+use crate::{CliError, logging, supervisor};
 
 /// The options by which every process of a train finds the same settings.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -57,18 +56,13 @@ impl TrainArgs {
     /// the file since.
     pub(crate) fn text(&self) -> Result<(PathBuf, String), CliError> {
         let accepted = std::env::var_os(ACCEPTED_VARIABLE)
-            .filter(|_| std::env::var_os(runner::SUPERVISOR_VARIABLE).is_some())
+            .filter(|_| supervisor::is_of_up())
             .and_then(|accepted| std::fs::read_to_string(accepted).ok());
         match (accepted, TrainSettings::text(self.config.as_deref())) {
             (Some(text), Ok((file, _))) => Ok((file, text)),
             (Some(text), Err(_)) => Ok((self.config.clone().unwrap_or_default(), text)),
             (None, read) => Ok(read?),
         }
-    }
-
-    /// A process of this train.
-    pub(crate) fn member<'a>(&'a self, train: &'a Train, role: Role) -> Member<'a> {
-        Member { args: self, settings: &train.settings, role }
     }
 
     /// What the command line changes in the settings.

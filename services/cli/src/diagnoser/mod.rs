@@ -15,7 +15,7 @@ use railgrip_bus::Lifecycle;
 use rustix::process::setpriority_process;
 
 use crate::output::say;
-use crate::reload::Role;
+use crate::reload::{Member, Role};
 use crate::train::TrainArgs;
 use crate::{CliError, runner};
 use work::Work;
@@ -48,7 +48,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     }
     let gaps = train.settings.instance.gap_folder();
     let limit = Duration::from_secs_f64(train.settings.diagnosis.time_limit_s);
-    runner::run(Some(args.train.member(&train, Role::Diagnoser)), |lifecycle| {
+    runner::run(Some(Member::of(&args.train, &train, Role::Diagnoser)), |lifecycle| {
         diagnose_all(&gaps, limit, args.once, lifecycle)
     })
 }

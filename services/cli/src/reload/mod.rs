@@ -25,9 +25,8 @@ pub(crate) use plan::Plan;
 pub(crate) use role::Role;
 pub(crate) use table::{Way, explained};
 
-use crate::runner::SUPERVISOR_VARIABLE;
-use crate::train::TrainArgs;
-use crate::{CliError, check, logging, runner};
+use crate::train::{Train, TrainArgs};
+use crate::{CliError, check, logging, supervisor};
 
 /// A config that was read again and can be followed.
 pub(crate) struct Again {
@@ -67,9 +66,16 @@ pub(crate) fn refuse(problems: &[String]) {
 /// One process of a train, as far as its config goes.
 #[derive(Clone, Copy)]
 pub(crate) struct Member<'a> {
-    pub args: &'a TrainArgs,
-    pub settings: &'a TrainSettings,
-    pub role: Role,
+    args: &'a TrainArgs,
+    settings: &'a TrainSettings,
+    role: Role,
+}
+
+impl<'a> Member<'a> {
+    /// A process of the train that these arguments led to.
+    pub(crate) fn of(args: &'a TrainArgs, train: &'a Train, role: Role) -> Self {
+        Self { args, settings: &train.settings, role }
+    }
 }
 
 /// Follows the config of one process.
@@ -129,8 +135,8 @@ impl<'a> Follower<'a> {
                 lifecycle.offer(settings.clone());
             }
             // Its supervisor has read the same.
-            Some(Way::Restart) if std::env::var_os(SUPERVISOR_VARIABLE).is_some() => {}
-            Some(Way::Restart) if runner::is_supervised() => {
+            Some(Way::Restart) if supervisor::is_of_up() => {}
+            Some(Way::Restart) if supervisor::is_supervised() => {
                 tracing::info!(
                     changed,
                     "the config was read again; this process ends in its turn, to be started again by it"

@@ -99,11 +99,18 @@ pub(super) const ROWS: &[Row] = &[
     train("diagnosis", &[(Who::Diagnoser, Way::Restart)], |a, b| a.diagnosis != b.diagnosis),
     wagon(
         "number",
-        &[(Who::Estimators, Way::Restart), (Who::Health, Way::Restart), (Who::Ingest, Way::Restart)],
+        &[
+            (Who::Estimators, Way::Restart),
+            (Who::Judge, Way::Restart),
+            (Who::Health, Way::Restart),
+            (Who::Ingest, Way::Restart),
+        ],
         |a, b| a.vehicle_number != b.vehicle_number,
     ),
     wagon("name", HEALTH, |a, b| a.name != b.name),
-    wagon("turned", ESTIMATORS, |a, b| a.turned != b.turned),
+    wagon("turned", &[(Who::Estimators, Way::Restart), (Who::Judge, Way::Restart)], |a, b| {
+        a.turned != b.turned
+    }),
     wagon(
         "vehicle",
         &[

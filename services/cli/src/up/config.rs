@@ -1,11 +1,12 @@
 //! The config that a running train goes by: accepted once it is sound, kept for its processes, read again on SIGHUP.
 
+use std::io::ErrorKind;
+use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 
 use railgrip_bus::Lifecycle;
 use railgrip_settings::TrainSettings;
 
-use super::check_address;
 use super::fleet::Fleet;
 use crate::reload::{Again, Hangup, read_again, refuse};
 use crate::train::{Train, TrainArgs};
@@ -64,6 +65,19 @@ impl<'a> Config<'a> {
 impl Drop for Config<'_> {
     fn drop(&mut self) {
         let _ = std::fs::remove_file(&self.accepted);
+    }
+}
+
+/// Says at once that the address is somebody else's: the HTTP service would try again and again, and nobody would see why.
+pub(super) fn check_address(listen: SocketAddr) -> Result<(), CliError> {
+    match TcpListener::bind(listen) {
+        Err(error) if matches!(error.kind(), ErrorKind::AddrInUse | ErrorKind::AddrNotAvailable) => {
+            Err(CliError::failed(format!(
+                "{listen}: {error}; choose another with --listen ADDRESS:PORT, port 0 for any free one"
+            )))
+        }
+        // Whatever else is wrong may pass; the service says so itself.
+        _ => Ok(()),
     }
 }
 

@@ -18,8 +18,7 @@ mod unit;
 mod watchdog;
 
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{ErrorKind, Read, Seek, Write};
-use std::net::{SocketAddr, TcpListener};
+use std::io::{Read, Seek, Write};
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -31,7 +30,7 @@ use railgrip_settings::{Source, TrainSettings};
 use crate::output::say;
 use crate::train::TrainArgs;
 use crate::{CliError, runner};
-use config::Config;
+use config::{Config, check_address};
 use fleet::Fleet;
 
 /// How often the supervisor looks at its children.
@@ -171,19 +170,6 @@ fn already_up(settings: &TrainSettings, file: &mut File) -> CliError {
         pid.trim(),
         settings.instance.dir.display()
     ))
-}
-
-/// Says at once that the address is somebody else's: the HTTP service would try again and again, and nobody would see why.
-fn check_address(listen: SocketAddr) -> Result<(), CliError> {
-    match TcpListener::bind(listen) {
-        Err(error) if matches!(error.kind(), ErrorKind::AddrInUse | ErrorKind::AddrNotAvailable) => {
-            Err(CliError::failed(format!(
-                "{listen}: {error}; choose another with --listen ADDRESS:PORT, port 0 for any free one"
-            )))
-        }
-        // Whatever else is wrong may pass; the service says so itself.
-        _ => Ok(()),
-    }
 }
 
 fn create_private_folder(dir: &Path) -> std::io::Result<()> {

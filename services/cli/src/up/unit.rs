@@ -10,7 +10,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use super::restart::Restarts;
 use super::watchdog::{self, Watchdog};
 use crate::reload::Role;
-use crate::runner::SUPERVISOR_VARIABLE;
+use crate::supervisor::SUPERVISOR_VARIABLE;
 use crate::train::ACCEPTED_VARIABLE;
 use crate::{CliError, own_effects};
 
