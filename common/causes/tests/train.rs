@@ -64,8 +64,8 @@ fn day(wrong: Wrong) -> Vec<Alert> {
 
 /// What a successor of `watch` goes on with, from what was written down.
 fn successor(watch: &TrainWatch, files: &[WagonFile]) -> Option<TrainWatch> {
-    let bytes = postcard::to_stdvec(watch).unwrap();
-    postcard::from_bytes::<TrainWatch>(&bytes).unwrap().go_on(files)
+    let bytes = postcard::to_stdvec(watch).expect("bytes");
+    postcard::from_bytes::<TrainWatch>(&bytes).expect("a watch").go_on(files)
 }
 
 /// A day on which the watch has a successor at each of these times, s.
@@ -133,7 +133,7 @@ fn day_that_says(
             }
         }
         if successions_s.iter().any(|at_s| (t - at_s).abs() < 0.5 * DT_S) {
-            watch = successor(&watch, &vec![file(); WAGONS]).unwrap();
+            watch = successor(&watch, &vec![file(); WAGONS]).expect("of the same wagons");
         }
         spoils(step, &mut readings);
         watch.take(t, &readings);
