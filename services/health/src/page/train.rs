@@ -292,7 +292,12 @@ fn line(row: &WagonRow, wagon: &WagonView) -> Markup {
             } @else {
                 td .num data-label=(t("Data age")) { (data_age(row.state, row.age_s)) }
             }
-            td .why data-label=(t("Why")) { (timed(&sentence(&row.reason))) }
+            @let why = sentence(&row.reason);
+            @if row.grade == Grade::Ok {
+                td .why data-label=(t("Why")) { (timed(&why)) }
+            } @else {
+                td .why data-label=(t("Why")) { div .clamp title=(why) { (timed(&why)) } }
+            }
         }
     }
 }
