@@ -14,10 +14,15 @@ for name in ("api", "own"):
     assert list(parquet.columns) == list(csv.columns), "the forms have the same columns"
     assert str(parquet["time"].dtype).startswith("datetime64") and parquet["time"].dt.tz is not None, parquet["time"].dtype
     both = parquet.merge(csv, on=["time", "wagon"], suffixes=("", "_csv"))
-    assert len(both) > 0
-    for column in ("v_m_s", "adhesion_low", "wheelset_1_slide_energy_j_max", "samples"):
+    # The train runs on between two exports: each wagon's newest step may have taken samples in since.
+    grown = both["samples"] != both["samples_csv"]
+    newest = both.groupby("wagon")["time"].transform("max") == both["time"]
+    assert not (grown & ~newest).any(), f"{name}: {both[grown & ~newest]}"
+    both = both[~newest]
+    assert len(both) >= 15, len(both)
+    for column in ("v_m_s", "adhesion_low", "wheelset_1_slide_energy_j_max"):
         difference = (both[column] - both[f"{column}_csv"]).abs().max()
-        assert not difference > 1e-4 * both[column].abs().max() or name == "api", f"{name}.{column}: {difference}"
+        assert not difference > 1e-4 * both[column].abs().max(), f"{name}.{column}: {difference}"
     frames[name] = parquet
     for file in (work / f"{name}.parquet", work / f"{name}.csv"):
         rows, wagons, begin, fastest = duckdb.sql(

@@ -90,6 +90,11 @@ fn diagnose_and<T>(
 
     let alignments = Alignments::default();
 
+    // Thin: what is to be found shows at a hundred samples a second. The gap is that of all samples.
+    let recorded = case;
+    let thinned = case.thinned(criteria.pursuit.rate_hz);
+    let case = thinned.as_ref().unwrap_or(case);
+
     // Calibrate: fit the nuisances alone. All that follows is measured against this model.
     let mut base = selection::calibrate(case);
 
@@ -116,6 +121,9 @@ fn diagnose_and<T>(
 
     // Fit once more, on the windows by which the gap is defined: the verdict stands, the numbers of the report are these.
     progress("fit on windows");
+    let dense =
+        thinned.is_some().then(|| Case { noise: case.noise, notes: case.notes.clone(), ..recorded.clone() });
+    let case = dense.as_ref().unwrap_or(case);
     let mut named = judgement.decision.names_effects().then_some(&selection.best.fitted);
     let mut models = Models::fit(case, &selection.base.fitted, named);
     let mut built = models.build();

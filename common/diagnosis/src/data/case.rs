@@ -2,7 +2,7 @@
 
 use crate::data::noise::SensorNoise;
 use railgrip_vehicle::fast::{self, Motion, SampleInput};
-use railgrip_vehicle::{MAX_WHEELSETS, RailClass, VehicleParameters};
+use railgrip_vehicle::{MAX_WHEELSETS, PerWheelset, RailClass, VehicleParameters};
 use std::ops::Range;
 
 /// Most measured outputs of a case: vehicle speed, then the speed of each wheelset. What a wagon has not got is never measured.
@@ -143,6 +143,18 @@ impl Case {
     pub fn output_names(&self) -> &'static [&'static str] {
         output_names(self.wheelsets())
     }
+
+    /// The case with every second (third, …) sample of the runs to fit on that were sampled at twice (thrice, …) this rate
+    /// or more; `None` where there is no such run. What acts on a wagon changes over tenths of a second: above some rate
+    /// samples tell of the sensors' noise and cost time.
+    pub fn thinned(&self, rate_hz: f64) -> Option<Self> {
+        let factor = |run: &Run| ((1.0 / (run.dt_s * rate_hz) + 0.05) as usize).max(1);
+        let dense = self.fit.iter().any(|run| factor(run) > 1);
+        dense.then(|| Self {
+            fit: self.fit.iter().map(|run| run.thinned(factor(run))).collect(),
+            ..self.clone()
+        })
+    }
 }
 
 /// Half width of the stretch over which slopes are taken, s.
@@ -195,6 +207,31 @@ impl Run {
             has_position: columns.position_m.iter().any(|position| position.is_finite()),
             t_s: columns.t_s.clone(),
             unbroken,
+        }
+    }
+
+    /// Every `factor`-th sample, driven by the means of what acted in between.
+    fn thinned(&self, factor: usize) -> Self {
+        let mean = |steps: &[Sample], of: fn(&SampleInput) -> &PerWheelset| -> PerWheelset {
+            let sum = |i: usize| steps.iter().map(|step| of(&step.input)[i]).sum::<f64>();
+            std::array::from_fn(|i| sum(i) / steps.len() as f64)
+        };
+        let thin = |steps: &[Sample]| {
+            let mut sample = steps[0];
+            sample.input.mid_pressing_force_n = mean(steps, |input| &input.mid_pressing_force_n);
+            sample.input.mid_drive_torque_nm = mean(steps, |input| &input.mid_drive_torque_nm);
+            sample
+        };
+        Self {
+            dt_s: self.dt_s * factor as f64,
+            samples: self.samples.chunks(factor).map(thin).collect(),
+            t_s: self.t_s.iter().step_by(factor).copied().collect(),
+            unbroken: self
+                .unbroken
+                .iter()
+                .map(|r| r.start.div_ceil(factor)..r.end.div_ceil(factor))
+                .collect(),
+            ..self.clone()
         }
     }
 

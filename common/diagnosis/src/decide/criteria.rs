@@ -57,6 +57,10 @@ impl Default for Hearing {
 /// How far candidates and flexible discrepancies are pursued: what is given up here cannot be named later.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pursuit {
+    /// Rate to which denser recordings are thinned for all but the gap itself, Hz. Effort.
+    pub rate_hz: f64,
+    /// Share of the best candidate's gain after a first step of each from which another one gets more. Effort (family).
+    pub first_fit_share: f64,
     /// Starts of a candidate that get more than one step. Effort (open).
     pub promising_starts: usize,
     /// Starts that are carried on after that. Effort (open).
@@ -101,6 +105,8 @@ pub struct Pursuit {
 impl Default for Pursuit {
     fn default() -> Self {
         Self {
+            rate_hz: 100.0,
+            first_fit_share: 0.02,
             promising_starts: 3,
             surviving_starts: 2,
             start_span_share: 0.3,

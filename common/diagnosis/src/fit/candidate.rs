@@ -65,19 +65,35 @@ pub(super) fn close(objective: &dyn Objective, shape: &Shape, mut fit: Fit) -> F
     Fitted { shape: shape.clone(), fit, residuals, columns, left_out }
 }
 
-/// Short fits of one candidate on top of `base`, from all its starts; those that may still win, best first.
-pub(super) fn trials(
+/// A fit of an effect of the library so far.
+type Trial = (FittedEffect, Fit);
+
+fn by_cost(a: &Trial, b: &Trial) -> std::cmp::Ordering {
+    a.1.total().total_cmp(&b.1.total())
+}
+
+/// One step of one candidate on top of `base` from each of its starts; those that promise most, best first.
+fn first_steps(
     objective: &dyn Objective,
     base: &Fitted,
     candidate: &Candidate,
     pursuit: &Pursuit,
-) -> Vec<(FittedEffect, Fit)> {
-    let by_cost = |a: &(FittedEffect, Fit), b: &(FittedEffect, Fit)| a.1.total().total_cmp(&b.1.total());
+) -> Vec<Trial> {
     let first =
         |effect: &FittedEffect| (effect.clone(), go_on(objective, base, effect, &start(base, effect), FIRST));
-    let mut trials: Vec<(FittedEffect, Fit)> = candidate.starts.iter().map(first).collect();
+    let mut trials: Vec<Trial> = candidate.starts.iter().map(first).collect();
     trials.sort_by(by_cost);
     trials.truncate(pursuit.promising_starts);
+    trials
+}
+
+/// Carries first steps on to short fits; those that may still win, best first.
+fn short_fits(
+    objective: &dyn Objective,
+    base: &Fitted,
+    mut trials: Vec<Trial>,
+    pursuit: &Pursuit,
+) -> Vec<Trial> {
     for (effect, fit) in &mut trials {
         *fit = go_on(objective, base, effect, &fit.theta, SHORT);
     }
@@ -109,13 +125,13 @@ fn go_on(
 }
 
 /// The best of some trials as far as it is.
-fn settle_best(objective: &dyn Objective, base: &Fitted, trials: Vec<(FittedEffect, Fit)>) -> Fitted {
+fn settle_best(objective: &dyn Objective, base: &Fitted, trials: Vec<Trial>) -> Fitted {
     let best = trials.into_iter().min_by(|a, b| a.1.total().total_cmp(&b.1.total()));
     best.map_or_else(|| base.clone(), |(effect, fit)| settle_short(objective, base, &effect, fit))
 }
 
 /// Carries short fits on to the end.
-fn pursue(objective: &dyn Objective, base: &Fitted, trials: &[(FittedEffect, Fit)]) -> Fitted {
+fn pursue(objective: &dyn Objective, base: &Fitted, trials: &[Trial]) -> Fitted {
     let fits = trials.iter().map(|(effect, fit)| (effect, go_on(objective, base, effect, &fit.theta, LONG)));
     fits.min_by(|a, b| a.1.total().total_cmp(&b.1.total()))
         .map_or_else(|| base.clone(), |(effect, fit)| close(objective, &base.shape.with(effect), fit))
@@ -136,14 +152,15 @@ pub fn fit_candidate(
     candidate: &Candidate,
     pursuit: &Pursuit,
 ) -> Fitted {
-    let trials = trials(objective, base, candidate, pursuit);
+    let first = first_steps(objective, base, candidate, pursuit);
+    let trials = short_fits(objective, base, first, pursuit);
     if gain_of(base, &trials) < pursuit.worthwhile_gain {
         return settle_best(objective, base, trials);
     }
     pursue(objective, base, &trials)
 }
 
-fn gain_of(base: &Fitted, trials: &[(FittedEffect, Fit)]) -> f64 {
+fn gain_of(base: &Fitted, trials: &[Trial]) -> f64 {
     trials.iter().map(|(_, fit)| base.fit.total() - fit.total()).fold(0.0, f64::max)
 }
 
@@ -191,11 +208,17 @@ pub fn fit_all(
     pursuit: &Pursuit,
     progress: &(dyn Fn(&'static str) + Sync),
 ) -> Vec<Fitted> {
-    let mut short: Vec<Vec<(FittedEffect, Fit)>> =
-        candidates.par_iter().map(|candidate| trials(objective, base, candidate, pursuit)).collect();
-    let best = |short: &[Vec<(FittedEffect, Fit)>]| {
-        short.iter().map(|trials| gain_of(base, trials)).fold(0.0, f64::max)
-    };
+    let best = |all: &[Vec<Trial>]| all.iter().map(|trials| gain_of(base, trials)).fold(0.0, f64::max);
+    let first: Vec<Vec<Trial>> =
+        candidates.par_iter().map(|candidate| first_steps(objective, base, candidate, pursuit)).collect();
+    let promising = pursuit.first_fit_share * best(&first);
+    let mut short: Vec<Vec<Trial>> = first
+        .into_par_iter()
+        .map(|trials| match gain_of(base, &trials) < promising {
+            true => trials,
+            false => short_fits(objective, base, trials, pursuit),
+        })
+        .collect();
     let worthwhile = (pursuit.second_fit_share * best(&short)).max(pursuit.worthwhile_gain);
     short.par_iter_mut().filter(|trials| gain_of(base, trials) >= worthwhile).for_each(|trials| {
         for (effect, fit) in trials {

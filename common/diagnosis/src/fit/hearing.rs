@@ -41,8 +41,9 @@ pub(crate) fn listen(
     let cost = |noise: &[SensorNoise; OUTPUTS]| with(model, noise);
     let first = with(base, &case.noise);
     let (mut best, mut least) = (case.noise, cost(&case.noise));
-    // The kinds of sensors hardly know of each other: twice around is enough.
+    // The kinds of sensors hardly know of each other: twice around is enough, once where that changed nothing.
     for _ in 0..2 {
+        let before = best;
         for kind in KINDS {
             for options in [levels, colours] {
                 let tries: Vec<[SensorNoise; OUTPUTS]> = options(&case, &best, &kind);
@@ -54,6 +55,9 @@ pub(crate) fn listen(
                     (best, least) = (noise, cost);
                 }
             }
+        }
+        if best == before {
+            break;
         }
     }
     (first - least > criteria.least_gain).then_some(best)

@@ -90,10 +90,12 @@ pub fn fit(case: &Case, shape: &Shape, starts: &[Vec<f64>]) -> Vec<f64> {
 fn fit_from(case: &Case, shape: &Shape, start: &[f64]) -> Vec<f64> {
     let mut problem = Windows::new(case, shape);
     let mut theta = start.to_vec();
+    // Tolerances act nearly in proportion: their columns serve for a few steps.
+    let effort = Effort { slow_columns: shape.nuisance_count(), refresh: 2, ..EFFORT };
     for _ in 0..ROUNDS {
         problem.reweight(&theta);
         let before = theta.clone();
-        let fit = solver::fit(&problem, shape.parameters(), &theta, EFFORT, None);
+        let fit = solver::fit(&problem, shape.parameters(), &theta, effort, None);
         theta = fit.theta;
         let moved = theta.iter().zip(&before).zip(shape.parameters());
         if moved.map(|((a, b), p)| ((a - b) / p.scale).abs()).fold(0.0, f64::max) < 0.02 {

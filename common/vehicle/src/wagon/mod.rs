@@ -101,23 +101,13 @@ impl WagonModel {
     /// What the sensors read at this operating point.
     pub fn observe(&self, at: &Operating, sample_period_s: f64, hidden: &[f64]) -> Observation {
         let mut reading = Observation { v_m_s: at.v_m_s, wheel_speed_rad_s: at.wheel_speed_rad_s };
-        let mut from = 0;
-        for effect in self.effects.iter() {
-            let to = from + effect.hidden_len(sample_period_s);
-            effect.observe(at, &hidden[from..to], &mut reading);
-            from = to;
-        }
+        self.each_effect(sample_period_s, hidden, |effect, own| effect.observe(at, own, &mut reading));
         reading
     }
 
     /// Turns what the sensors read at the start of a simulation into the state of the vehicle, see [`Self::observe`].
     pub fn correct(&self, at: &Operating, sample_period_s: f64, hidden: &[f64], state: &mut Observation) {
-        let mut from = 0;
-        for effect in self.effects.iter() {
-            let to = from + effect.hidden_len(sample_period_s);
-            effect.correct(at, &hidden[from..to], state);
-            from = to;
-        }
+        self.each_effect(sample_period_s, hidden, |effect, own| effect.correct(at, own, state));
     }
 
     fn each_effect_mut(&self, dt_s: f64, hidden: &mut [f64], mut visit: impl FnMut(&dyn Effect, &mut [f64])) {
@@ -129,22 +119,14 @@ impl WagonModel {
         }
     }
 
-    /// Passes a value through the same law of every effect.
-    fn compose(
-        &self,
-        dt_s: f64,
-        hidden: &[f64],
-        value: f64,
-        law: impl Fn(&dyn Effect, &[f64], f64) -> f64,
-    ) -> f64 {
-        let mut from = 0;
-        let mut value = value;
+    /// Visits each effect with its hidden states, in the order in which they act.
+    fn each_effect(&self, dt_s: f64, hidden: &[f64], mut visit: impl FnMut(&dyn Effect, &[f64])) {
+        let mut rest = hidden;
         for effect in self.effects.iter() {
-            let to = from + effect.hidden_len(dt_s);
-            value = law(effect.as_ref(), &hidden[from..to], value);
-            from = to;
+            let (own, others) = rest.split_at(effect.hidden_len(dt_s));
+            visit(effect.as_ref(), own);
+            rest = others;
         }
-        value
     }
 
     /// The operating point of `state` under `input`; powers and acceleration are zero until [`Self::note_forces`].
@@ -194,38 +176,37 @@ impl WagonModel {
             other_n: grade_force(constants.mass_kg, input.grade_rad) + input.body_force_n,
             ..Loading::default()
         };
-        for i in 0..constants.wheelsets {
-            let force =
-                self.compose(sample_period_s, hidden, input.pressing_force_n[i], |effect, own, value| {
-                    effect.pad_force_n(i, at, own, value)
-                });
-            let level = constants.brake_friction[i] * input.brake_friction_factor[i];
-            let friction = self.compose(sample_period_s, hidden, level, |effect, own, value| {
-                effect.brake_friction(i, at, own, value)
-            });
-            let torque = pad_torque_nm(friction, force.max(0.0), constants.brake_radius_m);
-            loading.pad_force_n[i] = force.max(0.0);
-            loading.brake_friction[i] = friction;
-            loading.brake_torque_nm[i] = self
-                .compose(sample_period_s, hidden, torque, |effect, own, value| {
-                    effect.brake_torque_nm(i, at, own, value)
-                })
-                .max(0.0);
-            loading.drive_torque_nm[i] =
-                self.compose(sample_period_s, hidden, input.drive_torque_nm[i], |effect, own, value| {
-                    effect.drive_torque_nm(i, at, own, value)
-                });
-            loading.adhesion_peak[i] =
-                self.compose(sample_period_s, hidden, input.adhesion_peak[i], |effect, own, value| {
-                    effect.adhesion_peak(i, at, own, value)
-                });
+        let wheelsets = 0..constants.wheelsets;
+        for i in wheelsets.clone() {
+            loading.pad_force_n[i] = input.pressing_force_n[i];
+            loading.brake_friction[i] = constants.brake_friction[i] * input.brake_friction_factor[i];
+            loading.adhesion_peak[i] = input.adhesion_peak[i];
         }
-        loading.wind_m_s = self.compose(sample_period_s, hidden, loading.wind_m_s, |effect, own, value| {
-            effect.headwind_m_s(at, own, value)
+        self.each_effect(sample_period_s, hidden, |effect, own| {
+            let of = &mut loading;
+            for i in wheelsets.clone() {
+                of.pad_force_n[i] = effect.pad_force_n(i, at, own, of.pad_force_n[i]);
+                of.brake_friction[i] = effect.brake_friction(i, at, own, of.brake_friction[i]);
+                of.drive_torque_nm[i] = effect.drive_torque_nm(i, at, own, of.drive_torque_nm[i]);
+                of.adhesion_peak[i] = effect.adhesion_peak(i, at, own, of.adhesion_peak[i]);
+            }
+            of.wind_m_s = effect.headwind_m_s(at, own, of.wind_m_s);
+            of.other_n = effect.body_force_n(at, own, of.other_n);
         });
-        loading.other_n = self.compose(sample_period_s, hidden, loading.other_n, |effect, own, value| {
-            effect.body_force_n(at, own, value)
+        for i in wheelsets.clone() {
+            let force = loading.pad_force_n[i].max(0.0);
+            loading.pad_force_n[i] = force;
+            loading.brake_torque_nm[i] =
+                pad_torque_nm(loading.brake_friction[i], force, constants.brake_radius_m);
+        }
+        self.each_effect(sample_period_s, hidden, |effect, own| {
+            for i in wheelsets.clone() {
+                loading.brake_torque_nm[i] = effect.brake_torque_nm(i, at, own, loading.brake_torque_nm[i]);
+            }
         });
+        for i in wheelsets {
+            loading.brake_torque_nm[i] = loading.brake_torque_nm[i].max(0.0);
+        }
         loading
     }
 
