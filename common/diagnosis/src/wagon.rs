@@ -18,7 +18,7 @@ use crate::data::align::Alignments;
 use crate::data::case::{Case, Run};
 use crate::data::lacks;
 use crate::decide::criteria::Criteria;
-use crate::decide::evidence;
+use crate::decide::evidence::{self, Judgement};
 use crate::decide::selection::{self, Selection};
 use crate::decide::verdict::in_practice;
 use crate::fit::windows::Models;
@@ -111,7 +111,7 @@ fn diagnose_and<T>(
 
     // Select: which effects of the library the recordings ask for. Each must gain more than chance and more than a mere
     // mending of the one before it; `selection.stop` says why no further one was taken.
-    let selection =
+    let mut selection =
         selection::select((case, &alignments), base, places, &options.without, &criteria, progress);
 
     // Judge: are they the answer, a part of it, or none? What they leave, and what a free curve would explain beside them or
@@ -121,11 +121,24 @@ fn diagnose_and<T>(
 
     // Fit once more, on the windows by which the gap is defined: the verdict stands, the numbers of the report are these.
     progress("fit on windows");
+    let selected = case;
     let dense =
         thinned.is_some().then(|| Case { noise: case.noise, notes: case.notes.clone(), ..recorded.clone() });
     let case = dense.as_ref().unwrap_or(case);
+    let fitted = |judgement: &Judgement, selection: &Selection| {
+        let named = judgement.decision.names_effects().then_some(&selection.best.fitted);
+        Models::fit(case, &selection.base.fitted, named)
+    };
+    let mut models = fitted(&judgement, &selection);
+    // A further effect without which the gap is the same is none, however sure a filter is of it.
+    while !case.is_coupled()
+        && let Some(idle) = idle_effect(case, &models, &criteria)
+        && selection.drop_effect((selected, &alignments), idle, &criteria)
+    {
+        judgement = evidence::judge(&selection, &criteria, options.seed);
+        models = fitted(&judgement, &selection);
+    }
     let mut named = judgement.decision.names_effects().then_some(&selection.best.fitted);
-    let mut models = Models::fit(case, &selection.base.fitted, named);
     let mut built = models.build();
     let predict = |built: &[Built; 3], runs: &[Run]| predictions::predict(case, runs, built.each_ref());
     let (mut fit, mut holdout) = (predict(&built, &case.fit), predict(&built, &case.holdout));
@@ -182,6 +195,15 @@ fn diagnose_and<T>(
     let report = Report { seconds: started.elapsed().as_secs_f64(), notes, ..report };
     let more = more(case, &selection, &report, &criteria);
     (Outcome { report, detail, predictions, vehicle }, more)
+}
+
+/// The effect, of several, without which the gap of fitted and of predicted runs grows least, if that is next to nothing.
+fn idle_effect(case: &Case, models: &Models, criteria: &Criteria) -> Option<usize> {
+    let number = models.extended_shape.effects.len();
+    let several = 0..if number > 1 { number } else { 0 };
+    let least = several.map(|effect| (effect, models.most_grown_without(case, effect)));
+    let least = least.min_by(|a, b| a.1.total_cmp(&b.1));
+    least.filter(|(_, grown)| *grown < criteria.verdict.least_reduction).map(|(effect, _)| effect)
 }
 
 /// What is said of a wagon that does not run alone.

@@ -145,6 +145,10 @@ pub struct FoundEffect {
     /// Log-odds before they were calibrated on simulated cases; absent where they are not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub score: Option<f64>,
+    /// By how much the gap grows, relative, where this effect is taken out of the extended model and all else stays: the
+    /// larger of fitted and predicted runs. Absent where it was not asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gap_grows_without: Option<f64>,
     /// Ids that the data cannot tell from this one.
     pub equivalent: Vec<String>,
     /// Candidates that come nearest to it, the nearest first.

@@ -1,7 +1,7 @@
 //! Learning how probable findings are, from reports on cases of which it is known what was at work.
 
 use crate::answer::schema::{FoundEffect, PosteriorSet, Report, Verdict};
-use crate::decide::posterior::{Calibration, Holds, Scaling, WhenWrong, fewest};
+use crate::decide::posterior::{Calibration, Grounds, Holds, Scaling, WhenWrong, fewest, grounds};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -31,7 +31,7 @@ impl Truth {
 /// Learns a calibration from reports and what was at work in them.
 pub fn learn(cases: &[(Report, Truth)], provenance: String) -> Calibration {
     let means = |effect: &FoundEffect, id: &String| effect.id == *id || effect.equivalent.contains(id);
-    let mut names: [Vec<(f64, bool)>; 2] = Default::default();
+    let mut names: [Vec<(Grounds, bool)>; 2] = Default::default();
     let mut wrong = [[1.0; 3]; 2];
     let mut verdicts: BTreeMap<String, [f64; 3]> = BTreeMap::new();
     for word in [Verdict::None, Verdict::Effects, Verdict::Unknown, Verdict::EffectsAndUnknown] {
@@ -41,7 +41,7 @@ pub fn learn(cases: &[(Report, Truth)], provenance: String) -> Calibration {
         for (index, effect) in report.effects.iter().enumerate() {
             let further = usize::from(index > 0);
             let right = truth.effects.iter().any(|id| means(effect, id));
-            names[further].extend(effect.score.map(|score| (score, right)));
+            names[further].extend(grounds(report, effect).map(|grounds| (grounds, right)));
             if !right {
                 let unnamed =
                     || truth.effects.iter().filter(|id| !report.effects.iter().any(|e| means(e, id)));

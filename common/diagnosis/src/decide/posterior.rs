@@ -6,14 +6,16 @@
 //! learnt.
 //!
 //! # The model
-//! * A named effect with the score s (log-odds of [`confidence`](crate::decide::confidence)) is right with the probability
-//!   1 / (1 + exp(−(a + b s))), a and b of their own for the first name and for further ones (Platt's scaling).
+//! * A named effect is right with the probability 1 / (1 + exp(−w·x)) (logistic regression), where x are its grounds: one, its
+//!   score (log-odds of [`confidence`](crate::decide::confidence)), by how much the effects shrink the gap of runs that were
+//!   not fitted, by how much the gap grows without it, whether something unknown is said to be beside. The weights w are of
+//!   their own for the first name and for further ones.
 //! * Where it is wrong, one of its rivals is at work in its place, or nothing, or something that is not listed, with shares
 //!   counted on the cases. Rivals share theirs by the square of how near they came.
 //! * A verdict says with counted frequency that the truth holds none, known effects only, or an unknown one.
 
 use crate::answer::schema::{FoundEffect, PosteriorSet, Report, Verdict};
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -22,32 +24,73 @@ const LEAST_LISTED: f64 = 0.01;
 /// Candidates that share what is left where no effect is named.
 const CANDIDATES: usize = 3;
 
-/// From a score to a probability.
+/// What the probability of a name follows from, and how many figures that are.
+pub type Grounds = SVector<f64, GROUNDS>;
+const GROUNDS: usize = 5;
+
+/// The grounds of a name in its report.
+pub fn grounds(report: &Report, effect: &FoundEffect) -> Option<Grounds> {
+    let gap = &report.gap;
+    let carried = match report.carries_over {
+        Some(_) => gap.holdout.reduction,
+        None => 1.0 - gap.fit.extended / gap.fit.calibrated,
+    };
+    let without = effect.gap_grows_without.unwrap_or(0.0).max(0.0).ln_1p();
+    let rest = f64::from(u8::from(report.verdict == Verdict::EffectsAndUnknown));
+    let finite = |value: f64| if value.is_finite() { value } else { 0.0 };
+    Some(Grounds::from([
+        1.0,
+        effect.score?,
+        finite(carried).clamp(-0.5, 1.0),
+        finite(without).min(1.0),
+        rest,
+    ]))
+}
+
+/// From the grounds of a name to a probability.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scaling {
-    /// Log-odds at a score of zero.
+    /// Log-odds where all grounds are zero.
     pub offset: f64,
     /// Log-odds for each unit of score.
     pub slope: f64,
+    /// Log-odds for the whole gap of runs that were not fitted.
+    #[serde(default)]
+    pub carries: f64,
+    /// Log-odds for a gap that is e times as large without the effect.
+    #[serde(default)]
+    pub bears: f64,
+    /// Log-odds where something unknown is said to be beside.
+    #[serde(default)]
+    pub rest: f64,
 }
 
 impl Scaling {
-    /// Probability at a score.
-    pub fn probability(&self, score: f64) -> f64 {
-        1.0 / (1.0 + (-(self.offset + self.slope * score)).exp())
+    /// The score as it is.
+    pub const PLAIN: Self = Self { offset: 0.0, slope: 1.0, carries: 0.0, bears: 0.0, rest: 0.0 };
+    /// Widths of the prior around [`Self::PLAIN`], which keeps it sensible where there are few cases.
+    const WIDTHS: [f64; GROUNDS] = [2.0, 0.5, 3.0, 3.0, 2.0];
+
+    fn weights(&self) -> Grounds {
+        Grounds::from([self.offset, self.slope, self.carries, self.bears, self.rest])
     }
 
-    /// The most likely scaling for names of which it is known whether they were right (Newton's method). A prior around the
-    /// score itself (offset 0 ± 2, slope 1 ± 0.5) keeps it sensible where there are few.
-    pub fn fit(names: &[(f64, bool)]) -> Self {
-        let (prior, precision) = (Vector2::new(0.0, 1.0), Matrix2::new(0.25, 0.0, 0.0, 4.0));
+    /// Probability on these grounds.
+    pub fn probability(&self, grounds: &Grounds) -> f64 {
+        1.0 / (1.0 + (-self.weights().dot(grounds)).exp())
+    }
+
+    /// The most likely scaling for names of which it is known whether they were right (Newton's method).
+    pub fn fit(names: &[(Grounds, bool)]) -> Self {
+        let prior = Self::PLAIN.weights();
+        let precision = Precision::from_diagonal(&Grounds::from(Self::WIDTHS.map(|width| width.powi(-2))));
         // Minus the log of the posterior.
-        let cost = |at: &Vector2<f64>| {
+        let cost = |at: &Grounds| {
             let off = at - prior;
-            let of = |&(score, right): &(f64, bool)| {
-                let along = at[0] + at[1] * score;
-                (if right { -along } else { along }).exp().ln_1p()
+            let of = |(grounds, right): &(Grounds, bool)| {
+                let along = at.dot(grounds);
+                (if *right { -along } else { along }).exp().ln_1p()
             };
             0.5 * off.dot(&(precision * off)) + names.iter().map(of).sum::<f64>()
         };
@@ -55,10 +98,9 @@ impl Scaling {
         for _ in 0..50 {
             let mut gradient = precision * (at - prior);
             let mut curvature = precision;
-            for &(score, right) in names {
-                let x = Vector2::new(1.0, score);
-                let p = 1.0 / (1.0 + (-at.dot(&x)).exp());
-                gradient += x * (p - f64::from(u8::from(right)));
+            for (x, right) in names {
+                let p = 1.0 / (1.0 + (-at.dot(x)).exp());
+                gradient += x * (p - f64::from(u8::from(*right)));
                 curvature += x * x.transpose() * (p * (1.0 - p));
             }
             let Some(inverse) = curvature.try_inverse() else { break };
@@ -73,9 +115,11 @@ impl Scaling {
                 break;
             }
         }
-        Self { offset: at[0], slope: at[1] }
+        Self { offset: at[0], slope: at[1], carries: at[2], bears: at[3], rest: at[4] }
     }
 }
+
+type Precision = SMatrix<f64, GROUNDS, GROUNDS>;
 
 /// What is at work where a name is wrong; shares that add up to one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -139,8 +183,8 @@ impl Calibration {
     /// Writes the probabilities of names and of sets into a report. A name's probability is that it, or an id which the report
     /// calls equivalent, is at work.
     pub fn settle(&self, report: &mut Report) {
-        for (index, effect) in report.effects.iter_mut().enumerate() {
-            let p = self.of_name(index, effect);
+        let stated: Vec<f64> = self.of_names(report);
+        for (effect, p) in report.effects.iter_mut().zip(stated) {
             effect.confidence = p;
             effect.p = Some(p);
         }
@@ -148,9 +192,13 @@ impl Calibration {
         report.verdict_set = fewest(&report.posterior, self.set_level);
     }
 
-    fn of_name(&self, index: usize, effect: &FoundEffect) -> f64 {
-        let scaling = if index == 0 { &self.first } else { &self.further };
-        effect.score.map_or(effect.confidence, |score| scaling.probability(score))
+    /// Probability that each name is right.
+    fn of_names(&self, report: &Report) -> Vec<f64> {
+        let of = |(index, effect): (usize, &FoundEffect)| {
+            let scaling = if index == 0 { &self.first } else { &self.further };
+            grounds(report, effect).map_or(effect.confidence, |grounds| scaling.probability(&grounds))
+        };
+        report.effects.iter().enumerate().map(of).collect()
     }
 
     fn holds(&self, verdict: Verdict) -> Holds {
@@ -173,9 +221,10 @@ impl Calibration {
     /// Every name with its alternatives, independently of each other.
     fn around_names(&self, report: &Report, holds: Holds) -> Vec<PosteriorSet> {
         let mut sets: Vec<(Vec<String>, f64)> = vec![(Vec::new(), 1.0)];
-        for (index, effect) in report.effects.iter().enumerate() {
+        let stated = self.of_names(report);
+        for (index, (effect, p)) in report.effects.iter().zip(stated).enumerate() {
             let wrong = if index == 0 { &self.first_wrong } else { &self.further_wrong };
-            let options = options(effect, self.of_name(index, effect), wrong);
+            let options = options(effect, p, wrong);
             sets = sets
                 .iter()
                 .flat_map(|(ids, p)| {
@@ -270,6 +319,7 @@ pub(super) mod tests {
             confidence: f64::NAN,
             p: None,
             score: Some(score),
+            gap_grows_without: None,
             equivalent: Vec::new(),
             rivals: rivals.iter().map(|(id, share)| Rival { id: (*id).into(), share: *share }).collect(),
             parameters: BTreeMap::new(),
@@ -352,18 +402,41 @@ pub(super) mod tests {
     /// Names that are right as often as a known scaling says: it is found again.
     #[test]
     fn a_scaling_is_learnt() {
-        let truth = Scaling { offset: -1.0, slope: 0.6 };
+        let truth = Scaling { offset: -1.0, slope: 0.6, carries: 2.0, ..Scaling::PLAIN };
         let mut random = Pcg64Mcg::seed_from_u64(5);
-        let names: Vec<(f64, bool)> = (0..4000)
+        let names: Vec<(Grounds, bool)> = (0..4000)
             .map(|_| {
-                let score = 6.0 * random.random::<f64>() - 1.0;
-                (score, random.random::<f64>() < truth.probability(score))
+                let [score, carried] = [6.0, 1.0].map(|size| size * random.random::<f64>());
+                let grounds = Grounds::from([1.0, score - 1.0, carried, 0.0, 0.0]);
+                (grounds, random.random::<f64>() < truth.probability(&grounds))
             })
             .collect();
         let found = Scaling::fit(&names);
         println!("{found:?}");
-        for score in [-1.0, 1.0, 3.0, 5.0] {
-            assert!((found.probability(score) - truth.probability(score)).abs() < 0.04, "{score}: {found:?}");
+        for (score, carried) in [(-1.0, 0.0), (1.0, 1.0), (3.0, 0.0), (3.0, 0.8)] {
+            let grounds = Grounds::from([1.0, score, carried, 0.0, 0.0]);
+            let (found, truth) = (found.probability(&grounds), truth.probability(&grounds));
+            assert!((found - truth).abs() < 0.05, "{score}, {carried}: {found} instead of {truth}");
         }
+    }
+
+    /// A name whose effect does not carry over to runs that were not fitted is less probable once that was learnt.
+    #[test]
+    fn grounds_beside_the_score_count() {
+        let learnt = Calibration {
+            first: Scaling { carries: 4.0, bears: 2.0, ..Scaling::PLAIN },
+            ..Calibration::shipped()
+        };
+        let p = |reduction: f64, without: f64| {
+            let mut effect = named("a", 1.0, &[]);
+            effect.gap_grows_without = Some(without);
+            let mut report = report(Verdict::Effects, vec![effect]);
+            report.carries_over = Some(reduction > 0.0);
+            report.gap.holdout.reduction = reduction;
+            learnt.settle(&mut report);
+            report.effects[0].confidence
+        };
+        assert!(p(0.8, 1.0) > p(0.1, 1.0) && p(0.1, 1.0) > p(-0.3, 1.0), "{} {}", p(0.8, 1.0), p(-0.3, 1.0));
+        assert!(p(0.5, 1.0) > p(0.5, 0.0) && p(f64::NAN, 1.0).is_finite());
     }
 }

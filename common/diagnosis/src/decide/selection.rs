@@ -12,7 +12,7 @@ use crate::fit::frozen::{self, FrozenFit};
 use crate::fit::hearing;
 use crate::fit::objective::Whitening;
 use crate::model::candidates::{self, Candidate};
-use crate::model::parameters::{FittedEffect, Shape};
+use crate::model::parameters::Shape;
 use crate::predict::disturbances::{DisturbanceModel, TOLERANCES};
 use crate::predict::localise::{self, PlaceEvidence, Stretches};
 use rayon::prelude::*;
@@ -34,6 +34,26 @@ pub struct Selection<'a> {
     pub rest: Vec<PlaceEvidence>,
     /// Evidence that the best model loses without each of its effects, if it has several.
     pub lost_without: Vec<f64>,
+}
+
+impl<'a> Selection<'a> {
+    /// Takes one effect out of the best model again, which is fitted anew; false, and nothing changes, where that cannot be.
+    pub fn drop_effect(
+        &mut self,
+        recorded: (&'a Case, &'a Alignments),
+        effect: usize,
+        criteria: &Criteria,
+    ) -> bool {
+        let Some(best) = reduced(recorded, &DisturbanceModel::default(), &self.best, effect) else {
+            return false;
+        };
+        self.rest = localise(&best, criteria);
+        self.best = best;
+        if effect < self.lost_without.len() {
+            self.lost_without.remove(effect);
+        }
+        true
+    }
 }
 
 impl Selection<'_> {
@@ -293,7 +313,7 @@ fn better_start<'a>(
     if realigned || gain > acceptance.doubted_gain || next.tolerance != current.tolerance {
         return None;
     }
-    let start = without_range(&next.fitted.fit.theta, next.fitted.shape.range_of(last));
+    let (_, start) = next.fitted.shape.without(&next.fitted.fit.theta, last);
     let again = frozen::freeze(current.case, &current.fitted.shape, disturbances, &start, current.tolerance);
     (again.evidence_cost() < current.evidence_cost() - acceptance.better_start).then_some(again)
 }
@@ -309,17 +329,9 @@ fn delete_backwards<'a>(
     let mut lost_without = Vec::new();
     let number = best.fitted.shape.effects.len();
     while best.fitted.shape.effects.len() > 1 {
-        let effects = &best.fitted.shape.effects;
-        let reduced: Vec<Option<FrozenFit<'a>>> = (0..effects.len())
-            .into_par_iter()
-            .map(|drop| {
-                let keep: Vec<FittedEffect> = without_one(effects, drop);
-                let theta = without_range(&best.fitted.fit.theta, best.fitted.shape.range_of(drop));
-                let shape = best.fitted.shape.with_all(&keep);
-                let case = aligned::align(case, alignments, &shape, &theta)?;
-                Some(frozen::freeze(case, &shape, disturbances, &theta, best.tolerance))
-            })
-            .collect();
+        let each = (0..best.fitted.shape.effects.len()).into_par_iter();
+        let reduced: Vec<Option<FrozenFit<'a>>> =
+            each.map(|drop| reduced((case, alignments), disturbances, &best, drop)).collect();
         let lost = |reduced: &Option<FrozenFit<'a>>| {
             reduced.as_ref().map_or(f64::INFINITY, |r| r.evidence_cost() - best.evidence_cost())
         };
@@ -340,10 +352,14 @@ fn delete_backwards<'a>(
     (best, rest, lost_without)
 }
 
-fn without_one(effects: &[FittedEffect], drop: usize) -> Vec<FittedEffect> {
-    effects.iter().enumerate().filter(|(i, _)| *i != drop).map(|(_, e)| e.clone()).collect()
-}
-
-fn without_range(theta: &[f64], range: std::ops::Range<usize>) -> Vec<f64> {
-    theta.iter().enumerate().filter(|(i, _)| !range.contains(i)).map(|(_, t)| *t).collect()
+/// A model without one of its effects, fitted again; `None` if no more alignments can be kept.
+fn reduced<'a>(
+    (case, alignments): (&'a Case, &'a Alignments),
+    disturbances: &DisturbanceModel,
+    best: &FrozenFit<'a>,
+    effect: usize,
+) -> Option<FrozenFit<'a>> {
+    let (shape, theta) = best.fitted.shape.without(&best.fitted.fit.theta, effect);
+    let case = aligned::align(case, alignments, &shape, &theta)?;
+    Some(frozen::freeze(case, &shape, disturbances, &theta, best.tolerance))
 }

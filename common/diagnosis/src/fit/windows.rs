@@ -1,6 +1,6 @@
 //! The fits that the report is about: on the contract's own windows, from where the fits on innovations ended.
 
-use crate::data::case::Case;
+use crate::data::case::{Case, Run};
 use crate::fit::candidate::Fitted;
 use crate::fit::objective::Windows;
 use crate::fit::solver::{self, Effort, Problem};
@@ -57,6 +57,25 @@ impl Models {
             self.nominal.build(&self.calibrated),
             self.extended_shape.build(&self.extended),
         ]
+    }
+
+    /// By how much the gap over `runs` grows, relative, where one effect is taken out of the extended model and all else stays.
+    pub(crate) fn grows_without(&self, case: &Case, runs: &[Run], effect: usize) -> f64 {
+        let sigma = sigmas(&case.vehicle.sensors);
+        let gap = |built: &Built| {
+            let tallies: Vec<Tally> =
+                runs.iter().flat_map(|run| open_loop::tallies(built, run, &sigma)).collect();
+            Tally::total(&tallies).gap()
+        };
+        let (shape, theta) = self.extended_shape.without(&self.extended, effect);
+        let with = gap(&self.extended_shape.build(&self.extended));
+        gap(&shape.build(&theta)) / with.max(f64::MIN_POSITIVE) - 1.0
+    }
+
+    /// The same, the larger of fitted and predicted runs.
+    pub(crate) fn most_grown_without(&self, case: &Case, effect: usize) -> f64 {
+        let runs = [&case.fit, &case.holdout].into_iter().filter(|runs| !runs.is_empty());
+        runs.map(|runs| self.grows_without(case, runs, effect)).fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// The vehicle file of the extended model: fitted nuisances, each pad's own level, and the effects found.

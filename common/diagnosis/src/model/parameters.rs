@@ -242,6 +242,15 @@ impl Shape {
         effects.iter().fold(self.bare(), |shape, effect| shape.with(effect))
     }
 
+    /// This shape without one of its effects, and what is left of `theta`.
+    pub fn without(&self, theta: &[f64], effect: usize) -> (Self, Vec<f64>) {
+        let others = self.effects.iter().enumerate().filter(|(e, _)| *e != effect);
+        let others: Vec<FittedEffect> = others.map(|(_, effect)| effect.clone()).collect();
+        let own = self.range_of(effect);
+        let rest = theta.iter().enumerate().filter(|(i, _)| !own.contains(i)).map(|(_, value)| *value);
+        (self.with_all(&others), rest.collect())
+    }
+
     /// This shape on the recordings as they are, where effects for which they were put right act in the model again. The
     /// parameters keep their places.
     pub fn on_recordings(&self) -> Self {

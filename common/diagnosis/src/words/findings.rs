@@ -253,6 +253,7 @@ mod tests {
             confidence: 0.9,
             p: None,
             score: None,
+            gap_grows_without: None,
             rivals: Vec::new(),
             equivalent: Vec::new(),
             parameters: parameters.collect::<BTreeMap<_, _>>(),

@@ -40,7 +40,7 @@ pub(crate) fn report(
     let Decision { verdict, rule } = judgement.decision;
     let fit_totals = predictions::totals(fit);
     let effects = if judgement.decision.names_effects() {
-        effects(selection, judgement, models, criteria)
+        effects(case, selection, judgement, models, criteria)
     } else {
         Vec::new()
     };
@@ -111,6 +111,7 @@ fn signals(
 }
 
 fn effects(
+    case: &Case,
     selection: &Selection,
     judgement: &Judgement,
     models: &Models,
@@ -159,6 +160,7 @@ fn effects(
                 confidence: f64::NAN,
                 p: None,
                 score: Some(confidence::score(standing, &criteria.confidence)),
+                gap_grows_without: (!case.is_coupled()).then(|| models.most_grown_without(case, e)),
                 equivalent,
                 rivals,
                 parameters,

@@ -41,6 +41,7 @@ pub fn wagon_report() -> Report {
             confidence: 0.94,
             p: None,
             score: None,
+            gap_grows_without: None,
             rivals: Vec::new(),
             equivalent: vec!["brake_friction_speed".to_owned()],
             parameters: BTreeMap::from([(

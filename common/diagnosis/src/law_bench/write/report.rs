@@ -186,6 +186,7 @@ fn effects(findings: &Findings, rows: &[ParameterRow]) -> Vec<FoundEffect> {
         confidence: confidence(selected, findings.recovered, criteria),
         p: None,
         score: None,
+        gap_grows_without: None,
         rivals: Vec::new(),
         equivalent: tied(selected, criteria).iter().map(|rival| rival.id.to_owned()).collect(),
         parameters: estimates::by_name(rows, selected.spec.id),
