@@ -20,7 +20,7 @@ use crate::data::lacks;
 use crate::decide::criteria::Criteria;
 use crate::decide::evidence::{self, Judgement};
 use crate::decide::selection::{self, Selection};
-use crate::decide::verdict::in_practice;
+use crate::decide::verdict::{Practice, in_practice};
 use crate::fit::windows::Models;
 use crate::model::parameters::Built;
 use crate::plan::{self, Limits, Plan};
@@ -146,8 +146,11 @@ fn diagnose_and<T>(
     // In practice: what does next to nothing to the gap is no answer to where it comes from. That of a coupled wagon is
     // mostly its couplers.
     if named.is_some() && !case.is_coupled() {
-        let shrinks = [&fit, &holdout].map(|runs| predictions::shrinks(runs));
-        judgement.decision = in_practice(judgement.decision, &shrinks, &criteria);
+        let practice = Practice {
+            shrinks: [&fit, &holdout].map(|runs| predictions::shrinks(runs)),
+            predicted: (!holdout.is_empty()).then(|| predictions::robust_gaps(&holdout)),
+        };
+        judgement.decision = in_practice(judgement.decision, &practice, &criteria);
         if !judgement.decision.names_effects() {
             named = None;
             models = Models::fit(case, &selection.base.fitted, named);

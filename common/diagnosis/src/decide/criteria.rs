@@ -262,6 +262,12 @@ pub struct VerdictLimits {
     /// Relative reduction of the gap, of fitted and of predicted runs alike, below which effects do next to nothing. Set by
     /// hand: a hundredth is less than a gap changes from one recording to the next.
     pub least_reduction: f64,
+    /// Share of what a free curve at an effect's own place explains that the effect must explain to be named although the
+    /// curve explains much more. Set by hand (family): a lag where the cylinder's rate is limited explains six tenths.
+    pub other_form_share: f64,
+    /// Gap beyond which something is missing where effects do not make it smaller. Set by hand: gusts and pads that drift give
+    /// gaps up to this where nothing is wrong.
+    pub noticeable_gap: f64,
 }
 
 impl Default for VerdictLimits {
@@ -277,6 +283,8 @@ impl Default for VerdictLimits {
             outdone_margin: 60.0,
             most_left: 0.55,
             least_reduction: 0.01,
+            other_form_share: 0.4,
+            noticeable_gap: 2.5,
         }
     }
 }

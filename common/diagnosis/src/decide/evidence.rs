@@ -8,6 +8,7 @@ use crate::decide::significance::Chance;
 use crate::decide::verdict::{Decision, Evidence, Missing, decide};
 use crate::fit::discrepancies::{self, FittedDiscrepancy};
 use crate::predict::localise;
+use railgrip_vehicle::effects::Term;
 
 /// What was concluded, and from what.
 #[derive(Debug)]
@@ -18,6 +19,8 @@ pub struct Judgement {
     pub evidence: Evidence,
     /// What is missing, for unknown and for effects with a rest.
     pub missing: Option<FittedDiscrepancy>,
+    /// The terms that it may be in, the likeliest first.
+    pub missing_terms: Vec<Term>,
     /// The test against chance.
     pub chance: Option<Chance>,
     /// Flexible discrepancies on top of the best model, strongest first.
@@ -43,10 +46,16 @@ pub fn judge(selection: &Selection, criteria: &Criteria, seed: u64) -> Judgement
     } else {
         Vec::new()
     };
-    evidence.instead_evidence = instead.first().map(|(_, evidence)| *evidence);
+    if let Some((discrepancy, gained)) = instead.first() {
+        let effects = &selection.best.fitted.shape.effects;
+        evidence.instead_evidence = Some(*gained);
+        evidence.instead_at_effects = effects.iter().any(|e| e.spec.term == discrepancy.discrepancy.term);
+    }
     let decision = decide(&evidence, criteria);
-    let (missing, beside, instead) = missing(decision.rule.missing, beside, instead);
-    Judgement { decision, evidence, missing, chance, beside, instead }
+    let tie = criteria.ties.look_alike;
+    let (missing, beside, instead) = missing(decision.rule.missing, tie, beside, instead);
+    let (missing, missing_terms) = missing.map_or((None, Vec::new()), |(it, terms)| (Some(it), terms));
+    Judgement { decision, evidence, missing, missing_terms, chance, beside, instead }
 }
 
 /// All evidence but that of curves instead of the effects, which cost most to fit.
@@ -71,6 +80,7 @@ fn without_instead(
         place_evidence: selection.places.first().map_or(0.0, |place| place.evidence),
         left: 1.0,
         instead_evidence: None,
+        instead_at_effects: false,
     };
     if evidence.is_named() {
         evidence.left = localise::share_left(&selection.places, &selection.rest);
@@ -89,20 +99,30 @@ fn is_doubtful(selection: &Selection, evidence: &Evidence, criteria: &Criteria) 
     }
 }
 
-/// Takes what is missing out of the discrepancies.
+/// Takes what is missing out of the discrepancies, with the terms whose curves explain at least a share `tie` of what it
+/// explains: its own first.
 fn missing(
     which: Missing,
+    tie: f64,
     mut beside: Vec<FittedDiscrepancy>,
     instead: Vec<(FittedDiscrepancy, f64)>,
-) -> (Option<FittedDiscrepancy>, Vec<FittedDiscrepancy>, Vec<FittedDiscrepancy>) {
+) -> (Option<(FittedDiscrepancy, Vec<Term>)>, Vec<FittedDiscrepancy>, Vec<FittedDiscrepancy>) {
     // What makes the recordings less likely is no discrepancy, even at the likeliest place.
     let gains = instead.iter().any(|(_, evidence)| *evidence > 0.0);
     let kept = instead.into_iter().filter(|(_, evidence)| !gains || *evidence > 0.0);
-    let mut instead: Vec<FittedDiscrepancy> = kept.map(|(discrepancy, _)| discrepancy).collect();
-    let missing = match which {
-        Missing::InsteadOfEffects if !instead.is_empty() => Some(instead.remove(0)),
-        Missing::InsteadOfEffects | Missing::BesideEffects if !beside.is_empty() => Some(beside.remove(0)),
-        _ => None,
+    let ranked = kept.map(|(discrepancy, evidence)| FittedDiscrepancy { score: evidence, ..discrepancy });
+    let mut instead: Vec<FittedDiscrepancy> = ranked.collect();
+    let from = match which {
+        Missing::InsteadOfEffects if !instead.is_empty() => &mut instead,
+        Missing::InsteadOfEffects | Missing::BesideEffects if !beside.is_empty() => &mut beside,
+        _ => return (None, beside, instead),
     };
-    (missing, beside, instead)
+    let missing = from.remove(0);
+    let mut terms = vec![missing.discrepancy.term];
+    for other in from.iter().filter(|other| other.score >= tie * missing.score) {
+        if !terms.contains(&other.discrepancy.term) {
+            terms.push(other.discrepancy.term);
+        }
+    }
+    (Some((missing, terms)), beside, instead)
 }

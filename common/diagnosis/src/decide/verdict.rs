@@ -28,6 +28,8 @@ pub struct Evidence {
     /// Evidence that the strongest flexible discrepancy at a likely place gains instead of the effects; `None` where it was
     /// not asked.
     pub instead_evidence: Option<f64>,
+    /// Whether that discrepancy is in the term of one of the effects.
+    pub instead_at_effects: bool,
 }
 
 impl Evidence {
@@ -63,6 +65,13 @@ impl Evidence {
         self.instead_evidence.is_some_and(|evidence| evidence > least)
     }
 
+    /// Whether the curve that explains much more is in the term of an effect, which explains a good part of what it does: the
+    /// place is right, and its law has another form.
+    fn has_other_form(&self, criteria: &Criteria) -> bool {
+        let most = self.gain / criteria.verdict.other_form_share;
+        self.instead_at_effects && self.instead_evidence.is_some_and(|evidence| evidence < most)
+    }
+
     /// Whether the effects explain less than `share` of what can be explained, and what they leave has structure.
     fn explains_less_than(&self, share: f64, criteria: &Criteria) -> bool {
         self.has_structure(criteria) && self.recovered() < share
@@ -96,7 +105,7 @@ pub struct Rule {
 
 /// The rules in their order; the last one always holds. The first three are about cases in which no effect gains more than
 /// chance.
-pub static RULES: [Rule; 11] = [
+pub static RULES: [Rule; 12] = [
     Rule {
         name: "structure_without_effect",
         words: "No candidate explains the recordings better than chance, but a free curve at one place of the equations does.",
@@ -117,6 +126,13 @@ pub static RULES: [Rule; 11] = [
         verdict: Verdict::None,
         missing: Missing::Nothing,
         holds: |e, _| !e.is_named(),
+    },
+    Rule {
+        name: "form_differs",
+        words: "A free curve explains much more than the best candidate, but at its own place: the candidate's law has another form.",
+        verdict: Verdict::EffectsAndUnknown,
+        missing: Missing::InsteadOfEffects,
+        holds: |e, c| e.is_outdone(c) && e.has_other_form(c),
     },
     Rule {
         name: "curve_explains_more",
@@ -186,12 +202,38 @@ pub static NEXT_TO_NOTHING: Rule = Rule {
     holds: |_, _| true,
 };
 
-/// The decision in view of what the effects do to the gap: by how much the fitted and the predicted recordings' shrink,
-/// relative.
-pub fn in_practice(decision: Decision, shrinks: &[f64], criteria: &Criteria) -> Decision {
-    let least = criteria.verdict.least_reduction;
-    let nothing = decision.verdict == Verdict::Effects && shrinks.iter().all(|share| *share < least);
-    if nothing { Decision { verdict: NEXT_TO_NOTHING.verdict, rule: &NEXT_TO_NOTHING } } else { decision }
+/// Effects with which runs that were not fitted are predicted no better than without, while much of the gap is left.
+pub static DOES_NOT_CARRY_OVER: Rule = Rule {
+    name: "does_not_carry_over",
+    words: "The effects explain the runs that were fitted and predict others no better than tolerances alone do, so something else is missing.",
+    verdict: Verdict::EffectsAndUnknown,
+    missing: Missing::BesideEffects,
+    holds: |_, _| true,
+};
+
+/// What effects do to the gap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Practice {
+    /// By how much the gap shrinks, relative, of the fitted runs and of those only predicted.
+    pub shrinks: [f64; 2],
+    /// Gap of the runs only predicted with tolerances alone and with the effects, windows on the wrong side between holding
+    /// and sliding counting little; `None` without such runs.
+    pub predicted: Option<[f64; 2]>,
+}
+
+/// The decision in view of what the effects do to the gap.
+pub fn in_practice(decision: Decision, practice: &Practice, criteria: &Criteria) -> Decision {
+    let limits = &criteria.verdict;
+    let nothing = practice.shrinks.iter().all(|share| *share < limits.least_reduction);
+    let stays = practice.predicted.is_some_and(|[calibrated, extended]| {
+        extended > (1.0 - limits.least_reduction) * calibrated && extended > limits.noticeable_gap
+    });
+    let rule = match decision.verdict {
+        Verdict::Effects if nothing => &NEXT_TO_NOTHING,
+        Verdict::Effects if stays => &DOES_NOT_CARRY_OVER,
+        _ => return decision,
+    };
+    Decision { verdict: rule.verdict, rule }
 }
 
 /// What was decided, and by which rule.
@@ -233,6 +275,7 @@ mod tests {
         place_evidence: 900.0,
         left: 0.02,
         instead_evidence: None,
+        instead_at_effects: false,
     };
 
     /// No effect, and nothing to explain.
@@ -258,6 +301,14 @@ mod tests {
             ("structure_without_effect", Evidence { discrepancy_gain: 260.0, ..NOTHING }),
             ("curve_explains_more", Evidence { instead_evidence: Some(1400.0), ..EXPLAINED }),
             ("effects_explain_gap", Evidence { instead_evidence: Some(1300.0), ..EXPLAINED }),
+            (
+                "form_differs",
+                Evidence { instead_evidence: Some(1400.0), instead_at_effects: true, ..EXPLAINED },
+            ),
+            (
+                "curve_explains_more",
+                Evidence { instead_evidence: Some(4000.0), instead_at_effects: true, ..EXPLAINED },
+            ),
             ("effects_leave_everything", Evidence { left: 1.1, ..EXPLAINED }),
             ("effects_elsewhere", Evidence { left: 0.7, at_likely_place: false, ..EXPLAINED }),
             ("effects_explain_gap", Evidence { left: 0.3, at_likely_place: false, ..EXPLAINED }),
@@ -281,12 +332,35 @@ mod tests {
     fn effects_that_do_next_to_nothing_are_none() {
         let criteria = Criteria::default();
         let named = decide(&EXPLAINED, &criteria);
-        let asked = |shrinks: &[f64]| in_practice(named, shrinks, &criteria).rule.name;
-        assert_eq!(asked(&[0.001, 0.002]), "next_to_nothing");
-        assert_eq!(asked(&[0.001, 0.05]), "effects_explain_gap");
-        assert_eq!(asked(&[0.3, -0.1]), "effects_explain_gap", "whether it carries over is said elsewhere");
+        let asked = |shrinks: [f64; 2]| {
+            let practice = Practice { shrinks, predicted: None };
+            in_practice(named, &practice, &criteria).rule.name
+        };
+        assert_eq!(asked([0.001, 0.002]), "next_to_nothing");
+        assert_eq!(asked([0.001, 0.05]), "effects_explain_gap");
         let unknown = decide(&beside(700.0), &criteria);
-        assert_eq!(in_practice(unknown, &[0.0], &criteria).rule.name, unknown.rule.name);
+        let practice = Practice { shrinks: [0.0; 2], predicted: None };
+        assert_eq!(in_practice(unknown, &practice, &criteria).rule.name, unknown.rule.name);
+    }
+
+    #[test]
+    fn effects_that_predict_nothing_leave_something_unknown() {
+        let criteria = Criteria::default();
+        let named = decide(&EXPLAINED, &criteria);
+        let asked = |calibrated: f64, extended: f64| {
+            let practice = Practice {
+                shrinks: [0.4, 1.0 - extended / calibrated],
+                predicted: Some([calibrated, extended]),
+            };
+            in_practice(named, &practice, &criteria).rule.name
+        };
+        assert_eq!(asked(4.1, 4.2), "does_not_carry_over");
+        assert_eq!(asked(4.1, 3.0), "effects_explain_gap");
+        assert_eq!(
+            asked(1.5, 1.6),
+            "effects_explain_gap",
+            "sensors that are noisier than stated leave as much"
+        );
     }
 
     #[test]

@@ -151,10 +151,15 @@ pub(super) fn sigmas_of(case: &Case, shape: &Shape, theta: &[f64], range: Range<
         .collect()
 }
 
-/// Gap on the runs to fit on, with every window beyond three times the median counted as that.
+/// Gap on the runs to fit on, see [`robust`].
 fn robust_gap(case: &Case, shape: &Shape, theta: &[f64]) -> f64 {
-    let mut gaps: Vec<(f64, usize)> =
-        window_tallies(case, shape, theta).iter().map(|t| (t.gap(), t.count)).collect();
+    robust(&window_tallies(case, shape, theta))
+}
+
+/// Gap over windows of which those beyond three times the median count by their square root only: a wheelset that holds on
+/// the track and slides in the model decides nothing.
+pub(crate) fn robust(windows: &[Tally]) -> f64 {
+    let mut gaps: Vec<(f64, usize)> = windows.iter().map(|t| (t.gap(), t.count)).collect();
     gaps.sort_by(|a, b| a.0.total_cmp(&b.0));
     let median = gaps.get(gaps.len() / 2).map_or(1.0, |g| g.0);
     let limit = 3.0 * median.max(2.0);

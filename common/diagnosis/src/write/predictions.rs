@@ -1,6 +1,7 @@
 //! Predicted outputs of the three models on the holdout runs, and the gaps that follow from them.
 
 use crate::data::case::{Case, Run, output_names};
+use crate::fit::windows::robust;
 use crate::model::parameters::Built;
 use crate::predict::open_loop::{self, Prediction, Tally, sigmas};
 use railgrip_recording::{RecordingError, Table};
@@ -53,6 +54,14 @@ pub fn totals(predicted: &[Predicted]) -> [Tally; 3] {
 pub fn shrinks(predicted: &[Predicted]) -> f64 {
     let [_, calibrated, extended] = totals(predicted);
     reduction(calibrated.gap(), extended.gap())
+}
+
+/// Gaps of the calibrated and the extended model over these runs, see [`robust`](crate::fit::windows::robust).
+pub fn robust_gaps(predicted: &[Predicted]) -> [f64; 2] {
+    [1, 2].map(|model| {
+        let tallies: Vec<Tally> = predicted.iter().flat_map(|p| p.tallies[model].iter().copied()).collect();
+        robust(&tallies)
+    })
 }
 
 /// 95 % interval of `1 − extended / calibrated` by resampling windows.

@@ -235,7 +235,8 @@ fn unexplained(case: &Case, judgement: &Judgement, gap: f64) -> Option<Unexplain
     let shift = if missing.discrepancy.covariate == Covariate::Temperature { AMBIENT_C } else { 0.0 };
     let shown = |[x, y]: [f64; 2]| [x + shift, y * reference];
     let curve = missing.discrepancy.curve(values).into_iter().map(shown).collect();
-    Some(Unexplained { gap, term: missing.discrepancy.term.name().to_owned(), terms: Vec::new(), curve })
+    let terms = judgement.missing_terms.iter().map(|term| term.name().to_owned()).collect();
+    Some(Unexplained { gap, term: missing.discrepancy.term.name().to_owned(), terms, curve })
 }
 
 fn next_run(effects: &[FoundEffect], judgement: &Judgement) -> Option<String> {

@@ -1,4 +1,4 @@
-//! Discrepancy discrepancies: one place of the equations freed as a smooth function of one covariate.
+//! Flexible discrepancies: one place of the equations freed as a smooth function of one covariate.
 //!
 //! They are what could be explained at all. A named effect that recovers little of what the best of them recovers is not
 //! the answer, and where no effect is named they say at which place, over which variable and by how much the model
