@@ -130,9 +130,9 @@ fn diagnose_and<T>(
         Models::fit(case, &selection.base.fitted, named)
     };
     let mut models = fitted(&judgement, &selection);
-    // A further effect without which the gap is the same is none, however sure a filter is of it.
+    // A further effect whose strength may be none and without which the gap is the same is none, however sure a filter is.
     while !case.is_coupled()
-        && let Some(idle) = idle_effect(case, &models, &criteria)
+        && let Some(idle) = idle_effect(case, &selection, &models, &criteria)
         && selection.drop_effect((selected, &alignments), idle, &criteria)
     {
         judgement = evidence::judge(&selection, &criteria, options.seed);
@@ -143,15 +143,17 @@ fn diagnose_and<T>(
     let predict = |built: &[Built; 3], runs: &[Run]| predictions::predict(case, runs, built.each_ref());
     let (mut fit, mut holdout) = (predict(&built, &case.fit), predict(&built, &case.holdout));
 
-    // In practice: what does next to nothing to the gap is no answer to where it comes from. That of a coupled wagon is
-    // mostly its couplers.
-    if named.is_some() && !case.is_coupled() {
+    // In practice: what does next to nothing to the gap is no answer to where it comes from, and a gap that is left is one. That
+    // of a coupled wagon is mostly its couplers.
+    if !case.is_coupled() {
         let practice = Practice {
             shrinks: [&fit, &holdout].map(|runs| predictions::shrinks(runs)),
+            fitted: predictions::robust_gaps(&fit),
             predicted: (!holdout.is_empty()).then(|| predictions::robust_gaps(&holdout)),
         };
         judgement.decision = in_practice(judgement.decision, &practice, &criteria);
-        if !judgement.decision.names_effects() {
+        judgement.look_beside();
+        if named.is_some() && !judgement.decision.names_effects() {
             named = None;
             models = Models::fit(case, &selection.base.fitted, named);
             built = models.build();
@@ -200,13 +202,17 @@ fn diagnose_and<T>(
     (Outcome { report, detail, predictions, vehicle }, more)
 }
 
-/// The effect, of several, without which the gap of fitted and of predicted runs grows least, if that is next to nothing.
-fn idle_effect(case: &Case, models: &Models, criteria: &Criteria) -> Option<usize> {
-    let number = models.extended_shape.effects.len();
-    let several = 0..if number > 1 { number } else { 0 };
-    let least = several.map(|effect| (effect, models.most_grown_without(case, effect)));
+/// The effect, of several, without which the gap of fitted and of predicted runs grows least, if that is next to nothing and its
+/// strength may be none. Asked of those whose evidence is a small part of the strongest one's.
+fn idle_effect(case: &Case, selection: &Selection, models: &Models, criteria: &Criteria) -> Option<usize> {
+    let lost = &selection.lost_without;
+    let most = lost.iter().copied().fold(0.0, f64::max);
+    let several = models.extended_shape.effects.len() > 1;
+    let small = (0..lost.len()).filter(|e| several && lost[*e] < criteria.verdict.doubted_share * most);
+    let weak = small.filter(|e| details::may_do_nothing(selection, models, *e, criteria.report.widening));
+    let least = weak.map(|effect| (effect, models.grows_without(case, effect, true)));
     let least = least.min_by(|a, b| a.1.total_cmp(&b.1));
-    least.filter(|(_, grown)| *grown < criteria.verdict.least_reduction).map(|(effect, _)| effect)
+    least.filter(|(_, grown)| *grown < criteria.verdict.least_further_reduction).map(|(effect, _)| effect)
 }
 
 /// What is said of a wagon that does not run alone.

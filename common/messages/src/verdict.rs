@@ -32,7 +32,7 @@ pub struct Verdict {
     pub wheelsets: u32,
     /// Brake applications seen until it was found.
     pub brakings_seen: u32,
-    /// Running number of the verdict since the judge began, 1 first.
+    /// Running number of the verdict, 1 first; a judge that goes on from the memory of the one before counts on.
     pub number: u32,
     /// Time base of the sensors at which it was found, s.
     pub found_t_s: f64,
@@ -69,7 +69,7 @@ pub struct Verdicts {
     pub time_s: f64,
     /// Instants judged since the judge began.
     pub instants: u64,
-    /// Brake applications seen since the judge began.
+    /// Brake applications seen by this judge and those whose memory it goes on from.
     pub brakings: u32,
     /// Verdicts in use.
     pub count: u32,

@@ -29,6 +29,20 @@ pub struct Judgement {
     pub instead: Vec<FittedDiscrepancy>,
 }
 
+impl Judgement {
+    /// Takes the strongest discrepancy beside the effects for what is missing, where the decision asks for one and there is
+    /// none yet.
+    pub(crate) fn look_beside(&mut self) {
+        if self.decision.rule.missing == Missing::Nothing || self.missing.is_some() || self.beside.is_empty()
+        {
+            return;
+        }
+        let missing = self.beside.remove(0);
+        self.missing_terms = vec![missing.discrepancy.term];
+        self.missing = Some(missing);
+    }
+}
+
 /// Judges the outcome of the selection: gathers evidence and decides.
 pub fn judge(selection: &Selection, criteria: &Criteria, seed: u64) -> Judgement {
     let chance = selection.rounds.first().map(|round| {

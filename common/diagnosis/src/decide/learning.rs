@@ -85,7 +85,8 @@ pub fn learn(cases: &[(Report, Truth)], provenance: String) -> Calibration {
 }
 
 impl Calibration {
-    /// The least level, in steps of a hundredth, at which verdict sets hold the truth in this share of cases.
+    /// The least level, in steps of a hundredth, at which verdict sets hold the truth in this share of cases; the share itself
+    /// where none does, because the truth is often in no set that is listed.
     fn level_that_holds(&self, cases: &[(Report, Truth)], share: f64) -> f64 {
         let posteriors: Vec<(Vec<PosteriorSet>, &Truth)> =
             cases.iter().map(|(report, truth)| (self.sets(report), truth)).collect();
@@ -98,7 +99,7 @@ impl Calibration {
         (50..100)
             .map(|percent| f64::from(percent) / 100.0)
             .find(|level| held(*level) >= share)
-            .unwrap_or(0.99)
+            .unwrap_or(share)
     }
 }
 

@@ -3,7 +3,7 @@
 //! Under no effect, whitened innovations are white but for what the disturbance model misses. Stretches of the final
 //! model's innovations get random signs (a wild block bootstrap, which keeps whatever colour is left in them), each
 //! candidate's gain is refitted in linear form with the nuisances projected out, and the maximum over the library is
-//! kept. A quantile of it is the alarm threshold, so that one case in twenty without an effect raises an alarm.
+//! kept. A quantile of it is the alarm threshold, so that one case in fifty without an effect raises an alarm.
 
 use crate::decide::criteria::Significance;
 use crate::decide::round::Round;

@@ -10,7 +10,7 @@ pub struct Evidence {
     pub effects: usize,
     /// Evidence that they gain over the calibrated model, never negative.
     pub gain: f64,
-    /// What the best of the library gains by chance in one case of twenty, see [`crate::decide::significance`].
+    /// What the best of the library gains by chance in one case of fifty, see [`crate::decide::significance`].
     pub alarm: f64,
     /// Whether the strength of one of them sits on a bound.
     pub on_bound: bool,
@@ -211,13 +211,24 @@ pub static DOES_NOT_CARRY_OVER: Rule = Rule {
     holds: |_, _| true,
 };
 
+/// A gap that no candidate and no curve shrinks beyond chance, but too large for tolerances and noise.
+pub static GAP_LEFT: Rule = Rule {
+    name: "gap_left",
+    words: "Neither a candidate nor a free curve is beyond chance, but the gap is larger than tolerances and noise make it.",
+    verdict: Verdict::Unknown,
+    missing: Missing::BesideEffects,
+    holds: |_, _| true,
+};
+
 /// What effects do to the gap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Practice {
     /// By how much the gap shrinks, relative, of the fitted runs and of those only predicted.
     pub shrinks: [f64; 2],
-    /// Gap of the runs only predicted with tolerances alone and with the effects, windows on the wrong side between holding
-    /// and sliding counting little; `None` without such runs.
+    /// Gap of the fitted runs with tolerances alone and with the effects, windows on the wrong side between holding and sliding
+    /// counting little.
+    pub fitted: [f64; 2],
+    /// The same of the runs only predicted; `None` without such runs.
     pub predicted: Option<[f64; 2]>,
 }
 
@@ -228,7 +239,9 @@ pub fn in_practice(decision: Decision, practice: &Practice, criteria: &Criteria)
     let stays = practice.predicted.is_some_and(|[calibrated, extended]| {
         extended > (1.0 - limits.least_reduction) * calibrated && extended > limits.noticeable_gap
     });
+    let least = practice.predicted.map_or(practice.fitted[0], |[gap, _]| gap.min(practice.fitted[0]));
     let rule = match decision.verdict {
+        Verdict::None if least > limits.unnatural_gap => &GAP_LEFT,
         Verdict::Effects if nothing => &NEXT_TO_NOTHING,
         Verdict::Effects if stays => &DOES_NOT_CARRY_OVER,
         _ => return decision,
@@ -333,13 +346,13 @@ mod tests {
         let criteria = Criteria::default();
         let named = decide(&EXPLAINED, &criteria);
         let asked = |shrinks: [f64; 2]| {
-            let practice = Practice { shrinks, predicted: None };
+            let practice = Practice { shrinks, fitted: [2.0, 2.0], predicted: None };
             in_practice(named, &practice, &criteria).rule.name
         };
         assert_eq!(asked([0.001, 0.002]), "next_to_nothing");
         assert_eq!(asked([0.001, 0.05]), "effects_explain_gap");
         let unknown = decide(&beside(700.0), &criteria);
-        let practice = Practice { shrinks: [0.0; 2], predicted: None };
+        let practice = Practice { shrinks: [0.0; 2], fitted: [2.0, 2.0], predicted: None };
         assert_eq!(in_practice(unknown, &practice, &criteria).rule.name, unknown.rule.name);
     }
 
@@ -350,6 +363,7 @@ mod tests {
         let asked = |calibrated: f64, extended: f64| {
             let practice = Practice {
                 shrinks: [0.4, 1.0 - extended / calibrated],
+                fitted: [5.0, 3.0],
                 predicted: Some([calibrated, extended]),
             };
             in_practice(named, &practice, &criteria).rule.name
@@ -361,6 +375,23 @@ mod tests {
             "effects_explain_gap",
             "sensors that are noisier than stated leave as much"
         );
+    }
+
+    #[test]
+    fn a_gap_that_tolerances_cannot_make_is_something() {
+        let criteria = Criteria::default();
+        let none = decide(&NOTHING, &criteria);
+        let asked = |fitted: f64, predicted: Option<f64>| {
+            let both = |gap: f64| [gap, gap];
+            let practice =
+                Practice { shrinks: [0.0; 2], fitted: both(fitted), predicted: predicted.map(both) };
+            in_practice(none, &practice, &criteria).rule.name
+        };
+        assert_eq!(asked(7.7, Some(4.4)), "gap_left");
+        assert_eq!(asked(7.7, None), "gap_left");
+        // One run that went otherwise is not enough.
+        assert_eq!(asked(7.7, Some(2.0)), none.rule.name);
+        assert_eq!(asked(2.3, Some(2.4)), none.rule.name);
     }
 
     #[test]

@@ -59,23 +59,24 @@ impl Models {
         ]
     }
 
-    /// By how much the gap over `runs` grows, relative, where one effect is taken out of the extended model and all else stays.
-    pub(crate) fn grows_without(&self, case: &Case, runs: &[Run], effect: usize) -> f64 {
+    /// By how much the gap grows, relative, where one effect is taken out of the extended model: the larger of fitted and
+    /// predicted runs. All else stays, or is fitted again if `refit`, so that what can stand in for it does.
+    pub(crate) fn grows_without(&self, case: &Case, effect: usize, refit: bool) -> f64 {
+        let (shape, theta) = self.extended_shape.without(&self.extended, effect);
+        let theta = if refit { fit(case, &shape, &[theta]) } else { theta };
+        let models = [self.extended_shape.build(&self.extended), shape.build(&theta)];
         let sigma = sigmas(&case.vehicle.sensors);
-        let gap = |built: &Built| {
+        let gap = |built: &Built, runs: &[Run]| {
             let tallies: Vec<Tally> =
                 runs.iter().flat_map(|run| open_loop::tallies(built, run, &sigma)).collect();
             Tally::total(&tallies).gap()
         };
-        let (shape, theta) = self.extended_shape.without(&self.extended, effect);
-        let with = gap(&self.extended_shape.build(&self.extended));
-        gap(&shape.build(&theta)) / with.max(f64::MIN_POSITIVE) - 1.0
-    }
-
-    /// The same, the larger of fitted and predicted runs.
-    pub(crate) fn most_grown_without(&self, case: &Case, effect: usize) -> f64 {
         let runs = [&case.fit, &case.holdout].into_iter().filter(|runs| !runs.is_empty());
-        runs.map(|runs| self.grows_without(case, runs, effect)).fold(f64::NEG_INFINITY, f64::max)
+        let grows = runs.map(|runs| {
+            let [with, without] = [0, 1].map(|model| gap(&models[model], runs));
+            without / with.max(f64::MIN_POSITIVE) - 1.0
+        });
+        grows.fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// The vehicle file of the extended model: fitted nuisances, each pad's own level, and the effects found.

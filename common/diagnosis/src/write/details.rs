@@ -52,6 +52,18 @@ pub(crate) fn intervals(selection: &Selection, models: &Models, widening: f64) -
         .collect()
 }
 
+/// Whether the intervals of an effect's strength all hold the value at which it does nothing.
+pub(crate) fn may_do_nothing(selection: &Selection, models: &Models, effect: usize, widening: f64) -> bool {
+    let all = intervals(selection, models, widening);
+    let shape = &models.extended_shape;
+    let own = &shape.effects[effect];
+    let neutral = |name: &str| own.spec.parameters.iter().find(|p| p.name == name).and_then(|p| p.neutral);
+    let strengths = own.parameters.iter().zip(shape.range_of(effect));
+    let mut holds =
+        strengths.filter_map(|(p, i)| neutral(&p.name).map(|n| (all[i][0]..=all[i][1]).contains(&n)));
+    holds.next() == Some(true) && holds.all(|held| held)
+}
+
 pub(crate) fn detail(
     case: &Case,
     selection: &Selection,

@@ -6,6 +6,7 @@ use crate::answer::schema::{
     SignalGap, SignalShare, ThreeGaps, Unexplained, Verdict,
 };
 use crate::data::case::Case;
+use crate::decide::acceptance;
 use crate::decide::confidence::{self, Standing};
 use crate::decide::criteria::Criteria;
 use crate::decide::evidence::Judgement;
@@ -59,7 +60,7 @@ pub(crate) fn report(
             regime: regime.filter(|_| verdict != Verdict::None),
             runs: run_gaps(fit),
         },
-        candidates: candidates(case, selection, judgement),
+        candidates: candidates(case, selection, judgement, criteria),
         gap: Gap {
             fit: ThreeGaps {
                 nominal: fit_totals[0].gap(),
@@ -160,7 +161,7 @@ fn effects(
                 confidence: f64::NAN,
                 p: None,
                 score: Some(confidence::score(standing, &criteria.confidence)),
-                gap_grows_without: (!case.is_coupled()).then(|| models.most_grown_without(case, e)),
+                gap_grows_without: (!case.is_coupled()).then(|| models.grows_without(case, e, false)),
                 equivalent,
                 rivals,
                 parameters,
@@ -173,7 +174,12 @@ fn effects(
     effects.into_iter().map(|(_, effect)| effect).collect()
 }
 
-fn candidates(case: &Case, selection: &Selection, judgement: &Judgement) -> Vec<Candidate> {
+fn candidates(
+    case: &Case,
+    selection: &Selection,
+    judgement: &Judgement,
+    criteria: &Criteria,
+) -> Vec<Candidate> {
     let Some(round) = selection.rounds.first() else { return Vec::new() };
     let expected = 0.5 * selection.base.fitted.residuals.len() as f64;
     // Robust costs may lie below what is expected of white noise: there is at least as much to remove as the best one removes.
@@ -192,7 +198,9 @@ fn candidates(case: &Case, selection: &Selection, judgement: &Judgement) -> Vec<
                 id: g.id.to_owned(),
                 fit_gap: Tally::total(&tallies).gap(),
                 cv_gain: g.predictive / excess,
-                p_value: judgement.chance.as_ref().map_or(1.0, |chance| chance.p_value(g.gain)),
+                p_value: judgement.chance.as_ref().map_or(1.0, |chance| {
+                    chance.p_value(acceptance::counted_gain(&selection.base, g, criteria))
+                }),
                 converged: g.converged,
             }
         })

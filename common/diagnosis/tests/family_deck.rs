@@ -1,0 +1,131 @@
+//! Thirty fixed cases of the family of plants, of all its forms, none chosen by what the diagnosis says of it: counts that
+//! must not get worse. How good they are elsewhere is measured by `railgrip gap blind`, on cases that nobody has seen.
+#![allow(clippy::print_stdout, reason = "tests print what they measure")]
+
+use railgrip_diagnosis::answer::schema::{FoundEffect, Report, Verdict};
+use railgrip_diagnosis::data::load;
+use railgrip_diagnosis::wagon::{Options, diagnose};
+use railgrip_truth_plant::family::{FamilyCase, Forms, family_deck};
+use railgrip_truth_plant::{FamilyRecipe, Label};
+use railgrip_vehicle::effects;
+use rayon::prelude::*;
+
+/// Cases of the deck.
+const CASES: usize = 30;
+/// Recipes among which they are sought.
+const RECIPES: usize = 200;
+const SEED: u64 = 2031;
+/// Salience from which an effect can be seen.
+const VISIBLE: f64 = 1.1;
+
+/// What came out, counted: right of all.
+#[derive(Debug, Default)]
+struct Count {
+    right: usize,
+    of: usize,
+}
+
+impl Count {
+    fn add(&mut self, right: bool) {
+        self.of += 1;
+        self.right += usize::from(right);
+    }
+
+    /// At most so many were wrong.
+    fn misses_at_most(&self, most: usize) -> bool {
+        self.of > 0 && self.of - self.right <= most
+    }
+}
+
+/// Plants that keep the test short.
+fn is_small(label: &Label) -> bool {
+    label.plant.as_ref().is_some_and(|plant| plant.rate_hz <= 50.0 && plant.fit_runs <= 6)
+}
+
+fn deck() -> Vec<FamilyCase> {
+    let recipes = family_deck(RECIPES, SEED, Forms::All);
+    let make = |recipe: &FamilyRecipe| FamilyCase::make(recipe).expect("the plant knows its effects");
+    let made: Vec<FamilyCase> = recipes.par_iter().map(make).collect();
+    made.into_iter().filter(|case| is_small(&case.label)).take(CASES).collect()
+}
+
+fn answer(case: &FamilyCase) -> Report {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path().join("case");
+    case.write(&at, None).expect("the case is written");
+    let vehicle = std::fs::read_to_string(at.join("vehicle.toml")).expect("vehicle.toml");
+    let read = load::load(&at, toml::from_str(&vehicle).expect("a vehicle")).expect("a case");
+    let options = Options { case: "deck".into(), seed: 1, ..Options::default() };
+    diagnose(&read, &options, &|_| ()).report
+}
+
+/// Wind and resistance span the same model.
+fn means(effect: &FoundEffect, id: &str) -> bool {
+    let same = ["headwind", "running_resistance"];
+    effect.id == id
+        || effect.equivalent.iter().any(|other| other == id)
+        || (same.contains(&effect.id.as_str()) && same.contains(&id))
+}
+
+#[test]
+fn thirty_cases_are_answered_no_worse_than_before() {
+    let deck = deck();
+    assert_eq!(deck.len(), CASES, "small plants among {RECIPES}");
+    let [mut quiet, mut one, mut several, mut unknown] = [(); 4].map(|()| Count::default());
+    let mut closures = Vec::new();
+    for case in &deck {
+        let (label, report) = (&case.label, answer(case));
+        let named: Vec<&str> = label.effects.iter().map(|effect| effect.id.as_str()).collect();
+        let known = named.iter().all(|id| effects::find(id).is_some());
+        let says_unknown = matches!(report.verdict, Verdict::Unknown | Verdict::EffectsAndUnknown);
+        let found = |id: &&str| report.effects.iter().any(|effect| means(effect, id));
+        let visible = !named.is_empty() && label.salience() >= VISIBLE;
+        let (gap, floor) = (&report.gap.holdout, label.gap_without_the_effect.holdout);
+        let spare = report.effects.iter().any(|effect| !named.iter().any(|id| means(effect, id)));
+        let right = match (visible, known, named.as_slice()) {
+            (false, ..) => {
+                let right = report.verdict == Verdict::None || (known && !spare && !says_unknown);
+                quiet.add(right);
+                right
+            }
+            (true, false, _) => {
+                unknown.add(says_unknown);
+                says_unknown
+            }
+            (true, true, [id]) => {
+                let right = report.effects.first().is_some_and(|effect| means(effect, id));
+                one.add(right);
+                right
+            }
+            (true, true, ids) => {
+                let right = ids.iter().filter(|id| found(id)).count() * 2 > ids.len();
+                several.add(right);
+                right
+            }
+        };
+        if visible && !report.effects.is_empty() && gap.calibrated > 1.1 * floor {
+            closures.push((gap.calibrated - gap.extended) / (gap.calibrated - floor));
+        }
+        println!(
+            "{} {} salience {:.2} {named:?}: {} by {} {:?}, holdout {:.2} -> {:.2} over {floor:.2}, {:.1} s",
+            if right { "ok   " } else { "WRONG" },
+            label.case,
+            label.salience(),
+            report.verdict.name(),
+            report.rule,
+            report.effects.iter().map(|e| (e.id.as_str(), e.confidence)).collect::<Vec<_>>(),
+            gap.calibrated,
+            gap.extended,
+            report.seconds,
+        );
+    }
+    closures.sort_by(f64::total_cmp);
+    let median = closures.get(closures.len() / 2).copied().unwrap_or(f64::NAN);
+    println!("nothing to see {quiet:?}, one effect {one:?}, several {several:?}, unknown {unknown:?}");
+    println!("closure of {}: median {median:.2}", closures.len());
+    assert!(quiet.misses_at_most(0), "{quiet:?}");
+    assert!(one.misses_at_most(0), "{one:?}");
+    assert!(several.misses_at_most(0), "{several:?}");
+    assert!(unknown.misses_at_most(0), "{unknown:?}");
+    assert!(median >= 0.9, "{median:.2} of {}", closures.len());
+}
