@@ -204,3 +204,39 @@ fn datagrams_that_find_no_room_are_counted() {
     assert!(told.is_some(), "{metrics}");
     assert_eq!(fed.train.process("ingest"), ingest, "a pause of ingest is no death");
 }
+
+#[test]
+fn what_dies_with_ingest_is_counted_and_what_waited_does_not_look_new() {
+    let address = format!("127.0.0.1:{}", free_port());
+    let (fed, _input) = Fed::start("heir", &format!("kind = \"tcp\"\nlisten = \"{address}\""));
+    let send = |numbers: std::ops::Range<u32>| {
+        let mut connection =
+            within(PATIENCE, || std::net::TcpStream::connect(&address).ok()).expect("connected");
+        for k in numbers {
+            connection.write_all(line(f64::from(k) * 0.002).as_bytes()).expect("written");
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        connection
+    };
+    let count = |name: &str| {
+        let view = fed.train.http()?.json("/api/v1/train")?;
+        let wagon = view["sources"].as_array()?.iter().find(|source| source["wagon"] == 1)?.clone();
+        wagon["counts"][name].as_u64()
+    };
+    let first = send(0..600);
+    let ingest = fed.train.process("ingest");
+    ingest.kill();
+    drop(first);
+    let _ = fed.train.successor(&ingest);
+    // A hundred samples are taken while nobody listens.
+    let _second = send(700..900);
+    let received = || fed.process("estimator")?["received"].as_u64();
+    let all = within(PATIENCE, || {
+        let (received, skipped) = (received()?, count("skipped")?);
+        (received + skipped == 900).then_some((received, skipped))
+    });
+    println!("(received, skipped): {all:?}");
+    assert!(all.is_some_and(|(_, skipped)| skipped >= 100), "{:?} {:?}", received(), count("skipped"));
+    // The counts of the one that died live on: what it handed on, and what its successor did.
+    assert_eq!(count("samples"), received());
+}

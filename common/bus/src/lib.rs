@@ -37,6 +37,7 @@ mod creator;
 mod error;
 mod holder;
 mod kept;
+mod ledger;
 mod lifecycle;
 mod node;
 mod open;
@@ -51,6 +52,7 @@ pub use config::{BusConfig, Limits};
 pub use error::BusError;
 pub use holder::{Holder, holder_pid};
 pub use kept::{KeptError, keep, kept};
+pub use ledger::{Ledger, Left};
 pub use lifecycle::Lifecycle;
 pub use open::Bus;
 pub use ports::{

@@ -255,6 +255,11 @@ codes! {
         SenderRestarts = 19, "sender_restarts";
         /// Times at which the topography of the train changed.
         TopologyChanges = 20, "topology_changes";
+        /// Samples of a wagon that never came in, by the time of the source: it went on by more than its usual step. Other names
+        /// may say why.
+        Skipped = 21, "skipped";
+        /// Times at which a source said nothing of a wagon for so long that nobody can say what is missing.
+        Pauses = 22, "pauses";
     }
 }
 

@@ -10,7 +10,7 @@ use crate::{SourceCount, Stamp, payload};
 pub const MAX_SOURCE_COUNTS: usize = 24;
 
 /// What a source has counted, and its clock (channel `sources`, about once a second): of each wagon, and with wagon 0 of the
-/// source as a whole. Counts go up from the start of ingest.
+/// source as a whole. Counts go up from the start of the train, whoever is ingest.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("railgrip/SourceState/v1")]

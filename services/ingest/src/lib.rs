@@ -67,13 +67,19 @@ pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), Ingest
         .map(|wagon| Outbox::open(&bus, wagon.number, wagon.plant.kind()))
         .collect::<Result<Vec<_>, BusError>>()?;
     let mut reporter = Reporter::new(&bus)?;
-    if matches!(settings.source, Source::Replay { .. } | Source::Rig { .. }) {
+    let played = match &settings.source {
+        Source::Replay { .. } | Source::Rig { .. } => true,
+        Source::Can(can) => can.log.is_some(),
+        _ => false,
+    };
+    if played {
         wait_for_estimators(&bus, settings.wagons.len(), lifecycle)?;
     }
     lifecycle.ready();
     reporter.event(EventKind::Started, "ingest has started")?;
     tracing::info!(wagons = outboxes.len(), source = feed.describe(), "ingest has started");
 
+    feed.begin();
     let mut pace = Pace::new(settings.batch_s, feed.speed());
     let mut checked = Instant::now();
     let mut ended = false;
@@ -86,8 +92,10 @@ pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), Ingest
         for news in &news {
             reporter.tell(news)?;
         }
-        for outbox in &mut outboxes {
+        feed.sending();
+        for (place, outbox) in outboxes.iter_mut().enumerate() {
             reporter.counters.published += outbox.send()?;
+            feed.sent(place + 1);
         }
         microphones.send_due(until_s, feed.as_ref(), &pace);
         if let Some(skipped_s) = pace.catch_up(until_s) {

@@ -112,6 +112,15 @@ pub trait Feed {
         None
     }
 
+    /// Samples will be taken and sent from now on: what a predecessor has left may be taken over.
+    fn begin(&mut self) {}
+
+    /// What was handed over will be sent now, wagon by wagon.
+    fn sending(&mut self) {}
+
+    /// Of so many wagons it has been sent.
+    fn sent(&mut self, _wagons: usize) {}
+
     /// Hands over, in order, everything that is due up to `until_s` seconds after the start.
     fn take_due(&mut self, until_s: f64, sink: &mut dyn FnMut(Arrival<'_>)) -> Next;
 

@@ -1,9 +1,9 @@
 //! Samples as others send them: whatever brings them puts rows into an [`Inlet`], each with the time of its source, and the feed
 //! stamps them by that time, counts what is late and refuses columns that cannot be in their units.
 
-use super::source_clock::{Reading, SourceClock};
-use super::unit_watch::UnitWatch;
-use super::{Account, Arrival, Feed, Layout, Next, Tally, When};
+use super::heir::Heir;
+use super::wagon::Wagon;
+use super::{Account, Arrival, Feed, Layout, Next, SourceClock, Tally};
 use railgrip_bus::monotonic_ns;
 use railgrip_filter::PlantKind;
 use railgrip_messages::SourceCount;
@@ -14,8 +14,6 @@ use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 
 /// Rows that may wait; beyond that whoever brings them waits.
 const WAITING: usize = 4096;
-/// A clock that goes wrong by more than this is told, parts in a million: a quartz stays below 100.
-const MOST_DRIFT_PPM: f64 = 500.0;
 
 /// A source of rows that come by themselves.
 pub struct Live {
@@ -24,6 +22,9 @@ pub struct Live {
     inlet: Option<Inlet>,
     wagons: Vec<Wagon>,
     tally: Tally,
+    heir: Option<Heir>,
+    /// Something came in since the last look.
+    moved: bool,
 }
 
 /// Where rows come in; the source has ended when all of its inlets are gone.
@@ -37,16 +38,6 @@ pub struct Inlet {
 enum Item {
     Row { wagon: usize, row: Box<Row>, arrived_ns: u64 },
     Refused(String),
-}
-
-struct Wagon {
-    wheelsets: usize,
-    clock: SourceClock,
-    units: Option<UnitWatch>,
-    drift_told: bool,
-    /// Its times are of a clock of the source's own, and not those of their arrival.
-    own_clock: bool,
-    tally: Tally,
 }
 
 impl Inlet {
@@ -110,9 +101,14 @@ impl Live {
             };
             for (place, wagon) in live.wagons.iter_mut().enumerate() {
                 wagon.own_clock = plan.is_none_or(|(plan, live)| live && plan.carries_time(place));
+                wagon.clock = SourceClock::of_kind(plan.is_none_or(|(_, live)| live));
+                wagon.own_times = plan.is_none_or(|(plan, live)| !live || plan.carries_time(place));
             }
             inlet.layout.numbers = settings.wagons.iter().map(|wagon| wagon.vehicle_number.clone()).collect();
         }
+        // A log is played from its beginning again.
+        let played = matches!(&settings.source, Source::Can(can) if can.log.is_some());
+        live.heir = (!played).then(|| Heir::new(settings, &live.name));
         live
     }
 
@@ -123,21 +119,16 @@ impl Live {
         let wheelsets = vehicles.iter().map(VehicleParameters::wheelsets).collect();
         let layout = Layout { wheelsets, ..Layout::default() };
         let tally = Tally::default();
-        let wagon = |(vehicle, plant): (&VehicleParameters, &PlantKind)| Wagon {
-            wheelsets: vehicle.wheelsets(),
-            clock: SourceClock::default(),
-            units: (*plant == PlantKind::Wagon).then(|| UnitWatch::new(vehicle.clone())),
-            drift_told: false,
-            own_clock: true,
-            tally: Tally::default(),
-        };
-        let wagons = vehicles.iter().zip(plants).map(wagon).collect();
+        let wagons =
+            vehicles.iter().zip(plants).map(|(vehicle, plant)| Wagon::new(vehicle, *plant)).collect();
         Self {
             name: name.to_owned(),
             received,
             inlet: Some(Inlet { sender, layout, tally: tally.clone() }),
             wagons,
             tally,
+            heir: None,
+            moved: false,
         }
     }
 
@@ -148,62 +139,31 @@ impl Live {
     }
 }
 
-impl Wagon {
-    fn take(&mut self, wagon: usize, row: &Row, arrived_ns: u64, sink: &mut dyn FnMut(Arrival<'_>)) {
-        if !row.t_s.is_finite() {
-            sink(Arrival::Refused(format!("wagon {}: a sample without a time", wagon + 1)));
-            return;
-        }
-        let (at_ns, begins) = match self.clock.read(row.t_s, arrived_ns) {
-            Reading::Late => {
-                self.tally.add(SourceCount::Late, 1);
-                return sink(Arrival::Late { wagon });
-            }
-            Reading::At(at_ns) => (at_ns, false),
-            Reading::Begins(at_ns) => (at_ns, true),
-        };
-        self.tell_drift(wagon, sink);
-        let wheelsets = self.wheelsets;
-        if let Some(units) = &mut self.units {
-            if begins {
-                units.begin();
-            }
-            if let Some(why) = units.take(row, wheelsets) {
-                sink(Arrival::Implausible { wagon, why });
-            }
-            if units.implausible() {
-                self.tally.add(SourceCount::Withheld, 1);
-                return sink(Arrival::Withheld { wagon });
-            }
-        }
-        self.tally.add(SourceCount::Samples, 1);
-        sink(Arrival::Row { wagon, row, wheelsets, when: When::At(at_ns), begins });
-    }
-
-    /// How much faster our clock runs than that of the source, parts in a million.
-    fn drift_ppm(&self) -> Option<f64> {
-        self.clock.drift_ppm().filter(|_| self.own_clock)
-    }
-
-    fn tell_drift(&mut self, wagon: usize, sink: &mut dyn FnMut(Arrival<'_>)) {
-        let Some(drift_ppm) = self.drift_ppm() else { return };
-        let wrong = drift_ppm.abs() > MOST_DRIFT_PPM;
-        if wrong != self.drift_told {
-            self.drift_told = wrong;
-            sink(Arrival::Drifts { wagon, drift_ppm, wrong });
-        }
-    }
-
-    fn account(&self) -> Account {
-        Account { counts: self.tally.counts(), drift_ppm: self.drift_ppm() }
-    }
-}
-
 impl Feed for Live {
+    fn begin(&mut self) {
+        if let Some(heir) = &mut self.heir {
+            heir.inherit(&self.tally, &mut self.wagons);
+        }
+    }
+
+    fn sending(&mut self) {
+        if let Some(heir) = self.heir.as_mut().filter(|_| self.moved) {
+            heir.leave(&self.tally, &self.wagons);
+        }
+    }
+
+    fn sent(&mut self, wagons: usize) {
+        if let Some(heir) = self.heir.as_mut().filter(|_| self.moved) {
+            heir.sent(wagons);
+        }
+    }
+
     fn take_due(&mut self, _until_s: f64, sink: &mut dyn FnMut(Arrival<'_>)) -> Next {
+        self.moved = false;
         loop {
             match self.received.try_recv() {
                 Ok(Item::Row { wagon, row, arrived_ns }) => {
+                    self.moved = true;
                     if let Some(known) = self.wagons.get_mut(wagon) {
                         known.take(wagon, &row, arrived_ns, sink);
                     }
@@ -232,6 +192,7 @@ impl Feed for Live {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::feed::When;
 
     fn coach() -> VehicleParameters {
         toml::from_str(include_str!("../../../../config/vehicle.toml")).expect("the default vehicle")

@@ -3,6 +3,7 @@
 mod arrival;
 mod can;
 mod cbor;
+mod heir;
 mod layout;
 pub mod lines;
 mod live;
@@ -12,9 +13,11 @@ mod rig;
 mod senders;
 mod simulate;
 mod source_clock;
+mod steps;
 mod tally;
 mod trdp;
 mod unit_watch;
+mod wagon;
 
 pub use arrival::{Arrival, Feed, InputError, Next, Rolls, When};
 pub use layout::Layout;

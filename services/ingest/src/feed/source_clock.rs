@@ -5,6 +5,9 @@
 const STRETCH_NS: u64 = 10_000_000_000;
 /// A time that goes back by more than this begins a new time base; less is a late sample, s.
 const RESTART_S: f64 = 1.0;
+/// Of somebody who sends, it does so only after nothing else has come for so long, ns: what a broken connection still delivers,
+/// while another one goes on, is late and no new time base.
+const QUIET_NS: u64 = 500_000_000;
 
 /// What the time of a sample means.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,7 +16,7 @@ pub enum Reading {
     At(u64),
     /// The same, as the first of a new time base.
     Begins(u64),
-    /// Not after the sample before: late, or sent twice.
+    /// Not after the sample before: late, sent twice, or of a connection that is over.
     Late,
 }
 
@@ -26,20 +29,72 @@ pub struct SourceClock {
     least_ns: Option<i128>,
     stretch_began_ns: u64,
     drift_ppm: Option<f64>,
+    /// A recording that is played: a time that goes back begins a new time base at once.
+    played: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Last {
     t_s: f64,
     stamp_ns: u64,
+    arrived_ns: u64,
 }
 
 impl SourceClock {
+    /// Of somebody who sends live, or of a recording that is played.
+    #[must_use]
+    pub fn of_kind(live: bool) -> Self {
+        Self { played: !live, ..Self::default() }
+    }
+
+    /// Figures that a successor needs.
+    pub const WORDS: usize = 7;
+
+    /// The figures for a successor on the same running computer; the largest number stands for what is not known.
+    #[must_use]
+    pub fn words(&self) -> [u64; Self::WORDS] {
+        let offset =
+            |ns: Option<i128>| ns.and_then(|ns| i64::try_from(ns).ok()).unwrap_or(i64::MAX).cast_unsigned();
+        [
+            self.last.map_or(f64::NAN, |last| last.t_s).to_bits(),
+            self.last.map_or(u64::MAX, |last| last.stamp_ns),
+            offset(self.before_ns),
+            offset(self.least_ns),
+            self.stretch_began_ns,
+            self.drift_ppm.unwrap_or(f64::NAN).to_bits(),
+            self.last.map_or(0, |last| last.arrived_ns),
+        ]
+    }
+
+    /// From the figures of a predecessor; as if nothing had come where they make no sense.
+    #[must_use]
+    pub fn of(words: &[u64]) -> Self {
+        let &[t_s, stamp_ns, before_ns, least_ns, stretch_began_ns, drift_ppm, arrived_ns] = words else {
+            return Self::default();
+        };
+        let offset = |word: u64| Some(word.cast_signed()).filter(|ns| *ns != i64::MAX).map(i128::from);
+        let t_s = f64::from_bits(t_s);
+        if !t_s.is_finite() || stamp_ns == u64::MAX || offset(least_ns).is_none() {
+            return Self::default();
+        }
+        Self {
+            last: Some(Last { t_s, stamp_ns, arrived_ns }),
+            before_ns: offset(before_ns),
+            least_ns: offset(least_ns),
+            stretch_began_ns,
+            drift_ppm: Some(f64::from_bits(drift_ppm)).filter(|ppm| ppm.is_finite()),
+            played: false,
+        }
+    }
+
     /// Takes the next sample of a source: its time, s, and when it arrived here, ns of the monotonic clock.
     pub fn read(&mut self, t_s: f64, arrived_ns: u64) -> Reading {
-        let begins = self.last.is_some_and(|last| t_s < last.t_s - RESTART_S);
+        let begins = self.last.is_some_and(|last| {
+            let quiet = self.played || arrived_ns.saturating_sub(last.arrived_ns) >= QUIET_NS;
+            quiet && t_s < last.t_s - RESTART_S
+        });
         if begins {
-            *self = Self::default();
+            *self = Self::of_kind(!self.played);
         } else if self.last.is_some_and(|last| t_s <= last.t_s) {
             return Reading::Late;
         }
@@ -50,7 +105,7 @@ impl SourceClock {
         let stamp_ns = u64::try_from(theirs_ns + least_ns).unwrap_or(0);
         // A delay shorter than any before moves the tie; stamps go on all the same.
         let stamp_ns = self.last.map_or(stamp_ns, |last| stamp_ns.max(last.stamp_ns + 1));
-        self.last = Some(Last { t_s, stamp_ns });
+        self.last = Some(Last { t_s, stamp_ns, arrived_ns });
         if begins { Reading::Begins(stamp_ns) } else { Reading::At(stamp_ns) }
     }
 
@@ -128,8 +183,43 @@ mod tests {
         assert!(matches!(clock.read(50.01, START_NS + 10_000_000), Reading::At(_)));
         assert_eq!(clock.read(50.01, START_NS + 11_000_000), Reading::Late);
         assert_eq!(clock.read(49.5, START_NS + 12_000_000), Reading::Late);
-        let begins = clock.read(0.0, START_NS + 20_000_000);
-        assert_eq!(begins, Reading::Begins(START_NS + 20_000_000));
+        let begins = clock.read(0.0, START_NS + 620_000_000);
+        assert_eq!(begins, Reading::Begins(START_NS + 620_000_000));
+        let mut played = SourceClock::of_kind(false);
+        assert!(matches!(played.read(50.0, START_NS), Reading::At(_)));
+        assert_eq!(played.read(0.0, START_NS + 1), Reading::Begins(START_NS + 1));
+    }
+
+    #[test]
+    fn what_a_broken_connection_still_delivers_is_late_and_no_new_time_base() {
+        let mut clock = SourceClock::default();
+        for k in 0..400_u64 {
+            let arrived_ns = START_NS + k * 10_000_000;
+            // From the second second on a new connection goes on, and the old one delivers what it held, four seconds old.
+            assert!(matches!(clock.read(100.0 + k as f64 * 0.01, arrived_ns), Reading::At(_)), "{k}");
+            if k > 200 {
+                assert_eq!(clock.read(96.0 + k as f64 * 0.01, arrived_ns + 1_000_000), Reading::Late, "{k}");
+            }
+        }
+    }
+
+    #[test]
+    fn for_a_successor_nothing_that_waited_looks_new() {
+        let mut clock = SourceClock::default();
+        for k in 0..1000_u64 {
+            clock.read(k as f64 * 0.01, START_NS + k * 10_000_000 + delay_ns(k));
+        }
+        // Away for half a second, while samples waited.
+        let mut successor = SourceClock::of(&clock.words());
+        assert_eq!(successor.words(), clock.words());
+        let back_ns = START_NS + 1050 * 10_000_000;
+        for k in 1000..1050_u64 {
+            let Reading::At(stamp_ns) = successor.read(k as f64 * 0.01, back_ns) else { panic!("late: {k}") };
+            assert!(stamp_ns.abs_diff(START_NS + k * 10_000_000) < 2_000_000, "{k}: {stamp_ns}");
+        }
+        for words in [&[][..], &[u64::MAX; SourceClock::WORDS][..], &SourceClock::default().words()[..]] {
+            assert_eq!(SourceClock::of(words).read(1.0, 77), Reading::At(77));
+        }
     }
 
     #[test]

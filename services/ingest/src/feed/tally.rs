@@ -16,6 +16,13 @@ impl Tally {
         }
     }
 
+    /// Adds what a predecessor had counted.
+    pub fn go_on_from(&self, counts: &[u64]) {
+        for (place, count) in self.0.iter().zip(counts) {
+            place.fetch_add(*count, Ordering::Relaxed);
+        }
+    }
+
     /// All counts.
     #[must_use]
     pub fn counts(&self) -> [u64; MAX_SOURCE_COUNTS] {
