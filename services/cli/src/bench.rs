@@ -11,8 +11,8 @@ use railgrip_vehicle::{VehicleParameters, WagonInput, WagonModel, WagonState};
 use crate::bench_line::{Line, line, time};
 use crate::output::say;
 use crate::{
-    CliError, bench_acoustics, bench_gap, bench_history, bench_http, bench_train, bench_transport,
-    bench_unscented,
+    CliError, bench_acoustics, bench_gap, bench_history, bench_http, bench_source, bench_train,
+    bench_transport, bench_unscented,
 };
 
 /// The vehicle that is timed.
@@ -42,6 +42,8 @@ pub(crate) struct Args {
     /// Measure the diagnosis of the sim-to-real gap instead: its kernel, and one whole case with time and memory
     #[arg(long, conflicts_with_all = ["transport", "train", "acoustics", "http", "history"])]
     gap: bool,
+    #[command(flatten)]
+    source: bench_source::Options,
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
@@ -63,6 +65,14 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
             return json(&report);
         }
         bench_http::show(&report);
+        return Ok(());
+    }
+    if args.source.wanted() {
+        let report = bench_source::run(&args.source)?;
+        if args.json {
+            return json(&report);
+        }
+        bench_source::show(&report);
         return Ok(());
     }
     if args.history {

@@ -1,12 +1,10 @@
 //! `railgrip bench --train`: a long train at a high rate on this machine: what it costs, whether it loses samples, and how
 //! quick its HTTP service is meanwhile, beside a bare axum handler that answers the same bytes.
 
-use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use serde_json::Value;
-
+use crate::bench_up::{self, Up};
 use crate::load::Load;
 use crate::output::say;
 use crate::{CliError, process_figures as figures};
@@ -20,8 +18,6 @@ const WATCH: Duration = Duration::from_secs(10);
 /// How long requests are sent to each of the two services.
 const LOAD: Duration = Duration::from_secs(4);
 const CLIENTS: usize = 2;
-const START_PATIENCE: Duration = Duration::from_secs(30);
-const VEHICLE: &str = include_str!("../../../config/vehicle.toml");
 
 /// What was measured.
 #[derive(Debug, serde::Serialize)]
@@ -39,15 +35,8 @@ pub(crate) struct Report {
 
 /// Starts the train, watches it, loads its HTTP service, stops it.
 pub(crate) fn run() -> Result<Report, CliError> {
-    let folder = std::env::temp_dir().join(format!("rgt{}", std::process::id()));
-    std::fs::create_dir_all(&folder).map_err(CliError::failed)?;
-    let result = start(&folder).and_then(|mut up| {
-        let result = watch(&folder, up.id());
-        stop(&mut up);
-        result
-    });
-    let _ = std::fs::remove_dir_all(&folder);
-    result
+    let up = Up::start("rgt", |_| Ok(config()), Stdio::null())?;
+    watch(&up)
 }
 
 /// The report for people.
@@ -79,53 +68,25 @@ pub(crate) fn show(report: &Report) {
     }
 }
 
-fn start(folder: &Path) -> Result<Child, CliError> {
-    let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).map_err(CliError::failed);
-    write("vehicle.toml", VEHICLE)?;
-    write(
-        "train.toml",
-        &format!(
-            "schema = 1\n[train]\nname = \"bench\"\nwagons = {WAGONS}\nvehicle = \"vehicle.toml\"\n\
-             [source]\nkind = \"simulate\"\nsample_rate_hz = {RATE_HZ:?}\n[samples]\nbatch_ms = 10.0\n\
-             [logging]\nlevel = \"warn\"\n"
-        ),
-    )?;
-    Command::new(std::env::current_exe().map_err(CliError::failed)?)
-        .args(["up", "--listen", "127.0.0.1:0", "--config"])
-        .arg(folder.join("train.toml"))
-        .arg("--instance")
-        .arg(folder.join("i"))
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .spawn()
-        .map_err(CliError::failed)
+fn config() -> String {
+    format!(
+        "schema = 1\n[train]\nname = \"bench\"\nwagons = {WAGONS}\nvehicle = \"vehicle.toml\"\n\
+         [source]\nkind = \"simulate\"\nsample_rate_hz = {RATE_HZ:?}\n[samples]\nbatch_ms = 10.0\n\
+         [logging]\nlevel = \"warn\"\n"
+    )
 }
 
-fn stop(up: &mut Child) {
-    let pid = rustix::process::Pid::from_child(up);
-    let _ = rustix::process::kill_process(pid, rustix::process::Signal::TERM);
-    let _ = up.wait();
-}
-
-fn watch(folder: &Path, up: u32) -> Result<Report, CliError> {
-    let base = address(folder)?;
-    let agent = agent();
-    let started = Instant::now();
-    while agent.get(format!("{base}/health/ready")).call().is_err() {
-        if started.elapsed() > START_PATIENCE {
-            return Err(CliError::failed("the train does not become ready"));
-        }
-        std::thread::sleep(Duration::from_millis(100));
-    }
+fn watch(up: &Up) -> Result<Report, CliError> {
+    up.wait_ready()?;
     // Start-up is over once every page was touched.
     std::thread::sleep(Duration::from_secs(2));
-    let before = samples(&agent, &base)?;
+    let before = samples(up)?;
     let watched = Instant::now();
-    let (processes, cpu_percent_of_one_core) = figures::watch(up, WATCH);
-    let after = samples(&agent, &base)?;
+    let (processes, cpu_percent_of_one_core) = figures::watch(up.id(), WATCH);
+    let after = samples(up)?;
     let seconds = watched.elapsed().as_secs_f64();
-    let url = format!("{base}/api/v1/wagons");
-    let body = text(&agent, &url)?;
+    let url = up.url("/api/v1/wagons")?;
+    let body = up.text("/api/v1/wagons")?;
     let http = load(&url)?;
     let bare_http = bare(body)?;
     Ok(Report {
@@ -141,37 +102,10 @@ fn watch(folder: &Path, up: u32) -> Result<Report, CliError> {
     })
 }
 
-fn agent() -> ureq::Agent {
-    ureq::Agent::config_builder().timeout_global(Some(Duration::from_secs(10))).build().into()
-}
-
-fn text(agent: &ureq::Agent, url: &str) -> Result<String, CliError> {
-    let mut answer = agent.get(url).call().map_err(CliError::failed)?;
-    answer.body_mut().read_to_string().map_err(CliError::failed)
-}
-
-fn address(folder: &Path) -> Result<String, CliError> {
-    let file = folder.join("i").join("http.address");
-    let started = Instant::now();
-    while started.elapsed() < START_PATIENCE {
-        match std::fs::read_to_string(&file) {
-            Ok(text) if !text.trim().is_empty() => {
-                return Ok(format!("http://{}", text.trim().trim_start_matches("http://")));
-            }
-            _ => std::thread::sleep(Duration::from_millis(50)),
-        }
-    }
-    Err(CliError::failed("the train serves no HTTP"))
-}
-
 /// Samples taken in and missed by all estimators, from their heartbeats.
-fn samples(agent: &ureq::Agent, base: &str) -> Result<(u64, u64), CliError> {
-    let train: Value =
-        serde_json::from_str(&text(agent, &format!("{base}/api/v1/train"))?).map_err(CliError::failed)?;
-    let processes = train["processes"].as_array().map(Vec::as_slice).unwrap_or_default();
-    let estimators = processes.iter().filter(|process| process["process"] == "estimator");
-    let sum = |name: &str| estimators.clone().filter_map(|process| process[name].as_u64()).sum();
-    Ok((sum("received"), sum("missed")))
+fn samples(up: &Up) -> Result<(u64, u64), CliError> {
+    let train = up.json("/api/v1/train")?;
+    Ok((bench_up::sum(&train, "estimator", "received"), bench_up::sum(&train, "estimator", "missed")))
 }
 
 /// Clients that ask again as soon as they have an answer.

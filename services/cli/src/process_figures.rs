@@ -55,6 +55,12 @@ fn family(parent: u32) -> Vec<Process> {
     .collect()
 }
 
+/// The processes of a role directly below one process.
+pub(crate) fn children(parent: u32, role: &str) -> Vec<u32> {
+    let below = family(parent).into_iter().filter(|process| process.role == role);
+    below.map(|process| process.pid).collect()
+}
+
 fn role(pid: u32) -> Option<String> {
     let words = std::fs::read(Path::new("/proc").join(pid.to_string()).join("cmdline")).ok()?;
     let word = words.split(|byte| *byte == 0).nth(1)?;
