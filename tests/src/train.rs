@@ -1,7 +1,7 @@
 //! One train of real processes.
 
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Output, Stdio};
+use std::process::{Child, ChildStdin, Command, ExitStatus, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use rustix::process::Signal;
@@ -122,6 +122,20 @@ impl TrainUnderTest {
         let mut command = self.command(&words);
         command.stdout(Stdio::null()).stderr(log);
         self.up = Some(command.spawn().expect("start `up`"));
+    }
+
+    /// Starts `railgrip up` with a standard input to write to.
+    ///
+    /// # Panics
+    /// If it cannot be started.
+    pub fn start_fed(&mut self) -> ChildStdin {
+        let log = std::fs::OpenOptions::new().create(true).append(true).open(self.log_file()).expect("log");
+        let mut command = self.command(&["up"]);
+        command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(log);
+        let mut up = command.spawn().expect("start `up`");
+        let input = up.stdin.take().expect("piped");
+        self.up = Some(up);
+        input
     }
 
     /// Everything that the train logged so far.
