@@ -67,8 +67,8 @@ pub fn judge(selection: &Selection, criteria: &Criteria, seed: u64) -> Judgement
     }
     let decision = decide(&evidence, criteria);
     let tie = criteria.ties.look_alike;
-    let (missing, beside, instead) = missing(decision.rule.missing, tie, beside, instead);
-    let (missing, missing_terms) = missing.map_or((None, Vec::new()), |(it, terms)| (Some(it), terms));
+    let Sorted { missing, missing_terms, beside, instead } =
+        missing(decision.rule.missing, tie, beside, instead);
     Judgement { decision, evidence, missing, missing_terms, chance, beside, instead }
 }
 
@@ -113,6 +113,15 @@ fn is_doubtful(selection: &Selection, evidence: &Evidence, criteria: &Criteria) 
     }
 }
 
+/// Discrepancies, and what of them is missing in the model.
+struct Sorted {
+    missing: Option<FittedDiscrepancy>,
+    /// The terms that it may be in.
+    missing_terms: Vec<Term>,
+    beside: Vec<FittedDiscrepancy>,
+    instead: Vec<FittedDiscrepancy>,
+}
+
 /// Takes what is missing out of the discrepancies, with the terms whose curves explain at least a share `tie` of what it
 /// explains: its own first.
 fn missing(
@@ -120,7 +129,7 @@ fn missing(
     tie: f64,
     mut beside: Vec<FittedDiscrepancy>,
     instead: Vec<(FittedDiscrepancy, f64)>,
-) -> (Option<(FittedDiscrepancy, Vec<Term>)>, Vec<FittedDiscrepancy>, Vec<FittedDiscrepancy>) {
+) -> Sorted {
     // What makes the recordings less likely is no discrepancy, even at the likeliest place.
     let gains = instead.iter().any(|(_, evidence)| *evidence > 0.0);
     let kept = instead.into_iter().filter(|(_, evidence)| !gains || *evidence > 0.0);
@@ -129,14 +138,14 @@ fn missing(
     let from = match which {
         Missing::InsteadOfEffects if !instead.is_empty() => &mut instead,
         Missing::InsteadOfEffects | Missing::BesideEffects if !beside.is_empty() => &mut beside,
-        _ => return (None, beside, instead),
+        _ => return Sorted { missing: None, missing_terms: Vec::new(), beside, instead },
     };
     let missing = from.remove(0);
-    let mut terms = vec![missing.discrepancy.term];
+    let mut missing_terms = vec![missing.discrepancy.term];
     for other in from.iter().filter(|other| other.score >= tie * missing.score) {
-        if !terms.contains(&other.discrepancy.term) {
-            terms.push(other.discrepancy.term);
+        if !missing_terms.contains(&other.discrepancy.term) {
+            missing_terms.push(other.discrepancy.term);
         }
     }
-    (Some((missing, terms)), beside, instead)
+    Sorted { missing: Some(missing), missing_terms, beside, instead }
 }
