@@ -148,7 +148,11 @@ fn diagnose_and<T>(
     if !case.is_coupled() {
         let practice = Practice {
             shrinks: [&fit, &holdout].map(|runs| predictions::shrinks(runs)),
-            fitted: predictions::robust_gaps(&fit),
+            calibrated: [&fit, &holdout]
+                .into_iter()
+                .filter(|runs| !runs.is_empty())
+                .map(|runs| predictions::totals(runs)[1].gap())
+                .fold(f64::INFINITY, f64::min),
             predicted: (!holdout.is_empty()).then(|| predictions::robust_gaps(&holdout)),
         };
         judgement.decision = in_practice(judgement.decision, &practice, &criteria);
