@@ -52,10 +52,11 @@ impl Belief {
         drive_share: 0.15,
     };
 
-    /// Of the balance of a wagon that runs alone: resistance over weight, pad friction, drive torque, mass.
+    /// Of the balance of a wagon that runs alone: resistance over weight, pad friction and drive torque, both over mass. Measured
+    /// acceleration stands on one side only: a term for the mass beside it would be fitted to its noise.
     pub(crate) const fn balance(mass_sigma: f64) -> Self {
         Self {
-            prior: [0.002, 0.2, 0.01, mass_sigma],
+            prior: [0.002, 0.2, mass_sigma, 0.0],
             unexplained: (8e-4, 0.04),
             roll_wander: 4e-4,
             rolling: 1e-3,
@@ -275,9 +276,10 @@ impl Creepage {
         Change { value: self.before.0[1], variance: self.before.1[1][1] + PAD_WANDER * PAD_WANDER }
     }
 
-    /// The last term of a balance: mass over that of the file, less one.
+    /// What drive torque says of the mass in a balance: over that of the file, less one.
     pub(crate) fn mass(&self) -> Change {
-        Change { value: self.before.0[3], variance: self.before.1[3][3] }
+        let per_mass = self.before.0[2].max(0.1);
+        Change { value: 1.0 / per_mass - 1.0, variance: self.before.1[2][2] / per_mass.powi(4) }
     }
 }
 

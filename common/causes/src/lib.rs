@@ -28,6 +28,7 @@ mod robust;
 mod second;
 mod sensors;
 mod split;
+mod timing;
 mod verdict;
 mod watch;
 

@@ -1,20 +1,22 @@
-//! Pressing forces of one wagon: beside one another, against the order, and when they rise.
+//! Pressing forces of one wagon: beside one another, and against the order.
 //!
 //! Cylinders of one wagon hang on one distributor, so that their forces are alike; what one lacks, and whether it lacks a
-//! share (a vent), a constant (a transducer's offset) or more and more (a leak), tells the causes apart.
+//! share (a vent), a constant (a transducer's offset) or more and more (a leak), tells the causes apart. What pads and the
+//! electric brake do together follows the order; what the electric brake does not do is owed by the pads.
 
 use crate::input::MAX_WHEELSETS;
-use crate::robust::{Past, median};
-use crate::second::WagonSecond;
+use crate::robust::median;
+use crate::second::{SECOND_S, WagonSecond};
 
-/// Time between two values of the traces, s.
-pub(crate) const TRACE_S: f64 = 0.2;
-/// Longest trace of an application.
-const LONGEST: usize = 600;
-/// Kept before an application begins.
-const BEFORE: usize = 10;
-/// Older applications count so much less each time: enough to complete one that is short.
-const FADING: f64 = 0.1;
+/// Seconds that tell what a wheelset does beside the others.
+const ENOUGH: f64 = 5.0;
+/// The first seconds under pressure, in which a leak has taken little yet, and those in which it has, s.
+const FRESH_S: f64 = 6.0;
+const AGED_S: f64 = 12.0;
+/// An order must have stood for so many seconds before pressure is owed.
+const STANDS: usize = 6;
+/// And the pads owe something from this share of a full brake on.
+const OWED: f64 = 0.1;
 
 /// Sums over forces of a wheelset (y) and of the others (x).
 #[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
@@ -25,36 +27,26 @@ struct Pair {
     xx: f64,
     xy: f64,
     yy: f64,
-    /// Ratio against time within the application.
-    t: f64,
-    tt: f64,
-    r: f64,
-    rt: f64,
-    rn: f64,
+    /// Seconds under pressure in this application.
+    pressed_s: f64,
+    /// Count and sum of the ratio: while fresh, and aged.
+    fresh: (f64, f64),
+    aged: (f64, f64),
 }
 
 /// How the force of one wheelset lies beside those of its wagon.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Beside {
+    /// Seconds that say so.
+    pub seconds: f64,
     /// Force over that of the others.
     pub ratio: f64,
     /// Force less that of the others, N.
     pub offset_n: f64,
     /// Root mean square of what a share leaves unexplained, and a constant, N.
     pub left_n: (f64, f64),
-    /// Trend of the ratio within applications, 1/s.
-    pub trend_per_s: f64,
-}
-
-/// When the force of the wagon rose, against its own past and the train.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Rise {
-    /// First rise, later than usual by so much, s, and its scatter.
-    pub start_s: (f64, f64),
-    /// Area between order and force, more than usual by so much, s, and its scatter.
-    pub area_s: (f64, f64),
-    /// The usual area, s.
-    pub usual_s: f64,
+    /// Ratio in the first seconds under pressure, and later.
+    pub over_time: Option<(f64, f64)>,
 }
 
 /// Pressing forces of one wagon.
@@ -70,42 +62,33 @@ pub(crate) struct Pressure {
     before_n: f64,
     /// Largest force of the middle wheelset in this application, N.
     pub peak_n: f64,
-    /// Whether an electric brake took part.
+    /// Whether an electric brake took part in this application, and whether it does now.
     pub electric: bool,
-    trace: Vec<(f64, f64)>,
-    start: Past,
-    area: Past,
-    /// Largest force of an application over the largest ever and over the order.
-    share: Past,
+    pub electric_now: bool,
+    /// Orders of the latest seconds, and what pads and electric brake did.
+    orders: Vec<(f64, f64)>,
+    /// Force of the pads, and what the electric brake does instead of them, at a full order, N; and how many seconds told it.
+    per_order_n: (f64, f64),
+    /// Seconds in which the pads owed force, and the largest force in them, N.
+    owed: (f64, f64),
 }
 
 impl Pressure {
-    /// Whether the pads were left out although they never are beside the electric brake of this wagon; `order` is the largest
-    /// of the application. What is usual is learnt from the others.
-    pub(crate) fn left_out(&mut self, order: f64, not_pressed: f64) -> bool {
-        if self.full_n < 1000.0 || order < 0.1 {
-            return false;
-        }
-        let share = self.peak_n / self.full_n;
-        let usual = self.share.count() >= 2.0 && self.share.mean() - 3.0 * self.share.sigma() > 0.15;
-        let out = share < not_pressed && (!self.electric || usual);
-        if !out {
-            self.share.take(share / order);
-        }
-        out
+    /// Force of pads and electric brake at a full order, N; `None` until enough has been seen.
+    pub(crate) fn per_order_n(&self) -> Option<f64> {
+        (self.per_order_n.1 >= 2.0 * ENOUGH).then_some(self.per_order_n.0)
     }
 
-    /// Takes a value of the traces: the order, and the force of the middle wheelset.
-    pub(crate) fn trace(&mut self, order: f64, force_n: f64, braking: bool) {
-        if !braking && self.trace.len() >= BEFORE {
-            self.trace.remove(0);
-        }
-        if self.trace.len() < LONGEST {
-            self.trace.push((order, force_n));
-        }
+    /// For how long the pads have owed force in this application, s, if they gave less than a share of what they ever did; whether
+    /// it is known that they do. `None` if they pressed, or nothing was owed.
+    pub(crate) fn left_out_s(&self, not_pressed: f64) -> Option<f64> {
+        let (owed_s, most_n) = self.owed;
+        let known = self.full_n > 1000.0 && self.per_order_n.1 >= ENOUGH;
+        (known && owed_s > 0.0 && most_n < not_pressed * self.full_n).then_some(owed_s)
     }
 
-    /// Takes a second. `slides`: some wheelset of the wagon slides, so that slide protection may vent.
+    /// Takes a second. `slides`: some wheelset of the wagon slides, so that slide protection may vent; `grip_m` is pad friction
+    /// times the radius at which the pads act.
     pub(crate) fn take(
         &mut self,
         second: &WagonSecond,
@@ -113,26 +96,60 @@ impl Pressure {
         since_s: Option<f64>,
         quiet: bool,
         slides: bool,
+        grip_m: f64,
     ) {
-        let middle_n = median(&mut second.wheel[..wheelsets].iter().map(|wheel| wheel.press_n).collect());
+        let wheels = &second.wheel[..wheelsets];
+        let middle_n = median(&mut wheels.iter().map(|wheel| wheel.press_n).collect());
         if !middle_n.is_finite() {
             return;
         }
-        self.electric |= second.wheel[..wheelsets].iter().any(|wheel| wheel.drive_nm < -150.0);
-        self.peak_n = self.peak_n.max(middle_n);
-        let Some(t) = since_s.filter(|_| !slides) else {
+        self.electric_now = wheels.iter().any(|wheel| wheel.drive_nm < -150.0);
+        self.electric |= self.electric_now;
+        let Some(_) = since_s.filter(|_| !slides) else {
             self.pause(second, wheelsets, middle_n, quiet && since_s.is_none());
             return;
         };
+        self.peak_n = self.peak_n.max(middle_n);
         self.released_s = 0.0;
         self.full_n = self.full_n.max(middle_n);
+        let drive_nm = median(&mut wheels.iter().map(|wheel| wheel.drive_nm).collect());
+        self.owe(second.demand, middle_n, (-drive_nm / grip_m).max(0.0));
         for k in 0..wheelsets {
             let own_n = second.wheel[k].press_n;
             let others = (0..wheelsets).filter(|other| *other != k).map(|other| second.wheel[other].press_n);
             let others_n = median(&mut others.collect());
             if own_n.is_finite() && others_n > 0.12 * self.full_n && others_n > 500.0 {
-                self.pair[k].add(others_n, own_n, t);
+                self.pair[k].add(others_n, own_n);
             }
+        }
+    }
+
+    /// What is owed to the order of this second, and what pads and electric brake do together.
+    fn owe(&mut self, order: f64, middle_n: f64, electric_n: f64) {
+        if self.orders.len() == STANDS {
+            self.orders.remove(0);
+        }
+        let together_n = middle_n + electric_n;
+        self.orders.push((order, together_n));
+        let range = |of: fn(&(f64, f64)) -> f64| {
+            self.orders
+                .iter()
+                .map(of)
+                .fold((f64::MAX, 0.0_f64), |(low, high), one| (low.min(one), high.max(one)))
+        };
+        let ((least, most), (least_n, most_n)) = (range(|one| one.0), range(|one| one.1));
+        if self.orders.len() < STANDS || !order.is_finite() || least < OWED {
+            return;
+        }
+        let (mean_n, count) = &mut self.per_order_n;
+        let now_n = together_n / order;
+        let steady = most - least < 0.03 && most_n - least_n < 0.03 * most_n + 300.0;
+        if steady && (*count < ENOUGH || now_n > 0.6 * *mean_n) {
+            *count = (*count + 1.0).min(60.0);
+            *mean_n += (now_n - *mean_n) / *count;
+        }
+        if least * *mean_n - electric_n > OWED * *mean_n {
+            self.owed = (self.owed.0 + SECOND_S, self.owed.1.max(middle_n));
         }
     }
 
@@ -157,7 +174,7 @@ impl Pressure {
         (self.released_s > 12.0).then_some(self.released_n)
     }
 
-    /// Each wheelset beside the others, over the latest applications.
+    /// Each wheelset beside the others, over the latest application that tells.
     pub(crate) fn beside(&self, k: usize) -> Option<Beside> {
         self.pair[k].read()
     }
@@ -165,113 +182,59 @@ impl Pressure {
     /// The application or pause that runs is forgotten.
     pub(crate) fn abandon(&mut self) {
         (self.peak_n, self.electric, self.before_n, self.released_s) = (0.0, false, 0.0, 0.0);
-        self.trace.clear();
+        self.orders.clear();
+        self.owed = (0.0, 0.0);
     }
 
     /// The application is over.
     pub(crate) fn end(&mut self) {
         for pair in &mut self.pair {
-            pair.fade();
+            pair.end();
         }
-        (self.peak_n, self.electric) = (0.0, false);
-    }
-
-    /// Start and area of the rise of the latest application, s; `None` if it does not tell them.
-    pub(crate) fn rise(&self, orders: Option<&[f64]>) -> Option<(f64, f64)> {
-        let order = |index: usize| orders.map_or(self.trace[index].0, |orders| orders[index]);
-        let count = self.trace.len();
-        let most = (0..count).map(order).fold(f64::NAN, f64::max);
-        let peak_n = self.trace.iter().map(|(_, force_n)| *force_n).fold(f64::NAN, f64::max);
-        let told = most > 0.1 && peak_n > 0.15 * self.full_n && peak_n > 1000.0 && !self.electric;
-        if !told {
-            return None;
-        }
-        let ordered = (0..count).find(|index| order(*index) > 0.04)?;
-        let rises = (0..count).find(|index| self.trace[*index].1 > 0.04 * self.full_n + 150.0)?;
-        let level = (0..count).find(|index| self.trace[*index].1 > 0.95 * peak_n)?;
-        let area = (ordered..level.max(ordered))
-            .map(|index| (order(index) / most - self.trace[index].1 / peak_n) * TRACE_S)
-            .sum();
-        Some(((rises as f64 - ordered as f64) * TRACE_S, area))
-    }
-
-    /// The order of the latest application as its trace has it.
-    pub(crate) fn forget_trace(&mut self) {
-        let from = self.trace.len().saturating_sub(BEFORE);
-        self.trace.drain(..from);
-    }
-
-    /// Forces of the trace over the largest of them, to stand for an order that nobody tells.
-    pub(crate) fn shape(&self) -> Vec<f64> {
-        let peak_n = self.trace.iter().map(|(_, force_n)| *force_n).fold(1.0, f64::max);
-        self.trace.iter().map(|(_, force_n)| force_n / peak_n).collect()
-    }
-
-    /// A rise against its own past; `None` while there is none.
-    pub(crate) fn against_past(&self, start_s: f64, area_s: f64) -> Option<Rise> {
-        (self.start.count() >= 2.0).then(|| Rise {
-            start_s: (start_s - self.start.mean(), self.start.sigma().max(0.12)),
-            area_s: (area_s - self.area.mean(), self.area.sigma().max(0.10)),
-            usual_s: self.area.mean(),
-        })
-    }
-
-    /// A rise becomes part of the past.
-    pub(crate) fn remember(&mut self, start_s: f64, area_s: f64) {
-        self.start.take(start_s);
-        self.area.take(area_s);
+        (self.peak_n, self.electric, self.owed) = (0.0, false, (0.0, 0.0));
+        self.orders.clear();
     }
 }
 
 impl Pair {
-    fn add(&mut self, x: f64, y: f64, t: f64) {
+    fn add(&mut self, x: f64, y: f64) {
         self.n += 1.0;
         self.x += x;
         self.y += y;
         self.xx += x * x;
         self.xy += x * y;
         self.yy += y * y;
-        let ratio = y / x;
-        self.rn += 1.0;
-        self.t += t;
-        self.tt += t * t;
-        self.r += ratio;
-        self.rt += ratio * t;
-    }
-
-    fn fade(&mut self) {
-        for sum in [
-            &mut self.n,
-            &mut self.x,
-            &mut self.y,
-            &mut self.xx,
-            &mut self.xy,
-            &mut self.yy,
-            &mut self.t,
-            &mut self.tt,
-            &mut self.r,
-            &mut self.rt,
-            &mut self.rn,
-        ] {
-            *sum *= FADING;
+        self.pressed_s += SECOND_S;
+        if self.pressed_s <= FRESH_S {
+            self.fresh = (self.fresh.0 + 1.0, self.fresh.1 + y / x);
+        } else if self.pressed_s > AGED_S {
+            self.aged = (self.aged.0 + 1.0, self.aged.1 + y / x);
         }
     }
 
+    /// What told enough is over; what was too short is completed by the next application.
+    fn end(&mut self) {
+        if self.n >= ENOUGH {
+            *self = Self::default();
+        }
+        self.pressed_s = 0.0;
+    }
+
     fn read(&self) -> Option<Beside> {
-        if self.n < 5.0 || self.xx <= 0.0 {
+        if self.n < ENOUGH || self.xx <= 0.0 {
             return None;
         }
         let ratio = self.xy / self.xx;
         let offset_n = (self.y - self.x) / self.n;
         let by_share = (self.yy - ratio * self.xy).max(0.0) / self.n;
         let by_constant = (self.yy - 2.0 * self.xy + self.xx) / self.n - offset_n * offset_n;
-        let spread = self.tt - self.t * self.t / self.rn;
-        let trend = (self.rt - self.t * self.r / self.rn) / spread.max(1.0);
+        let tells = self.fresh.0 >= 3.0 && self.aged.0 >= 3.0;
         Some(Beside {
+            seconds: self.n,
             ratio,
             offset_n,
             left_n: (by_share.sqrt(), by_constant.max(0.0).sqrt()),
-            trend_per_s: trend,
+            over_time: tells.then(|| (self.fresh.1 / self.fresh.0, self.aged.1 / self.aged.0)),
         })
     }
 }

@@ -6,11 +6,12 @@ use crate::braking::{Braking, Turn};
 use crate::cause::Cause;
 use crate::creepage::{Belief, Braked, Change, Creep, Creepage};
 use crate::input::{MAX_WHEELSETS, Reading, WagonFile};
-use crate::pressure::{Pressure, TRACE_S};
+use crate::pressure::Pressure;
 use crate::robust::{median, trimmed_mean};
 use crate::second::{Buffer, SECOND_S, WagonSecond};
 use crate::sensors::{SpeedSensor, Tachometer};
 use crate::split::split;
+use crate::timing::{TRACE_S, Timing};
 
 /// Slower than this creepage tells nothing, m/s.
 const LEAST_SPEED_M_S: f64 = 3.5;
@@ -28,6 +29,8 @@ const KEPT: usize = 10;
 pub(crate) const MANY_WHEELSETS: usize = 8;
 /// Of a wheelset that has not slid yet, s.
 const SLID_LONG_AGO_S: f64 = 1e6;
+/// So long after an application cylinders are empty, and their falls are judged, s.
+const FALLS_S: f64 = 60.0;
 /// Sensors are judged this often, s.
 const LOOK_S: f64 = 10.0;
 
@@ -58,6 +61,7 @@ pub(crate) struct Wagon {
     pub file: WagonFile,
     pub wheel: Vec<Wheel>,
     pub pressure: Pressure,
+    pub timing: Timing,
     pub speed: SpeedSensor,
     /// Changes of pad friction, mean of its wheelsets, beside the train; latest last.
     pub braked: Vec<Change>,
@@ -86,6 +90,8 @@ pub struct TrainWatch {
     last_s: f64,
     traced_s: f64,
     looked_s: f64,
+    /// When the falls after the latest application are judged, s.
+    falls_due_s: f64,
     before_m_s: f64,
     doubted: u64,
 }
@@ -98,6 +104,7 @@ impl TrainWatch {
         let wagon = |file: WagonFile| Wagon {
             wheel: vec![Wheel::new(); file.wheelsets.min(MAX_WHEELSETS)],
             pressure: Pressure::default(),
+            timing: Timing::default(),
             speed: SpeedSensor::default(),
             braked: Vec::new(),
             balance: alone.then(|| Creepage::new(Belief::balance(file.mass_sigma.max(0.3)))),
@@ -121,6 +128,7 @@ impl TrainWatch {
             last_s: f64::NAN,
             traced_s: f64::NEG_INFINITY,
             looked_s: 0.0,
+            falls_due_s: f64::INFINITY,
             before_m_s: f64::NAN,
             doubted: 0,
         }
@@ -142,6 +150,7 @@ impl TrainWatch {
         }
         for wagon in &mut self.wagons {
             wagon.pressure.abandon();
+            wagon.timing.abandon();
             wagon.balance.iter_mut().for_each(Creepage::abandon);
             wagon.silent_s = 0.0;
             for wheel in &mut wagon.wheel {
@@ -204,7 +213,8 @@ impl TrainWatch {
                 let wheelsets = wagon.wheel.len();
                 let force_n = median(&mut reading.pressing_force_n[..wheelsets].to_vec());
                 let force_n = if force_n.is_finite() { force_n } else { 0.0 };
-                wagon.pressure.trace(reading.brake_demand, force_n, braking);
+                let state = (wagon.pressure.full_n, wagon.pressure.electric_now);
+                wagon.timing.trace(reading.brake_demand, force_n, braking, state);
             }
         }
     }
@@ -221,6 +231,10 @@ impl TrainWatch {
         }
         if v_m_s.is_finite() && a_m_s2.is_finite() {
             self.follow_wheels(&seconds, v_m_s, a_m_s2, samples);
+        }
+        if self.time_s >= self.falls_due_s {
+            self.falls_due_s = f64::INFINITY;
+            self.judge_falls();
         }
         if self.time_s - self.looked_s >= LOOK_S {
             self.looked_s = self.time_s;
@@ -243,6 +257,7 @@ impl TrainWatch {
         match self.braking.take(self.time_s, SECOND_S, &orders, &mut pads_m_s2) {
             Turn::Began => {
                 self.most_order = 0.0;
+                self.falls_due_s = self.falls_due_s.min(self.time_s);
                 self.end_rolls(true);
             }
             Turn::Ended => self.end_application(),
@@ -326,7 +341,8 @@ impl TrainWatch {
                 }
             }
             let slid = slides || wagon.wheel.iter().any(|wheel| wheel.slid_ago_s < 4.0);
-            wagon.pressure.take(second, wheelsets, since_s, quiet, slid);
+            let grip_m = wagon.file.pad_friction * wagon.file.pad_radius_m;
+            wagon.pressure.take(second, wheelsets, since_s, quiet, slid, grip_m);
             if rolls {
                 // Its wheels tell of its speed only while nothing drives them; both are asked of the same seconds.
                 if second.v.mean.is_finite() && !driven {
@@ -459,9 +475,10 @@ impl TrainWatch {
             }
         }
         self.judge_application();
+        self.falls_due_s = self.time_s + FALLS_S;
         for wagon in &mut self.wagons {
             wagon.pressure.end();
-            wagon.pressure.forget_trace();
+            wagon.timing.forget_trace();
         }
     }
 }

@@ -1,9 +1,13 @@
 //! Pressing forces: who has none, who has too little, who has some left, who is late.
 
-use super::limits::{BESIDE, LATE_RISE, LEAKS_PER_S, LEFT, NO_FORCE, NOT_PRESSED, SLOW_RISE, TELLING};
+use super::limits::{
+    BESIDE, LATE, LEAKS, LEFT, MOST_ODDS, NO_FORCE, NOT_PRESSED, OWED_S, SEVERAL, SLOW_FALL, SLOW_RISE,
+    TELLING, TOLD_LATER,
+};
 use crate::cause::{Cause, Grade};
-use crate::pressure::{Beside, Rise};
+use crate::pressure::Beside;
 use crate::robust::median;
+use crate::timing::Stroke;
 use crate::watch::{TrainWatch, Wagon};
 
 impl TrainWatch {
@@ -46,26 +50,32 @@ impl TrainWatch {
         let cut = self.without_brake(self.braking.lasted_s);
         self.tell_cut(&cut);
         for index in 0..self.wagons.len() {
-            if !cut.contains(&index) {
+            if !cut.iter().any(|(wagon, _)| *wagon == index) {
                 self.judge_beside(index);
             }
         }
         self.judge_rises();
         self.judge_pads();
+        self.judge_pressed();
     }
 
-    /// Wagons that did not brake although it was ordered.
-    fn without_brake(&mut self, lasted_s: f64) -> Vec<usize> {
-        let ordered = if self.most_order > 0.0 { self.most_order >= TELLING.1 } else { self.others_press() };
-        if lasted_s < TELLING.0 || !ordered {
+    /// Wagons that did not brake although it was ordered, and for how long they owed it, s.
+    fn without_brake(&mut self, lasted_s: f64) -> Vec<(usize, f64)> {
+        let ordered = self.most_order > 0.0;
+        if !ordered && (lasted_s < TELLING.0 || !self.others_press()) {
             return Vec::new();
         }
-        let order = if self.most_order > 0.0 { self.most_order } else { 1.0 };
-        let free = |(index, wagon): (usize, &mut Wagon)| {
-            let out = wagon.pressure.left_out(order, NOT_PRESSED);
-            (out && wagon.silent_s == 0.0).then_some(index)
+        let free = |(index, wagon): (usize, &Wagon)| {
+            let pressure = &wagon.pressure;
+            let unordered = || {
+                let none = pressure.full_n > 1000.0 && pressure.peak_n < NOT_PRESSED * pressure.full_n;
+                (none && !pressure.electric).then_some(0.0)
+            };
+            let owed_s = if ordered { pressure.left_out_s(NOT_PRESSED) } else { unordered() };
+            Some((index, owed_s.filter(|owed_s| !ordered || *owed_s >= OWED_S)?))
+                .filter(|_| wagon.silent_s == 0.0)
         };
-        self.wagons.iter_mut().enumerate().filter_map(free).collect()
+        self.wagons.iter().enumerate().filter_map(free).collect()
     }
 
     fn others_press(&self) -> bool {
@@ -76,7 +86,10 @@ impl TrainWatch {
     }
 
     /// One alert for each run of wagons in a row: what is cut off behind a cock is one fault.
-    fn tell_cut(&mut self, cut: &[usize]) {
+    fn tell_cut(&mut self, cut: &[(usize, f64)]) {
+        // Where the order is told and stood for long, one application says enough.
+        let sure = |wagon: usize| cut.iter().any(|(one, owed_s)| *one == wagon && *owed_s >= 1.5 * OWED_S);
+        let cut: Vec<usize> = cut.iter().map(|(wagon, _)| *wagon).collect();
         let mut from = 0;
         while from < cut.len() {
             let mut to = from + 1;
@@ -88,7 +101,7 @@ impl TrainWatch {
                 1 => "no pressing force while braking was ordered".to_owned(),
                 count => format!("no pressing force on {count} wagons in a row while braking was ordered"),
             };
-            let how = (Grade::Act, 0.97, if run.len() > 1 { 1 } else { 2 });
+            let how = (Grade::Act, 0.97, if run.len() > 1 || sure(run[0]) { 1 } else { 2 });
             self.suspect_wagons(Cause::Isolated, (run, vec![]), how, &[], reason);
             from = to;
         }
@@ -105,15 +118,23 @@ impl TrainWatch {
             let percent = 100.0 * beside.ratio;
             let constant = beside.left_n.1 < 0.6 * beside.left_n.0;
             let offset = beside.offset_n / full_n.max(1.0);
-            if beside.ratio < NO_FORCE {
-                let reason = format!("pressing force is {percent:.0} % of that of the other wheelsets");
-                let instead = [(Cause::WspValve, 0.08)];
-                self.suspect(Cause::Isolated, at, (Grade::Act, 0.9, 2), &instead, reason);
-            } else if beside.ratio < BESIDE.0 && beside.trend_per_s < -LEAKS_PER_S {
-                let reason =
-                    format!("pressing force falls by {:.1} %/s in braking", -100.0 * beside.trend_per_s);
+            let leaks = beside
+                .over_time
+                .is_some_and(|(fresh, aged)| fresh - aged > LEAKS.0 && fresh - aged > LEAKS.1 * (1.0 - aged));
+            if beside.ratio < BESIDE.0 && leaks {
+                let (fresh, aged) = beside.over_time.unwrap_or_default();
+                let reason = format!(
+                    "pressing force sinks from {:.0} to {:.0} % of that of the other wheelsets while the brake is held",
+                    100.0 * fresh,
+                    100.0 * aged
+                );
                 let instead = [(Cause::WspValve, 0.2)];
                 self.suspect(Cause::SlowCylinder, at, (Grade::Watch, 0.75, 2), &instead, reason);
+            } else if beside.ratio < NO_FORCE {
+                let reason = format!("pressing force is {percent:.0} % of that of the other wheelsets");
+                let instead = [(Cause::WspValve, 0.08)];
+                let needed = if beside.seconds >= OWED_S { 1 } else { 2 };
+                self.suspect(Cause::Isolated, at, (Grade::Act, 0.9, needed), &instead, reason);
             } else if beside.ratio < BESIDE.0 && constant && offset < -LEFT {
                 let reason =
                     format!("pressing force reads {:.0} % of full force too low throughout", -100.0 * offset);
@@ -140,57 +161,136 @@ impl TrainWatch {
     /// When the forces rose.
     fn judge_rises(&mut self) {
         let stand_in: Option<Vec<f64>> = (self.most_order <= 0.0).then(|| self.middle_shape());
-        let rises: Vec<Option<(f64, f64)>> =
-            self.wagons.iter().map(|wagon| wagon.pressure.rise(stand_in.as_deref())).collect();
-        let told = rises.iter().flatten().count();
-        let middle = |of: fn(&(f64, f64)) -> f64| {
-            if told < 4 { 0.0 } else { median(&mut rises.iter().flatten().map(of).collect()) }
+        let rise = |wagon: &Wagon| match wagon.pressure.electric {
+            true => None,
+            false => wagon.timing.rise(stand_in.as_deref(), wagon.pressure.full_n),
         };
-        let (start_s, area_s) = (middle(|rise| rise.0), middle(|rise| rise.1));
-        let mut accused = Vec::new();
-        for (index, rise) in rises.iter().enumerate() {
-            let Some(own) = rise.map(|(own_s, own_area_s)| (own_s - start_s, own_area_s - area_s)) else {
-                continue;
-            };
-            let judged = self.wagons[index].pressure.against_past(own.0, own.1);
-            match judged.and_then(|rise| slower(&rise, area_s)) {
-                Some(found) => accused.push((index, own, found)),
-                None => self.wagons[index].pressure.remember(own.0, own.1),
-            }
-        }
-        // Several at once: the order came otherwise, or the electric brake did. That is nobody's distributor.
-        if accused.len() > 1 {
-            for (index, own, _) in accused {
-                self.wagons[index].pressure.remember(own.0, own.1);
-            }
+        let rises: Vec<Option<Stroke>> = self.wagons.iter().map(rise).collect();
+        self.judge_strokes(&rises, false);
+    }
+
+    /// When the forces fell after the latest release.
+    pub(crate) fn judge_falls(&mut self) {
+        let falls: Vec<Option<Stroke>> = self.wagons.iter_mut().map(|wagon| wagon.timing.fallen()).collect();
+        self.judge_strokes(&falls, true);
+    }
+
+    /// Rises, or falls, of all wagons, each against its own past with what is common removed.
+    fn judge_strokes(&mut self, strokes: &[Option<Stroke>], falls: bool) {
+        let told = strokes.iter().flatten().count();
+        // Beside too few others it is not known what is common.
+        if told < 4 && self.wagons.len() >= 4 {
             return;
         }
-        for (index, _, (cause, other, reason)) in accused {
-            self.suspect(cause, (index, vec![]), (Grade::Watch, 0.78, 3), &[(other, 0.2)], reason);
+        let middle = |of: fn(&Stroke) -> f64| {
+            if told < 4 { 0.0 } else { median(&mut strokes.iter().flatten().map(of).collect()) }
+        };
+        let (start_s, slow) = (middle(|stroke| stroke.start_s), middle(|stroke| stroke.slow));
+        let mut looks: Vec<(usize, Stroke, Option<Later>)> = Vec::new();
+        for (index, stroke) in strokes.iter().enumerate() {
+            let Some(stroke) = stroke else { continue };
+            let own = Stroke { start_s: stroke.start_s - start_s, slow: stroke.slow - slow };
+            let timing = &self.wagons[index].timing;
+            let usual = if falls { timing.falls.told() } else { timing.rises.told() };
+            let later = usual.map(|usual| if falls { fell(&own, &usual) } else { rose(&own, &usual, slow) });
+            looks.push((index, own, later));
         }
+        // Several at once: the order came otherwise, or the electric brake did. That is nobody's distributor.
+        let accuses = |later: &Later| later.late.max(later.slow) > 1.0;
+        let accused = looks.iter().filter(|(.., later)| later.as_ref().is_some_and(accuses)).count();
+        let several = accused as f64 > 1.0_f64.max(SEVERAL * told as f64);
+        for (index, own, later) in looks {
+            let timing = &mut self.wagons[index].timing;
+            let alone = later.filter(|_| !several);
+            if let Some(later) = alone {
+                timing.late = (timing.late + later.late).max(0.0);
+                timing.slow = (timing.slow + later.slow).max(0.0);
+            }
+            if !later.as_ref().is_some_and(accuses) || (several && timing.late.max(timing.slow) < 1.0) {
+                let usual = if falls { &mut timing.falls } else { &mut timing.rises };
+                usual.remember(own);
+            }
+            if let Some(later) = alone {
+                self.tell_later(index, &later, falls);
+            }
+        }
+    }
+
+    fn tell_later(&mut self, index: usize, later: &Later, falls: bool) {
+        let (late, slow) = (self.wagons[index].timing.late, self.wagons[index].timing.slow);
+        if late.max(slow) < TOLD_LATER || later.late.max(later.slow) <= 0.0 {
+            return;
+        }
+        let does = if falls { "fall" } else { "rise" };
+        let (cause, other, reason) = match slow > late {
+            true if falls => {
+                let times = later.more.exp();
+                (
+                    Cause::SlowCylinder,
+                    Cause::LateDistributor,
+                    format!("pressing force takes {times:.1} times as long to fall as it used to"),
+                )
+            }
+            true => {
+                let more = later.more;
+                (
+                    Cause::SlowCylinder,
+                    Cause::LateDistributor,
+                    format!("pressing force takes {more:.1} s longer to rise than it used to"),
+                )
+            }
+            false => {
+                let by_s = later.by_s;
+                (
+                    Cause::LateDistributor,
+                    Cause::SlowCylinder,
+                    format!("pressing force begins to {does} {by_s:.1} s later than it used to"),
+                )
+            }
+        };
+        self.suspect(cause, (index, vec![]), (Grade::Watch, 0.78, 1), &[(other, 0.2)], reason);
     }
 
     /// The middle of the forces of all wagons over time, where no order is told.
     fn middle_shape(&self) -> Vec<f64> {
-        let shapes: Vec<Vec<f64>> = self.wagons.iter().map(|wagon| wagon.pressure.shape()).collect();
+        let shapes: Vec<Vec<f64>> = self.wagons.iter().map(|wagon| wagon.timing.shape()).collect();
         let length = shapes.iter().map(Vec::len).min().unwrap_or(0);
         (0..length).map(|index| median(&mut shapes.iter().map(|shape| shape[index]).collect())).collect()
     }
 }
 
-/// Whether a rise is later or slower than it used to be: cause, runner-up and why. `common_s` is the area of the whole train.
-fn slower(rise: &Rise, common_s: f64) -> Option<(Cause, Cause, String)> {
-    let (later, scatter) = rise.start_s;
-    let (more, more_scatter) = rise.area_s;
-    let late = later > LATE_RISE.0.max(LATE_RISE.1 * scatter);
-    let usual_s = (rise.usual_s + common_s).max(0.3);
-    let slow = more > SLOW_RISE.0.max(SLOW_RISE.1 * more_scatter).max(SLOW_RISE.2 * usual_s);
-    if late && later > 0.6 * more {
-        let reason = format!("pressing force begins to rise {later:.1} s later than it used to");
-        return Some((Cause::LateDistributor, Cause::SlowCylinder, reason));
-    }
-    slow.then(|| {
-        let reason = format!("pressing force takes {more:.1} s longer to rise than it used to");
-        (Cause::SlowCylinder, Cause::LateDistributor, reason)
-    })
+/// What one rise or fall says of its beginning and its duration.
+#[derive(Debug, Clone, Copy)]
+struct Later {
+    /// It begins later than usual, s.
+    by_s: f64,
+    /// It takes longer: a rise by so much area between order and force, s; a fall by so much of its logarithm.
+    more: f64,
+    /// What either adds to the evidence.
+    late: f64,
+    slow: f64,
+}
+
+/// A rise against what is usual; `common_s` is the area of the whole train.
+fn rose(own: &Stroke, (usual, scatter): &(Stroke, Stroke), common_s: f64) -> Later {
+    let by_s = own.start_s - usual.start_s;
+    // The area grows with the delay, too.
+    let more = own.slow - usual.slow - by_s.max(0.0);
+    let usual_s = (usual.slow + common_s).max(0.3);
+    let slow = odds(more, SLOW_RISE.0.max(SLOW_RISE.1 * usual_s), scatter.slow.max(SLOW_RISE.2 * usual_s));
+    let late = odds(by_s - 0.3 * more.max(0.0), LATE.0, scatter.start_s.max(LATE.1));
+    // The shape of the order does more to a rise than its scatter so far may say.
+    Later { by_s, more, late, slow: slow.min(0.5 * MOST_ODDS) }
+}
+
+/// A fall against what is usual.
+fn fell(own: &Stroke, (usual, scatter): &(Stroke, Stroke)) -> Later {
+    let (by_s, more) = (own.start_s - usual.start_s, own.slow - usual.slow);
+    let late = odds(by_s, LATE.0, scatter.start_s.max(LATE.1));
+    Later { by_s, more, late, slow: odds(more, SLOW_FALL.0, scatter.slow.max(SLOW_FALL.1)) }
+}
+
+/// Logarithm of the odds that a normal deviate makes of "larger by `least`" against "as usual"; limited, as tails are longer.
+fn odds(value: f64, least: f64, sigma: f64) -> f64 {
+    (least * (value - 0.5 * least) / (sigma * sigma)).clamp(-MOST_ODDS, MOST_ODDS)
 }

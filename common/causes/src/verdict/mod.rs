@@ -2,6 +2,7 @@
 
 mod brakes;
 mod limits;
+mod load;
 mod pads;
 mod rail;
 mod sensors;

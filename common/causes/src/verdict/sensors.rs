@@ -1,8 +1,8 @@
 //! Sensors, judged first.
 
 use super::limits::{
-    LATE_CLOCK_S, LATE_SPEED_ALONE_S, LATE_SPEED_S, LATE_WHEEL_S, LOAD, LOAD_ALONE, MISSING, ONCE_A_TURN,
-    RADIUS, RINGS, SILENT_WAGON_S, SILENT_WHEEL_S, SPEED_SCALE,
+    LATE_CLOCK_S, LATE_SPEED_ALONE_S, LATE_SPEED_S, LATE_WHEEL_S, MISSING, ONCE_A_TURN, RADIUS, RINGS,
+    SILENT_WAGON_S, SILENT_WHEEL_S, SPEED_SCALE,
 };
 use crate::cause::{Cause, Grade};
 use crate::robust::median;
@@ -135,23 +135,6 @@ impl TrainWatch {
                     self.suspect(Cause::WheelDiameter, (index, vec![k]), how, &[], reason);
                 }
             }
-        }
-    }
-
-    fn judge_load(&mut self, index: usize) {
-        let wagon = &self.wagons[index];
-        let (mean_kg, count) = wagon.load_kg;
-        let share = mean_kg / wagon.file.mass_kg - 1.0;
-        if count > 60.0 && share.abs() > LOAD.max(3.0 * wagon.file.mass_sigma.hypot(0.02)) {
-            let reason = format!("load sensors say {:+.0} % of what was entered", 100.0 * share);
-            self.suspect(Cause::Payload, (index, vec![]), (Grade::Watch, 0.96, 2), &[], reason);
-        }
-        let Some(mass) = self.wagons[index].balance.as_ref().map(|balance| balance.mass()) else { return };
-        let (off, sigma) = (mass.value, mass.variance.sqrt());
-        let allowed = 3.0 * self.wagons[index].file.mass_sigma.hypot(0.02);
-        if self.brakings >= 2 && off.abs() > allowed.max(LOAD_ALONE) && off.abs() > 5.0 * sigma {
-            let reason = format!("it accelerates as if {:+.0} % heavier than entered", 100.0 * off);
-            self.suspect(Cause::Payload, (index, vec![]), (Grade::Watch, 0.85, 3), &[], reason);
         }
     }
 }

@@ -1,0 +1,182 @@
+//! When the pressing force of a wagon comes and goes: how late behind the order, and how slowly.
+//!
+//! Pressure is measured, so a slow cylinder and a late distributor are seen directly, against the wagon's own past and with what
+//! the whole train shows at once (the way of the order along the pipe, its shape) removed. Both ends of an application tell:
+//!
+//! * the rise, by its beginning and by the area between order and force, where no electric brake takes part;
+//! * the fall after a full release, by its beginning and by the time that it takes for a newton. A release is one step to
+//!   nothing whatever the application was like, and at a platform it shows the cylinders of wagons that brake electrically, too.
+
+use crate::robust::Past;
+
+/// Time between two values of the traces, s.
+pub(crate) const TRACE_S: f64 = 0.1;
+/// Longest trace of an application.
+const LONGEST: usize = 1200;
+/// Kept before an application begins.
+const BEFORE: usize = 20;
+/// The order has stood still for so many values before a release that tells, and by so much.
+const STEADY: (usize, f64) = (30, 0.06);
+/// A release is an order that falls from at least this to at most that.
+const RELEASED: (f64, f64) = (0.08, 0.02);
+/// A fall that is not over after this time is none, s.
+const LONGEST_FALL_S: f64 = 90.0;
+/// The slope of a fall is taken between these shares of the force before.
+const FALLS: (f64, f64) = (0.8, 0.35);
+
+/// Beginning and duration of one rise or fall.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub(crate) struct Stroke {
+    /// From the order, s.
+    pub start_s: f64,
+    /// Area of a rise, s; natural logarithm of the time that a fall takes, s/N.
+    pub slow: f64,
+}
+
+/// A fall that runs.
+#[derive(Debug, Clone, Copy, serde::Serialize, serde::Deserialize)]
+struct Falling {
+    from_n: f64,
+    before_n: f64,
+    after_s: f64,
+    upper_s: Option<f64>,
+}
+
+/// What rises and falls of one wagon were like so far.
+#[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
+pub(crate) struct Usual {
+    start: Past,
+    slow: Past,
+}
+
+impl Usual {
+    /// What is usual and its scatter, of beginning and duration; `None` while there is no past.
+    pub(crate) fn told(&self) -> Option<(Stroke, Stroke)> {
+        let of = |start_s, slow| Stroke { start_s, slow };
+        (self.start.count() >= 2.0)
+            .then(|| (of(self.start.mean(), self.slow.mean()), of(self.start.sigma(), self.slow.sigma())))
+    }
+
+    /// It becomes part of the past.
+    pub(crate) fn remember(&mut self, stroke: Stroke) {
+        self.start.take(stroke.start_s);
+        self.slow.take(stroke.slow);
+    }
+}
+
+/// Traces of one wagon.
+#[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
+pub(crate) struct Timing {
+    trace: Vec<(f64, f64)>,
+    recent: Vec<(f64, f64)>,
+    falling: Option<Falling>,
+    /// The latest fall, until it is judged.
+    fallen: Option<Stroke>,
+    pub rises: Usual,
+    pub falls: Usual,
+    /// Evidence for a late distributor and for a slow cylinder: natural logarithm of what the looks so far make of the odds.
+    pub late: f64,
+    pub slow: f64,
+}
+
+impl Timing {
+    /// Takes a value of the traces: the order, and the force of the middle wheelset; `full_n` is the largest ever, `electric`
+    /// whether an electric brake takes part now.
+    pub(crate) fn trace(&mut self, order: f64, force_n: f64, braking: bool, (full_n, electric): (f64, bool)) {
+        if !braking && self.trace.len() >= BEFORE {
+            self.trace.remove(0);
+        }
+        if self.trace.len() < LONGEST {
+            self.trace.push((order, force_n));
+        }
+        self.follow_fall(order, force_n, full_n, electric);
+        if self.recent.len() == STEADY.0 {
+            self.recent.remove(0);
+        }
+        self.recent.push((order, force_n));
+    }
+
+    fn follow_fall(&mut self, order: f64, force_n: f64, full_n: f64, electric: bool) {
+        let stood = self.recent.len() == STEADY.0 && order <= RELEASED.1;
+        let range = |of: fn(&(f64, f64)) -> f64| {
+            self.recent
+                .iter()
+                .map(of)
+                .fold((f64::MAX, 0.0_f64), |(low, high), one| (low.min(one), high.max(one)))
+        };
+        let (low, high) = range(|one| one.0);
+        if stood && low > RELEASED.0 && high - low < STEADY.1 {
+            // A cylinder that is still filling goes on doing so before it hears of the release.
+            let (least_n, most_n) = range(|one| one.1);
+            let steady = most_n - least_n < STEADY.1 * most_n + 600.0;
+            let tells = steady && force_n > 0.12 * full_n && force_n > 1000.0 && !electric;
+            self.falling =
+                tells.then_some(Falling { from_n: force_n, before_n: force_n, after_s: 0.0, upper_s: None });
+            return;
+        }
+        let Some(fall) = &mut self.falling else { return };
+        let crossed = |share: f64, fall: &Falling| {
+            let level_n = share * fall.from_n;
+            (force_n < level_n).then(|| {
+                let part = (fall.before_n - level_n) / (fall.before_n - force_n).max(1e-9);
+                fall.after_s + TRACE_S * part.clamp(0.0, 1.0)
+            })
+        };
+        fall.upper_s = fall.upper_s.or_else(|| crossed(FALLS.0, fall));
+        let over_s = crossed(FALLS.1, fall);
+        fall.after_s += TRACE_S;
+        fall.before_n = force_n;
+        if let (Some(upper_s), Some(over_s)) = (fall.upper_s, over_s) {
+            let per_share_s = (over_s - upper_s) / (FALLS.0 - FALLS.1);
+            let s_per_n = per_share_s.max(0.02) / fall.from_n;
+            // Where the slope meets the force before: a slow fall begins no later.
+            let start_s = upper_s - (1.0 - FALLS.0) * per_share_s;
+            self.fallen = Some(Stroke { start_s, slow: s_per_n.ln() });
+        }
+        if over_s.is_some() || order > RELEASED.0 || fall.after_s > LONGEST_FALL_S {
+            self.falling = None;
+        }
+    }
+
+    /// The latest fall, once.
+    pub(crate) fn fallen(&mut self) -> Option<Stroke> {
+        self.fallen.take()
+    }
+
+    /// The rise of the latest application; `None` if it does not tell it. `orders` stand in where none is told.
+    pub(crate) fn rise(&self, orders: Option<&[f64]>, full_n: f64) -> Option<Stroke> {
+        let order = |index: usize| orders.map_or(self.trace[index].0, |orders| orders[index]);
+        let count = self.trace.len();
+        let most = (0..count).map(order).fold(f64::NAN, f64::max);
+        let peak_n = self.trace.iter().map(|(_, force_n)| *force_n).fold(f64::NAN, f64::max);
+        if !(most > 0.1 && peak_n > 0.15 * full_n && peak_n > 1000.0) {
+            return None;
+        }
+        let ordered = (0..count).find(|index| order(*index) > 0.04)?;
+        let rises = (0..count).find(|index| self.trace[*index].1 > 0.04 * full_n + 150.0)?;
+        let level = (0..count).find(|index| self.trace[*index].1 > 0.95 * peak_n)?;
+        let area = (ordered..level.max(ordered))
+            .map(|index| (order(index) / most - self.trace[index].1 / peak_n) * TRACE_S)
+            .sum();
+        Some(Stroke { start_s: (rises as f64 - ordered as f64) * TRACE_S, slow: area })
+    }
+
+    /// The application is over: its trace is.
+    pub(crate) fn forget_trace(&mut self) {
+        let from = self.trace.len().saturating_sub(BEFORE);
+        self.trace.drain(..from);
+    }
+
+    /// All that runs is forgotten.
+    pub(crate) fn abandon(&mut self) {
+        self.trace.clear();
+        self.recent.clear();
+        (self.falling, self.fallen) = (None, None);
+    }
+
+    /// Forces of the trace over the largest of them, to stand for an order that nobody tells.
+    pub(crate) fn shape(&self) -> Vec<f64> {
+        let peak_n = self.trace.iter().map(|(_, force_n)| *force_n).fold(1.0, f64::max);
+        self.trace.iter().map(|(_, force_n)| force_n / peak_n).collect()
+    }
+}

@@ -1,0 +1,66 @@
+//! Load: by its sensors, by acceleration of a wagon that runs alone, and by brakes that press as the load asks.
+
+use super::limits::{LOAD, LOAD_ALONE, LOAD_PRESSED, PRESSED_APART};
+use crate::cause::{Cause, Grade};
+use crate::split::spread;
+use crate::watch::{TrainWatch, Wagon};
+
+impl TrainWatch {
+    /// By load sensors, and by how a wagon that runs alone accelerates.
+    pub(crate) fn judge_load(&mut self, index: usize) {
+        let wagon = &self.wagons[index];
+        let (mean_kg, count) = wagon.load_kg;
+        let share = mean_kg / wagon.file.mass_kg - 1.0;
+        if count > 60.0 && share.abs() > LOAD.max(3.0 * wagon.file.mass_sigma.hypot(0.02)) {
+            let reason = format!("load sensors say {:+.0} % of what was entered", 100.0 * share);
+            self.suspect(Cause::Payload, (index, vec![]), (Grade::Watch, 0.96, 2), &[], reason);
+        }
+        let Some(mass) = self.wagons[index].balance.as_ref().map(|balance| balance.mass()) else { return };
+        let (off, sigma) = (mass.value, mass.variance.sqrt());
+        let allowed = 3.0 * self.wagons[index].file.mass_sigma.hypot(0.02);
+        if self.brakings >= 2 && off.abs() > allowed.max(LOAD_ALONE) && off.abs() > 5.0 * sigma {
+            let reason = format!("it accelerates as if {:+.0} % heavier than entered", 100.0 * off);
+            self.suspect(Cause::Payload, (index, vec![]), (Grade::Watch, 0.85, 3), &[], reason);
+        }
+    }
+
+    /// By pressing forces. Brakes that weigh their wagon press in proportion to what it really weighs, so that force over the
+    /// mass in the file is alike along the train; where it is not, as with brakes that do not weigh, nothing is said.
+    pub(crate) fn judge_pressed(&mut self) {
+        let pressed: Vec<(usize, f64, f64)> = self.wagons.iter().enumerate().filter_map(pressed).collect();
+        // A few wagons say little of what is usual.
+        if pressed.len() < 4 {
+            return;
+        }
+        let beside = |one: &(usize, f64, f64)| {
+            let others = pressed.iter().filter(|other| other.0 != one.0);
+            let (weight, sum) = others.fold((0.0, 0.0), |(weight, sum), (_, share, variance)| {
+                (weight + 1.0 / variance, sum + share / variance)
+            });
+            let usual = sum / weight;
+            (one.0, one.1 / usual - 1.0, (one.2 + 1.0 / weight).sqrt())
+        };
+        let apart: Vec<(usize, f64, f64)> = pressed.iter().map(beside).collect();
+        // How far wagons lie from one another in sigmas of their entries: brakes that do not weigh show here.
+        let beyond = spread(apart.iter().map(|(_, off, sigma)| off / sigma), 4).max(1.0);
+        let far = |(_, off, sigma): &&(usize, f64, f64)| {
+            off.abs() > LOAD_PRESSED.0.max(LOAD_PRESSED.1 * beyond * sigma)
+        };
+        let Some((index, off, _)) =
+            apart.iter().filter(far).max_by(|a, b| (a.1.abs() / a.2).total_cmp(&(b.1.abs() / b.2)))
+        else {
+            return;
+        };
+        let reason = format!("its brakes press as if it weighed {:+.0} % of what was entered", 100.0 * off);
+        self.suspect(Cause::Payload, (*index, vec![]), (Grade::Watch, 0.9, 2), &[], reason);
+    }
+}
+
+/// Nominal braking force at a full order over the mass in the file, with its variance: by that of the mass, relative, and of
+/// distributors.
+fn pressed((index, wagon): (usize, &Wagon)) -> Option<(usize, f64, f64)> {
+    let file = &wagon.file;
+    let force_n = wagon.pressure.per_order_n()? * wagon.wheel.len() as f64;
+    let share = force_n * file.pad_friction * file.pad_radius_m / (file.radius_m * file.mass_kg);
+    Some((index, share, file.mass_sigma.powi(2) + PRESSED_APART * PRESSED_APART))
+}
