@@ -25,6 +25,9 @@ const INDEPENDENT: f64 = 0.3;
 const ROLL_S: f64 = 40.0;
 const LEAST_ROLL_S: f64 = 15.0;
 
+/// A tachometer may have begun to lag by so much since its past, s.
+const BEGINS_TO_LAG_S: f64 = 0.15;
+
 /// What is known before anything is learnt, and how good the equation is.
 #[derive(Debug, Clone, Copy, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Belief {
@@ -37,6 +40,8 @@ pub(crate) struct Belief {
     /// Up to this brake, and this drive, a second counts as rolling.
     rolling: f64,
     coasting: f64,
+    /// Whether the last term is a lag, 1, or not, 0.
+    lagging: f64,
     /// What drive torque does is known to this share: the creep curve bends, and torque is inferred from current.
     drive_share: f64,
 }
@@ -49,6 +54,7 @@ impl Belief {
         roll_wander: 1e-5,
         rolling: 2e-5,
         coasting: 2e-4,
+        lagging: 1.0,
         drive_share: 0.15,
     };
 
@@ -61,6 +67,7 @@ impl Belief {
             roll_wander: 4e-4,
             rolling: 1e-3,
             coasting: f64::INFINITY,
+            lagging: 0.0,
             drive_share: 0.02,
         }
     }
@@ -175,7 +182,7 @@ impl Creepage {
         if creep.brake > self.belief.rolling {
             self.braking.add(creep.creepage - frozen, -creep.brake, noise, &row, t);
         } else if creep.drive.abs() < self.belief.coasting {
-            self.rolling.add(creep.creepage - frozen, 1.0, noise, &row, 0.0);
+            self.rolling.add(creep.creepage - frozen, 1.0, noise, &row, self.belief.lagging * creep.rate);
         }
         self.learn(creep.creepage, &row, noise);
     }
@@ -238,8 +245,12 @@ impl Creepage {
         }
         let sums = std::mem::take(&mut self.rolling);
         let row = sums.regressors.map(|sum| sum / sums.weight);
-        let variance = 1.0 / sums.weight + quadratic(&row, &self.before.1) + self.belief.roll_wander.powi(2);
-        Some(Change { value: sums.innovation / sums.weight, variance })
+        // A tachometer that has begun to lag reads less the more the train accelerates: what is left at no acceleration counts.
+        let lag = sums.second_moment + 1.0 / (BEGINS_TO_LAG_S * BEGINS_TO_LAG_S);
+        let determinant = sums.weight * lag - sums.moment * sums.moment;
+        let value = (sums.innovation * lag - sums.moment * sums.innovation_moment) / determinant;
+        let variance = lag / determinant + quadratic(&row, &self.before.1) + self.belief.roll_wander.powi(2);
+        Some(Change { value, variance })
     }
 
     /// What was learnt since the last call stays (`true`) or is forgotten.
@@ -269,6 +280,11 @@ impl Creepage {
         self.before.0[1] += by;
         self.before.1[1][1] += by * by;
         (self.theta, self.covariance) = self.before;
+    }
+
+    /// Error of the radius: creepage at rest.
+    pub(crate) const fn radius(&self) -> f64 {
+        self.before.0[0]
     }
 
     /// Pad friction over nominal, times the error of the creep compliance.

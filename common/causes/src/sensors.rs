@@ -58,38 +58,77 @@ impl Tachometer {
     }
 }
 
-/// A speed (of a wagon, or at the rim of a wheel) against that of the train: scale and lag, by fading least squares.
+/// A speed (of a wagon, or at the rim of a wheel) against that of the train: scale, lag, and creepage beyond what forces should
+/// cause, by fading least squares. A wet rail gives way by more at the same force; without a term for that, the wheel that drives
+/// first seems small, and early.
 #[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct SpeedSensor {
-    n: f64,
-    x: f64,
-    xx: f64,
-    y: f64,
-    xy: f64,
+    /// Sums of products of the regressors: one, acceleration over speed, creepage that forces should cause.
+    products: [[f64; 3]; 3],
+    /// Sums of products of the deviation with them.
+    deviation: [f64; 3],
     /// Seconds taken.
     pub seconds: f64,
 }
 
+/// Memory of speeds, s.
+const SPEED_MEMORY_S: f64 = 150.0;
+/// The lag is told from this sum of squares of acceleration over speed on, 1/s².
+const LEAST_CHANGE: f64 = 0.006;
+/// Deviations of a second are so large; creepage differs from what forces should cause by so much of it.
+const DEVIATION: f64 = 1e-3;
+const CREEPS_OTHERWISE: f64 = 1.0;
+
 impl SpeedSensor {
-    /// Takes a second: deviation of its speed, relative, and acceleration over speed of the train, 1/s.
-    pub(crate) fn take(&mut self, deviation: f64, rate: f64) {
-        let keep = 1.0 - 1.0 / 150.0;
+    /// Takes a second: deviation of its speed, relative, acceleration over speed of the train, 1/s, and the creepage that forces
+    /// should cause, which the deviation is free of.
+    pub(crate) fn take(&mut self, deviation: f64, rate: f64, creepage: f64) {
+        let keep = 1.0 - 1.0 / SPEED_MEMORY_S;
         self.seconds += 1.0;
-        self.n = keep * self.n + 1.0;
-        self.x = keep * self.x + rate;
-        self.xx = keep * self.xx + rate * rate;
-        self.y = keep * self.y + deviation;
-        self.xy = keep * self.xy + rate * deviation;
+        let row = [1.0, rate, creepage];
+        for i in 0..3 {
+            for j in 0..3 {
+                self.products[i][j] = keep * self.products[i][j] + row[i] * row[j];
+            }
+            self.deviation[i] = keep * self.deviation[i] + row[i] * deviation;
+        }
     }
 
-    /// Scale error and lag (s) of the latest minutes; the lag is `None` while the train hardly changes its speed.
-    pub(crate) fn errors(&self) -> (f64, Option<f64>) {
-        let mean = self.x / self.n.max(1.0);
-        let spread = self.xx - mean * self.x;
-        if spread < 0.006 {
-            return (self.y / self.n.max(1.0), None);
+    /// Scale error and lag (s) of the latest minutes; the lag is `None` while the train hardly changes its speed. `creeps`: whether
+    /// creepage may differ from what forces should cause. What is an error of a wheel is one either way.
+    pub(crate) fn errors(&self, creeps: bool) -> (f64, Option<f64>) {
+        let n = self.products[0][0].max(1.0);
+        // Without the means, and without what creepage explains.
+        let cross = |i: usize, j: usize| self.products[i][j] - self.products[0][i] * self.products[0][j] / n;
+        let with = |i: usize| self.deviation[i] - self.products[0][i] * self.deviation[0] / n;
+        let own = if creeps { 1.0 / (cross(2, 2) + (DEVIATION / CREEPS_OTHERWISE).powi(2)) } else { 0.0 };
+        let spread = cross(1, 1) - cross(1, 2) * cross(1, 2) * own;
+        let slope = match spread < LEAST_CHANGE {
+            true => 0.0,
+            false => (with(1) - cross(1, 2) * with(2) * own) / spread,
+        };
+        let creep = (with(2) - slope * cross(1, 2)) * own;
+        let scale = (self.deviation[0] - slope * self.products[0][1] - creep * self.products[0][2]) / n;
+        (scale, (spread >= LEAST_CHANGE).then_some(-slope))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wheel 0.1 % large and 0.05 s late, that drives hard on a wet rail: creepage is three times what forces should cause.
+    #[test]
+    fn creepage_of_a_wet_rail_is_no_error_of_a_wheel() {
+        let mut sensor = SpeedSensor::default();
+        for second in 0..300 {
+            let v_m_s = 8.0 + 0.05 * f64::from(second);
+            let drive = [0.0, 4e-4, 9e-4][(second / 20) as usize % 3];
+            let rate = if drive > 0.0 { 700.0 * drive / v_m_s } else { -0.08 / v_m_s };
+            sensor.take(1e-3 - 0.05 * rate + 2.0 * drive, rate, drive);
         }
-        let slope = (self.xy - mean * self.y) / spread;
-        ((self.y - slope * self.x) / self.n.max(1.0), Some(-slope))
+        let (scale, lag_s) = sensor.errors(true);
+        assert!((scale - 1e-3).abs() < 2e-4, "{scale}");
+        assert!(lag_s.is_some_and(|lag_s| (lag_s - 0.05).abs() < 0.01), "{lag_s:?}");
     }
 }

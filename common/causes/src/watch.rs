@@ -332,7 +332,8 @@ impl TrainWatch {
                 };
                 driven |= creep.drive.abs() >= DRIVEN;
                 if creep.drive.abs() < DRIVEN && wheel.slid_ago_s > 10.0 {
-                    wheel.rim.take(creepage + creep.brake - creep.drive, creep.rate);
+                    let forced = creep.drive - creep.brake;
+                    wheel.rim.take(creepage - forced, creep.rate, forced);
                 }
                 // Beyond the straight part of the curve the equation does not hold; a driven wheel is there first.
                 let straight = creep.drive.abs() < COASTING && brake < 0.003;
@@ -346,7 +347,7 @@ impl TrainWatch {
             if rolls {
                 // Its wheels tell of its speed only while nothing drives them; both are asked of the same seconds.
                 if second.v.mean.is_finite() && !driven {
-                    wagon.speed.take(second.v.mean / v_m_s - 1.0, a_m_s2 / v_m_s);
+                    wagon.speed.take(second.v.mean / v_m_s - 1.0, a_m_s2 / v_m_s, 0.0);
                 }
                 if second.load_kg.is_finite() {
                     let (mean, count) = &mut wagon.load_kg;

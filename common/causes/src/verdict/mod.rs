@@ -81,8 +81,11 @@ impl TrainWatch {
         let wheel = &self.wagons[wagon].wheel[k];
         let open = self.book.open(wagon).is_some_and(Cause::is_of_wheel_speeds);
         // A late tachometer shows too little speed while the train gathers it, as a dragging wheelset does.
-        let late =
-            wheel.rim.errors().1.is_some_and(|lag_s| lag_s - self.usual_lag_s() > limits::LATE_DOUBTFUL_S);
+        let late = wheel
+            .rim
+            .errors(false)
+            .1
+            .is_some_and(|lag_s| lag_s - self.usual_lag_s() > limits::LATE_DOUBTFUL_S);
         let whole = wheel.tachometer.missing < 0.3 && wheel.tachometer.largest < limits::RINGS_DOUBTFUL;
         !open && !late && whole
     }
@@ -90,7 +93,7 @@ impl TrainWatch {
     /// Lag of most wheels behind the speed of the train, s.
     fn usual_lag_s(&self) -> f64 {
         let wheels = self.wagons.iter().flat_map(|wagon| &wagon.wheel);
-        let mut lags: Vec<f64> = wheels.filter_map(|wheel| wheel.rim.errors().1).collect();
+        let mut lags: Vec<f64> = wheels.filter_map(|wheel| wheel.rim.errors(false).1).collect();
         if lags.len() < MANY_WHEELSETS { 0.0 } else { median(&mut lags) }
     }
 }

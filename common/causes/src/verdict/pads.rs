@@ -14,6 +14,7 @@ impl TrainWatch {
         let wheels = || self.wagons.iter().flat_map(|wagon| &wagon.wheel);
         let usual = spread(wheels().filter_map(|wheel| Some(wheel.rolled.last()?.value)), 8);
         let beyond = DRAGS.0.min(DRAGS_BEYOND * usual);
+        let mut accused: Vec<(usize, Vec<usize>, f64)> = Vec::new();
         for index in 0..self.wagons.len() {
             let wagon = &self.wagons[index];
             if self.book.open(index).is_some_and(|cause| cause != Cause::Dragging) {
@@ -32,14 +33,7 @@ impl TrainWatch {
             if !held.is_empty() {
                 let strongest =
                     held.iter().filter_map(|k| shifts[*k]).map(|it| -it.value).fold(0.0, f64::max);
-                let force_n = strongest / wagon.file.compliance_per_n;
-                let reason = format!("rolls as if held back by {:.1} kN since lately", 1e-3 * force_n);
-                let grade = if force_n > 0.01 * 9.81 * wagon.file.mass_kg / wagon.wheel.len() as f64 {
-                    Grade::Act
-                } else {
-                    Grade::Watch
-                };
-                self.suspect(Cause::Dragging, (index, held), (grade, 0.9, 1), &[], reason);
+                accused.push((index, held, strongest / wagon.file.compliance_per_n));
                 continue;
             }
             let alone = shift(&wagon.balance_rolled, 2);
@@ -51,6 +45,24 @@ impl TrainWatch {
                 let reason = format!("rolls as if held back by {:.1} kN since lately", 1e-3 * force_n);
                 self.suspect(Cause::Dragging, (index, vec![first]), (Grade::Act, 0.8, 1), &[], reason);
             }
+        }
+        self.tell_held(&accused);
+    }
+
+    fn tell_held(&mut self, accused: &[(usize, Vec<usize>, f64)]) {
+        for (index, held, force_n) in accused {
+            // Neighbours that are held back in the same roll are so by their couplers.
+            if accused.iter().any(|(other, ..)| other.abs_diff(*index) == 1) {
+                continue;
+            }
+            let wagon = &self.wagons[*index];
+            let reason = format!("rolls as if held back by {:.1} kN since lately", 1e-3 * force_n);
+            let grade = if *force_n > 0.01 * 9.81 * wagon.file.mass_kg / wagon.wheel.len() as f64 {
+                Grade::Act
+            } else {
+                Grade::Watch
+            };
+            self.suspect(Cause::Dragging, (*index, held.clone()), (grade, 0.9, 1), &[], reason);
         }
     }
 

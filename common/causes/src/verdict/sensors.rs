@@ -75,23 +75,8 @@ impl TrainWatch {
     fn judge_speeds(&mut self) {
         let many = self.wagons.len() >= 3;
         self.judge_clocks();
-        for index in 0..self.wagons.len() {
-            let speed = self.wagons[index].speed;
-            if many && speed.seconds > 60.0 {
-                let (scale, lag_s) = speed.errors();
-                let late = lag_s.filter(|lag_s| *lag_s > LATE_SPEED_S);
-                // Along a long train speeds change one after another: it must be late beside its own wheels, too.
-                let wheels_s = self.wheels_lag_s(index);
-                let late =
-                    late.filter(|lag_s| wheels_s.is_some_and(|wheels_s| lag_s - wheels_s > LATE_SPEED_S));
-                if scale.abs() > SPEED_SCALE || late.is_some() {
-                    let reason = match late {
-                        Some(lag_s) => format!("speed comes {lag_s:.2} s later than the train's"),
-                        None => format!("speed is {:+.1} % off that of the train", 100.0 * scale),
-                    };
-                    self.suspect(Cause::SpeedSensor, (index, vec![]), (Grade::Watch, 0.96, 3), &[], reason);
-                }
-            }
+        if many {
+            self.judge_speed_sensors();
         }
         let errors: Vec<Vec<(f64, Option<f64>)>> =
             self.wagons.iter().map(|wagon| wagon.wheel.iter().map(told).collect()).collect();
@@ -103,7 +88,11 @@ impl TrainWatch {
             // Wheels that all differ alike from the only speed there is: it is the speed.
             let alike = errors.iter().flatten().all(|(one, _)| (one - scale).abs() < 0.5 * scale.abs());
             let alike_late = lags.len() >= 2 && lags.iter().all(|one| (one - lag_s).abs() < 0.04);
-            let late = alike_late && -lag_s > LATE_SPEED_ALONE_S;
+            // Wheels that drive seem early where the rail gives way by more than they should need.
+            let free =
+                self.wagons.iter().flat_map(|wagon| &wagon.wheel).filter_map(|wheel| told_by(wheel, true).1);
+            let free_s = median(&mut free.collect());
+            let late = alike_late && -lag_s > LATE_SPEED_ALONE_S && -free_s > 0.5 * LATE_SPEED_ALONE_S;
             if (alike && scale.abs() > SPEED_SCALE) || late {
                 let reason = match late {
                     true => format!("speed comes {:.2} s later than all wheels", -lag_s),
@@ -114,35 +103,99 @@ impl TrainWatch {
                 return;
             }
         }
-        let (scale, lag_s) = if few { (0.0, 0.0) } else { (scale, lag_s) };
-        for (index, wheels) in errors.iter().enumerate() {
-            for (k, (own, own_lag_s)) in wheels.iter().enumerate() {
-                // Along a long train speeds change one after another: what is late must be so beside its own wagon, too.
-                let others =
-                    (0..wheels.len()).filter(|other| *other != k).filter_map(|other| wheels[other].1);
-                let mut others_s: Vec<f64> = others.collect();
-                let known = !others_s.is_empty();
-                let beside_s = if known { median(&mut others_s) } else { lag_s };
-                let late_s = own_lag_s.map_or(0.0, |own_s| (own_s - lag_s).min(own_s - beside_s));
+        self.judge_wheels(few);
+    }
+
+    /// Speeds of wagons against that of the train.
+    fn judge_speed_sensors(&mut self) {
+        let wrong = |index: usize| -> Option<String> {
+            let speed = self.wagons[index].speed;
+            let (scale, lag_s) = speed.errors(false);
+            let late = lag_s.filter(|lag_s| *lag_s > LATE_SPEED_S);
+            // Along a long train speeds change one after another: it must be late beside its own wheels, too.
+            let wheels_s = self.wheels_lag_s(index);
+            let late = late.filter(|lag_s| wheels_s.is_some_and(|wheels_s| lag_s - wheels_s > LATE_SPEED_S));
+            let off = scale.abs() > SPEED_SCALE || late.is_some();
+            (off && speed.seconds > 60.0).then(|| match late {
+                Some(lag_s) => format!("speed comes {lag_s:.2} s later than the train's"),
+                None => format!("speed is {:+.1} % off that of the train", 100.0 * scale),
+            })
+        };
+        let reasons: Vec<Option<String>> = (0..self.wagons.len()).map(wrong).collect();
+        for (index, reason) in reasons.iter().enumerate() {
+            // Neighbours that differ from the train together are at another place of its slack.
+            let beside = [index.wrapping_sub(1), index + 1];
+            let together = beside.iter().any(|other| reasons.get(*other).is_some_and(Option::is_some));
+            if let Some(reason) = reason.clone().filter(|_| !together) {
+                self.suspect(Cause::SpeedSensor, (index, vec![]), (Grade::Watch, 0.96, 3), &[], reason);
+            }
+        }
+    }
+
+    /// Wheels against the train: what is an error of one is so whether or not creepage may differ from what forces should cause.
+    fn judge_wheels(&mut self, few: bool) {
+        let plain = self.wheel_errors(false, few);
+        let free = self.wheel_errors(true, few);
+        let radii: Vec<Vec<f64>> = self
+            .wagons
+            .iter()
+            .map(|wagon| wagon.wheel.iter().map(|wheel| wheel.creepage.radius()).collect())
+            .collect();
+        let radius = if few { 0.0 } else { median(&mut radii.iter().flatten().copied().collect()) };
+        for index in 0..self.wagons.len() {
+            for k in 0..self.wagons[index].wheel.len() {
+                let ((off, late_s), (free_off, free_late_s)) = (plain[index][k], free[index][k]);
+                let late_s = late_s.min(free_late_s);
+                // And while it coasts.
+                let coasts = radii[index][k] - radius;
+                let beyond = off.abs().min(free_off.abs()) > RADIUS && coasts.abs() > 0.7 * RADIUS;
                 if late_s > LATE_WHEEL_S {
                     let reason = format!("wheel speed comes {late_s:.2} s late");
                     let how = (Grade::Watch, 0.94, 3);
                     self.suspect(Cause::TachometerLate, (index, vec![k]), how, &[], reason);
-                } else if (own - scale).abs() > RADIUS {
-                    let off = -100.0 * (own - scale);
-                    let reason = format!("the wheel is {off:+.2} % larger than its file says");
+                } else if beyond && off * free_off > 0.0 && off * coasts > 0.0 {
+                    let reason = format!("the wheel is {:+.2} % larger than its file says", -100.0 * off);
                     let how = (Grade::Watch, 0.95, 3);
                     self.suspect(Cause::WheelDiameter, (index, vec![k]), how, &[], reason);
                 }
             }
         }
     }
+
+    /// Scale and lag (s) of every wheel beyond what is common; of a wheel that tells no lag it is none.
+    fn wheel_errors(&self, creeps: bool, few: bool) -> Vec<Vec<(f64, f64)>> {
+        let errors: Vec<Vec<(f64, Option<f64>)>> = self
+            .wagons
+            .iter()
+            .map(|wagon| wagon.wheel.iter().map(|wheel| told_by(wheel, creeps)).collect())
+            .collect();
+        let common = |values: Vec<f64>| if few { 0.0 } else { median(&mut values.clone()) };
+        let scale = common(errors.iter().flatten().map(|(scale, _)| *scale).collect());
+        let lag_s = common(errors.iter().flatten().filter_map(|(_, lag_s)| *lag_s).collect());
+        let beyond = |wheels: &Vec<(f64, Option<f64>)>| {
+            let one = |(k, (own, own_s)): (usize, &(f64, Option<f64>))| {
+                // Along a long train speeds change one after another: what is late must be so beside its own wagon, too.
+                let others = wheels.iter().enumerate().filter(|(other, _)| *other != k);
+                let mut others_s: Vec<f64> = others.filter_map(|(_, (_, lag_s))| *lag_s).collect();
+                let beside_s = if others_s.is_empty() { lag_s } else { median(&mut others_s) };
+                // And where a wagon as a whole is faster than the train, that is no error of its wheels.
+                let others = wheels.iter().enumerate().filter(|(other, _)| *other != k);
+                let beside = median(&mut others.map(|(_, (scale, _))| *scale).collect());
+                let off = own - scale;
+                let off = if off * (own - beside) > 0.0 { least(off, own - beside) } else { 0.0 };
+                let off = if beside.is_finite() && !few { off } else { own - scale };
+                (off, own_s.map_or(0.0, |own_s| (own_s - lag_s).min(own_s - beside_s)))
+            };
+            wheels.iter().enumerate().map(one).collect()
+        };
+        errors.iter().map(beyond).collect()
+    }
 }
 
 impl TrainWatch {
     /// Wagons of which everything comes late: their clock does, or the way of their data is long.
     fn judge_clocks(&mut self) {
-        let speeds: Vec<Option<f64>> = self.wagons.iter().map(|wagon| wagon.speed.errors().1).collect();
+        let speeds: Vec<Option<f64>> = self.wagons.iter().map(|wagon| wagon.speed.errors(false).1).collect();
         let differ_s = spread(speeds.iter().copied().flatten(), 3);
         if speeds.iter().flatten().count() < 3 || differ_s > LATE_CLOCK_S.1 {
             return;
@@ -169,10 +222,20 @@ impl TrainWatch {
     }
 }
 
+/// The one that is nearer to nothing.
+fn least(a: f64, b: f64) -> f64 {
+    if a.abs() < b.abs() { a } else { b }
+}
+
 /// Scale and lag of a wheel against the train; NaN while too little has been seen.
 fn told(wheel: &Wheel) -> (f64, Option<f64>) {
+    told_by(wheel, false)
+}
+
+/// The same, with a term for creepage or without.
+fn told_by(wheel: &Wheel, creeps: bool) -> (f64, Option<f64>) {
     if wheel.rim.seconds < 60.0 || wheel.tachometer.silent_s() > 0.0 {
         return (f64::NAN, None);
     }
-    wheel.rim.errors()
+    wheel.rim.errors(creeps)
 }
