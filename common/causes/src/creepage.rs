@@ -31,7 +31,8 @@ const BEGINS_TO_LAG_S: f64 = 0.15;
 /// What is known before anything is learnt, and how good the equation is.
 #[derive(Debug, Clone, Copy, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Belief {
-    /// One sigma of δ, κ, γ and of the last term.
+    /// δ, κ, γ and the last term, and one sigma of each.
+    nominal: [f64; TERMS],
     prior: [f64; TERMS],
     /// What the equation leaves unexplained in a second: a constant, and a share of what brake and drive do.
     unexplained: (f64, f64),
@@ -49,6 +50,7 @@ pub(crate) struct Belief {
 impl Belief {
     /// Of the creepage of a wheelset: radius, pad friction over nominal, creep compliance, lag (s).
     pub(crate) const CREEPAGE: Self = Self {
+        nominal: [0.0, 1.0, 1.0, 0.0],
         prior: [0.02, 0.2, 0.08, 0.05],
         unexplained: (3e-5, 0.06),
         roll_wander: 1e-5,
@@ -58,10 +60,19 @@ impl Belief {
         drive_share: 0.15,
     };
 
+    /// Of the same beside the other wheelsets of the wagon: all are differences.
+    pub(crate) const BESIDE: Self = Self {
+        nominal: [0.0; TERMS],
+        prior: [0.02, 0.1, 0.08, 0.05],
+        unexplained: (1e-5, 0.03),
+        ..Self::CREEPAGE
+    };
+
     /// Of the balance of a wagon that runs alone: resistance over weight, pad friction and drive torque, both over mass. Measured
     /// acceleration stands on one side only: a term for the mass beside it would be fitted to its noise.
     pub(crate) const fn balance(mass_sigma: f64) -> Self {
         Self {
+            nominal: [0.0, 1.0, 1.0, 0.0],
             prior: [0.002, 0.2, mass_sigma, 0.0],
             unexplained: (8e-4, 0.04),
             roll_wander: 4e-4,
@@ -102,6 +113,8 @@ pub(crate) struct Braked {
     pub level: Change,
     /// Trend of κ within the application, 1/s.
     pub trend: Change,
+    /// κ by this application alone.
+    pub alone: Change,
 }
 
 /// Sums of innovations against one regressor.
@@ -154,7 +167,7 @@ impl Creepage {
         for k in 0..TERMS {
             covariance[k][k] = belief.prior[k] * belief.prior[k];
         }
-        let theta = [0.0, 1.0, 1.0, 0.0];
+        let theta = belief.nominal;
         Self {
             belief,
             theta,
@@ -232,7 +245,13 @@ impl Creepage {
             value: (sums.innovation_moment - middle * sums.innovation) / spread.max(1e-9),
             variance: 1.0 / spread.max(1e-9),
         };
-        Some(Braked { level, trend })
+        // Whatever was believed of κ has no part in it.
+        let others = [row[0], 0.0, row[2], row[3]];
+        let alone = Change {
+            value: self.before.0[1] + level.value,
+            variance: level.variance - quadratic(&row, &self.before.1) + quadratic(&others, &self.before.1),
+        };
+        Some(Braked { level, trend, alone })
     }
 
     /// A roll is over, or has lasted long enough.
@@ -371,5 +390,43 @@ mod tests {
         let (braked, rolled) = day(&mut wheel, 2, 1.0, 2e-4);
         assert!(rolled.iter().all(|change| (change.value + 2e-4).abs() < 5e-5), "{rolled:?}");
         assert!(braked.iter().all(|one| one.level.value > -0.05), "{braked:?}");
+    }
+
+    /// Acceleration is measured with noise, and only on one side of the balance: the mass does not drift towards nothing.
+    #[test]
+    fn the_mass_of_a_wagon_that_runs_alone_stays_what_it_is() {
+        let mut balance = Creepage::new(Belief::balance(0.3));
+        for turn in 0..4000_u32 {
+            let drive = [0.08, 0.04, 0.0, 0.0][(turn / 30) as usize % 4];
+            let brake = if turn % 120 >= 95 { 0.07 } else { 0.0 };
+            let noise = 6e-3 * (f64::from(turn) * 2.399).sin();
+            let accelerated = (drive - brake) / 1.2 + noise;
+            balance
+                .take(&Creep { creepage: accelerated, brake, drive, rate: accelerated, variance: 2e-5 }, 0.0);
+        }
+        balance.settle(true);
+        let mass = balance.mass();
+        assert!((mass.value - 0.2).abs() < 0.02, "{mass:?}");
+    }
+
+    /// A tachometer that lags reads less while the train gathers speed; that is not what holds its wheelset back.
+    #[test]
+    fn a_lag_is_no_drag() {
+        let mut wheel = Creepage::new(Belief::CREEPAGE);
+        let rolls = |wheel: &mut Creepage, lag_s: f64| {
+            for turn in 0..40 {
+                let rate = if turn % 20 < 10 { 0.02 } else { -0.002 };
+                let creepage = 1e-3 - lag_s * rate;
+                wheel.take(&Creep { creepage, brake: 0.0, drive: 0.0, rate, variance: 4e-10 }, 0.0);
+            }
+            let change = wheel.end_of_roll(false).expect("a roll");
+            wheel.settle(true);
+            change
+        };
+        for _ in 0..4 {
+            rolls(&mut wheel, 0.0);
+        }
+        let change = rolls(&mut wheel, 0.1);
+        assert!(change.value.abs() < 4.0 * change.variance.sqrt() && change.value.abs() < 1e-4, "{change:?}");
     }
 }

@@ -8,8 +8,8 @@
 //! | --- | --- | --- |
 //! | seconds | `second` | means, slopes and ripple of each channel over a second |
 //! | sensors | `sensors` | missing, late, eccentric and ringing tachometers; speed against the train's |
-//! | pressure | `pressure` | pressing forces of a wagon's wheelsets beside one another and against the order; when they rise |
-//! | creepage | `creepage`, `split` | wheel speed over train speed against the forces, wheelset by wheelset, against its own past; then within the wagon, and the wagon beside the train |
+//! | pressure | `pressure`, `timing` | pressing forces of a wagon's wheelsets beside one another and against the order; when they rise and fall |
+//! | creepage | `creepage`, `within`, `grip` | wheel speed over train speed against the forces, wheelset by wheelset, against its own past; within the wagon second by second, and the wagon beside the train application by application |
 //! | balance | `balance` | deceleration of a wagon that runs alone against its forces |
 //! | verdict | `verdict`, `book` | one alert a place: the cause that explains all, with probability and runner-up |
 //!
@@ -22,15 +22,16 @@ mod book;
 mod braking;
 mod cause;
 mod creepage;
+mod grip;
 mod input;
 mod pressure;
 mod robust;
 mod second;
 mod sensors;
-mod split;
 mod timing;
 mod verdict;
 mod watch;
+mod within;
 
 pub use book::{Alert, Runner};
 pub use cause::{Cause, Grade};

@@ -13,6 +13,9 @@ const ENOUGH: f64 = 5.0;
 /// The first seconds under pressure, in which a leak has taken little yet, and those in which it has, s.
 const FRESH_S: f64 = 6.0;
 const AGED_S: f64 = 12.0;
+/// From here on a wheelset differs from the others; and forces of several applications tell a share from a constant.
+const DIFFERS: f64 = 0.07;
+const FORCES_APART: f64 = 0.1;
 /// An order must have stood for so many seconds before pressure is owed.
 const STANDS: usize = 6;
 /// And the pads owe something from this share of a full brake on.
@@ -32,6 +35,9 @@ struct Pair {
     /// Count and sum of the ratio: while fresh, and aged.
     fresh: (f64, f64),
     aged: (f64, f64),
+    /// Number of applications in a row in which it differed, and sums over their means: of the others' force x and of the
+    /// difference d.
+    runs: [f64; 6],
 }
 
 /// How the force of one wheelset lies beside those of its wagon.
@@ -214,10 +220,29 @@ impl Pair {
 
     /// What told enough is over; what was too short is completed by the next application.
     fn end(&mut self) {
-        if self.n >= ENOUGH {
-            *self = Self::default();
+        if let Some(beside) = self.read() {
+            let differs = (beside.ratio - 1.0).abs() > DIFFERS;
+            let runs = if differs { self.with_this() } else { [0.0; 6] };
+            *self = Self { runs, ..Self::default() };
         }
         self.pressed_s = 0.0;
+    }
+
+    /// Sums over applications with this one.
+    fn with_this(&self) -> [f64; 6] {
+        let (x, d) = (self.x / self.n, (self.y - self.x) / self.n);
+        let own = [1.0, x, d, x * x, x * d, d * d];
+        std::array::from_fn(|index| self.runs[index] + own[index])
+    }
+
+    /// What a share and a constant leave unexplained of the differences of several applications, if their forces differ enough.
+    fn left_over_runs_n(&self) -> Option<(f64, f64)> {
+        let [n, x, d, xx, xd, dd] = self.with_this();
+        let spread = (xx / n - (x / n).powi(2)).max(0.0).sqrt();
+        let share = xd / xx;
+        let by_share = (dd - share * xd).max(0.0) / n;
+        let by_constant = dd / n - (d / n).powi(2);
+        (n >= 2.0 && spread > FORCES_APART * x / n).then(|| (by_share.sqrt(), by_constant.max(0.0).sqrt()))
     }
 
     fn read(&self) -> Option<Beside> {
@@ -233,8 +258,111 @@ impl Pair {
             seconds: self.n,
             ratio,
             offset_n,
-            left_n: (by_share.sqrt(), by_constant.max(0.0).sqrt()),
+            left_n: self.left_over_runs_n().unwrap_or((by_share.sqrt(), by_constant.max(0.0).sqrt())),
             over_time: tells.then(|| (self.fresh.1 / self.fresh.0, self.aged.1 / self.aged.0)),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::second::{Line, WheelSecond};
+
+    const GRIP_M: f64 = 0.0875;
+
+    fn second(order: f64, press_n: [f64; 4], drive_nm: f64) -> WagonSecond {
+        let line = Line { mean: 10.0, slope: 0.0, present: 1.0 };
+        let wheel = press_n.map(|press_n| WheelSecond {
+            omega: line,
+            missing: 0.0,
+            scatter: 0.0,
+            largest: 0.0,
+            once_a_turn: 0.0,
+            press_n,
+            drive_nm,
+        });
+        WagonSecond { v: line, wheel, load_kg: f64::NAN, demand: order, grade_rad: 0.0, heard: 1.0 }
+    }
+
+    /// An application of so many seconds at this order; force of wheelset 1 over that of the others by the second.
+    fn brakes(pressure: &mut Pressure, order: f64, seconds: usize, ratio: impl Fn(f64) -> f64) {
+        for t in 0..seconds {
+            let others_n = 30e3 * order;
+            let t = t as f64;
+            let press_n = [others_n, ratio(t) * others_n, others_n, others_n];
+            pressure.take(&second(order, press_n, 0.0), 4, Some(t), false, false, GRIP_M);
+        }
+    }
+
+    #[test]
+    fn a_leak_takes_more_and_more_and_a_vent_a_share_from_the_beginning() {
+        let over_time = |ratio: fn(f64) -> f64| {
+            let mut pressure = Pressure::default();
+            brakes(&mut pressure, 0.6, 40, ratio);
+            pressure.beside(1).and_then(|beside| beside.over_time).expect("it tells")
+        };
+        let (fresh, aged) = over_time(|t| 1.0 - 0.8 * (1.0 - (-0.04 * t).exp()));
+        assert!(fresh > 0.85 && aged < 0.6, "{fresh} {aged}");
+        let (fresh, aged) = over_time(|_| 0.5);
+        assert!((fresh - aged).abs() < 1e-9);
+    }
+
+    #[test]
+    fn an_application_that_tells_is_not_mixed_with_older_ones() {
+        let mut pressure = Pressure::default();
+        brakes(&mut pressure, 0.6, 60, |_| 1.0);
+        pressure.end();
+        brakes(&mut pressure, 0.6, 10, |_| 0.1);
+        let beside = pressure.beside(1).expect("it tells");
+        assert!((beside.ratio - 0.1).abs() < 1e-6 && beside.seconds == 10.0, "{beside:?}");
+    }
+
+    #[test]
+    fn two_applications_tell_a_share_from_a_constant() {
+        let left_n = |ratio: fn(f64) -> f64| {
+            let mut pressure = Pressure::default();
+            for order in [0.3, 0.6] {
+                brakes(&mut pressure, order, 20, |_| ratio(order));
+                pressure.end();
+            }
+            brakes(&mut pressure, 0.45, 20, |_| ratio(0.45));
+            pressure.beside(1).expect("it tells").left_n
+        };
+        let (by_share_n, by_constant_n) = left_n(|_| 0.6);
+        assert!(by_share_n < 1.0 && by_constant_n > 500.0);
+        let (by_share_n, by_constant_n) = left_n(|order| 1.0 - 3e3 / (30e3 * order));
+        assert!(by_constant_n < 1.0 && by_share_n > 100.0, "{by_share_n} {by_constant_n}");
+    }
+
+    /// A wagon whose electric brake does all that is ordered owes nothing with its pads until it stands.
+    #[test]
+    fn pads_owe_what_the_electric_brake_does_not_do() {
+        let mut pressure = Pressure::default();
+        let application = |pressure: &mut Pressure, cut: bool| {
+            let electric_nm = -0.5 * 30e3 * GRIP_M;
+            for t in 0..30 {
+                pressure.take(
+                    &second(0.5, [0.0; 4], electric_nm),
+                    4,
+                    Some(f64::from(t)),
+                    false,
+                    false,
+                    GRIP_M,
+                );
+            }
+            assert_eq!(pressure.left_out_s(0.05), None, "the electric brake does it all");
+            let held_n = if cut { 0.0 } else { 12e3 };
+            for t in 30..60 {
+                pressure.take(&second(0.4, [held_n; 4], 0.0), 4, Some(f64::from(t)), false, false, GRIP_M);
+            }
+        };
+        for _ in 0..2 {
+            application(&mut pressure, false);
+            assert_eq!(pressure.left_out_s(0.05), None);
+            pressure.end();
+        }
+        application(&mut pressure, true);
+        assert!(pressure.left_out_s(0.05).is_some_and(|owed_s| owed_s >= 20.0));
     }
 }

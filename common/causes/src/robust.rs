@@ -19,6 +19,19 @@ pub(crate) fn trimmed_mean(values: &mut Vec<f64>, reach: f64) -> f64 {
     sum / count
 }
 
+/// Median of absolute deviations of a normal distribution, times this, is its sigma.
+const MAD_TO_SIGMA: f64 = 1.4826;
+
+/// Robust sigma of values about their median; 0 where there are too few.
+pub(crate) fn spread(values: impl Iterator<Item = f64>, least: usize) -> f64 {
+    let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+    if values.len() < least {
+        return 0.0;
+    }
+    let middle = median(&mut values);
+    MAD_TO_SIGMA * median(&mut values.iter().map(|value| (value - middle).abs()).collect())
+}
+
 /// Mean and scatter of a quantity over its own past: exact at first, fading later.
 #[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Past {

@@ -180,3 +180,61 @@ impl Timing {
         self.trace.iter().map(|(_, force_n)| force_n / peak_n).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FULL_N: f64 = 30e3;
+
+    /// An application of 20 s at half a brake and its release: delay of the distributor, s, and factor on the time of cylinders.
+    fn brakes(timing: &mut Timing, late_s: f64, slow: f64) -> (Stroke, Stroke) {
+        let mut force_n = 0.0;
+        let order_at = |t: f64| if (2.0..22.0).contains(&t) { 0.5 } else { 0.0 };
+        let mut rise = None;
+        for step in 0..600 {
+            let t = TRACE_S * f64::from(step);
+            let wanted_n = FULL_N * order_at(t - late_s);
+            let most_n = TRACE_S * FULL_N / slow / if wanted_n > force_n { 4.0 } else { 12.0 };
+            force_n += (wanted_n - force_n).clamp(-most_n, most_n);
+            timing.trace(order_at(t), force_n, t > 2.0 && t < 22.0, (FULL_N, false));
+            if step == 219 {
+                rise = timing.rise(None, FULL_N);
+            }
+            if step == 221 {
+                timing.forget_trace();
+            }
+        }
+        (rise.expect("it rises"), timing.fallen().expect("it falls"))
+    }
+
+    #[test]
+    fn a_late_distributor_begins_later_and_a_slow_cylinder_takes_longer() {
+        let mut timing = Timing::default();
+        let (rise, fall) = brakes(&mut timing, 0.3, 1.0);
+        let (late_rise, late_fall) = brakes(&mut timing, 3.3, 1.0);
+        assert!((late_rise.start_s - rise.start_s - 3.0).abs() < 0.15, "{rise:?} {late_rise:?}");
+        assert!(
+            (late_fall.start_s - fall.start_s - 3.0).abs() < 0.15
+                && (late_fall.slow - fall.slow).abs() < 0.05
+        );
+        let (slow_rise, slow_fall) = brakes(&mut timing, 0.3, 2.5);
+        assert!((slow_fall.slow - fall.slow - 2.5_f64.ln()).abs() < 0.05, "{fall:?} {slow_fall:?}");
+        assert!((slow_fall.start_s - fall.start_s).abs() < 0.2 && slow_rise.slow > rise.slow + 1.0);
+    }
+
+    #[test]
+    fn what_still_fills_or_brakes_electrically_tells_no_fall() {
+        for (electric, steady) in [(true, true), (false, false)] {
+            let mut timing = Timing::default();
+            for step in 0..400 {
+                let order = if (20..120).contains(&step) { 0.5 } else { 0.0 };
+                let fills_n = if steady { 15e3 } else { 100.0 * f64::from(step) };
+                let force_n =
+                    if order > 0.0 { fills_n } else { (fills_n - 300.0 * f64::from(step - 120)).max(0.0) };
+                timing.trace(order, force_n, order > 0.0, (FULL_N, electric));
+            }
+            assert_eq!(timing.fallen(), None);
+        }
+    }
+}

@@ -5,13 +5,14 @@ use crate::book::{Alert, Book};
 use crate::braking::{Braking, Turn};
 use crate::cause::Cause;
 use crate::creepage::{Belief, Braked, Change, Creep, Creepage};
+use crate::grip::{self, Grip};
 use crate::input::{MAX_WHEELSETS, Reading, WagonFile};
 use crate::pressure::Pressure;
 use crate::robust::{median, trimmed_mean};
 use crate::second::{Buffer, SECOND_S, WagonSecond};
 use crate::sensors::{SpeedSensor, Tachometer};
-use crate::split::split;
 use crate::timing::{TRACE_S, Timing};
+use crate::within::{self, Creeps};
 
 /// Slower than this creepage tells nothing, m/s.
 const LEAST_SPEED_M_S: f64 = 3.5;
@@ -38,12 +39,16 @@ const LOOK_S: f64 = 10.0;
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Wheel {
     pub creepage: Creepage,
+    /// The same beside the other wheelsets of its wagon.
+    pub beside: Creepage,
+    /// Whether its tachometer could be trusted when sensors were judged last.
+    pub trusted: bool,
     pub tachometer: Tachometer,
     pub rim: SpeedSensor,
     /// Changes of pad friction, the train's common change removed; latest last.
     pub braked: Vec<Braked>,
-    /// The same beside the other wheelsets of its wagon.
-    pub braked_beside: Vec<Change>,
+    /// Pad friction beside the other wheelsets of its wagon.
+    pub grip: Grip,
     /// Changes of the creepage at rest beside the other wheelsets of its wagon.
     pub rolled: Vec<Change>,
     /// Creepage outside of braking in the latest seconds: what is no slide although it looks so.
@@ -63,8 +68,8 @@ pub(crate) struct Wagon {
     pub pressure: Pressure,
     pub timing: Timing,
     pub speed: SpeedSensor,
-    /// Changes of pad friction, mean of its wheelsets, beside the train; latest last.
-    pub braked: Vec<Change>,
+    /// Pad friction, mean of its wheelsets, beside the train; of a wagon that runs alone by its balance.
+    pub grip: Grip,
     /// Balance of forces, of a wagon that runs alone.
     pub balance: Option<Creepage>,
     pub balance_braked: Vec<Braked>,
@@ -106,7 +111,7 @@ impl TrainWatch {
             pressure: Pressure::default(),
             timing: Timing::default(),
             speed: SpeedSensor::default(),
-            braked: Vec::new(),
+            grip: Grip::default(),
             balance: alone.then(|| Creepage::new(Belief::balance(file.mass_sigma.max(0.3)))),
             balance_braked: Vec::new(),
             balance_rolled: Vec::new(),
@@ -141,7 +146,14 @@ impl TrainWatch {
     pub fn go_on(mut self, files: &[WagonFile]) -> Option<Self> {
         let wheels = |wagon: &Wagon| wagon.wheel.len() == wagon.file.wheelsets.min(MAX_WHEELSETS);
         let learnt = |wagon: &Wagon| {
-            wagon.wheel.iter().map(|wheel| &wheel.creepage).chain(&wagon.balance).all(Creepage::is_sound)
+            wagon
+                .wheel
+                .iter()
+                .flat_map(|wheel| [&wheel.creepage, &wheel.beside])
+                .chain(&wagon.balance)
+                .all(Creepage::is_sound)
+                && wagon.grip.is_sound()
+                && wagon.wheel.iter().all(|wheel| wheel.grip.is_sound())
         };
         let same = self.wagons.iter().map(|wagon| &wagon.file).eq(files);
         let sound = self.wagons.iter().all(|wagon| wheels(wagon) && learnt(wagon));
@@ -155,6 +167,7 @@ impl TrainWatch {
             wagon.silent_s = 0.0;
             for wheel in &mut wagon.wheel {
                 wheel.creepage.abandon();
+                wheel.beside.abandon();
                 (wheel.stuck_s, wheel.slid_ago_s) = (0.0, SLID_LONG_AGO_S);
             }
         }
@@ -239,6 +252,7 @@ impl TrainWatch {
         if self.time_s - self.looked_s >= LOOK_S {
             self.looked_s = self.time_s;
             self.judge_sensors();
+            self.trust_wheels();
             self.judge_released();
             self.book.settle(self.time_s);
         }
@@ -259,6 +273,7 @@ impl TrainWatch {
                 self.most_order = 0.0;
                 self.falls_due_s = self.falls_due_s.min(self.time_s);
                 self.end_rolls(true);
+                self.end_rolls_beside(true);
             }
             Turn::Ended => self.end_application(),
             Turn::Same => {}
@@ -288,6 +303,7 @@ impl TrainWatch {
         for (wagon, second) in self.wagons.iter_mut().zip(seconds) {
             let wheelsets = wagon.wheel.len();
             let (mut slides, mut driven) = (false, false);
+            let mut creeps: Creeps = [None; MAX_WHEELSETS];
             for k in 0..wheelsets {
                 let seen = &second.wheel[k];
                 let wheel = &mut wagon.wheel[k];
@@ -339,8 +355,10 @@ impl TrainWatch {
                 let straight = creep.drive.abs() < COASTING && brake < 0.003;
                 if creepage.abs() < 0.012 + wheel.idle.abs() && straight {
                     wheel.creepage.take(&creep, since_s.unwrap_or(0.0));
+                    creeps[k] = Some(creep);
                 }
             }
+            within::take(&mut wagon.wheel, &creeps, since_s.unwrap_or(0.0));
             let slid = slides || wagon.wheel.iter().any(|wheel| wheel.slid_ago_s < 4.0);
             let grip_m = wagon.file.pad_friction * wagon.file.pad_radius_m;
             wagon.pressure.take(second, wheelsets, since_s, quiet, slid, grip_m);
@@ -364,6 +382,7 @@ impl TrainWatch {
         if rolls {
             if since_s.is_none() {
                 self.end_rolls(false);
+                self.end_rolls_beside(false);
             }
             self.judge_slides();
         }
@@ -399,13 +418,89 @@ impl TrainWatch {
         for (index, k, _) in doubtful {
             self.wagons[index].wheel[k].creepage.settle(true);
         }
-        for ((index, k, own), beside) in sound.iter().zip(split(&sound).beside) {
+        for (index, k, own) in &sound {
             let wheel = &mut self.wagons[*index].wheel[*k];
-            beside.into_iter().for_each(|change| keep(&mut wheel.rolled, change));
             let small = own.value.abs() < 4.0 * own.variance.sqrt() || wheel.applications < 1;
             wheel.creepage.settle(small);
         }
-        self.judge_rolls();
+    }
+
+    /// The same of each wheelset beside the others of its wagon.
+    fn end_rolls_beside(&mut self, interrupted: bool) {
+        let mut any = false;
+        for wheel in self.wagons.iter_mut().flat_map(|wagon| &mut wagon.wheel) {
+            let Some(change) = wheel.beside.end_of_roll(interrupted) else { continue };
+            let small = change.value.abs() < 4.0 * change.variance.sqrt() || wheel.applications < 1;
+            // Before the first application there is no past.
+            if change.variance <= 1e-6 && wheel.trusted {
+                any = true;
+                keep(&mut wheel.rolled, change);
+            }
+            wheel.beside.settle(small);
+        }
+        if any {
+            self.judge_rolls();
+        }
+    }
+
+    fn trust_wheels(&mut self) {
+        for index in 0..self.wagons.len() {
+            let trusts: Vec<bool> =
+                (0..self.wagons[index].wheel.len()).map(|k| self.trusts(index, k)).collect();
+            let wheels = &mut self.wagons[index].wheel;
+            // Beside other wheels a difference is another one.
+            if wheels.iter().map(|wheel| wheel.trusted).ne(trusts.iter().copied()) {
+                for (wheel, trusted) in wheels.iter_mut().zip(trusts) {
+                    wheel.trusted = trusted;
+                    wheel.beside = Creepage::new(Belief::BESIDE);
+                    wheel.rolled.clear();
+                }
+            }
+        }
+    }
+
+    /// What the application that has just ended says of pads, beside those next to them.
+    fn take_grip(&mut self, ended: &[(usize, usize, Braked)]) {
+        let tells = |(index, k, braked): &&(usize, usize, Braked)| {
+            braked.alone.variance < LEAST_TELLING && self.trusts(*index, *k)
+        };
+        let known: Vec<_> =
+            ended.iter().filter(tells).map(|(index, k, one)| (*index, *k, one.alone)).collect();
+        // On a wet rail all creep more, the first wheelsets most: what differs then says little of pads.
+        let wet = 0.7 * common(ended.iter().map(|(.., braked)| braked.level.value)).abs();
+        let wagons = grip::beside_train(&known);
+        let mut wheels = Vec::new();
+        for (index, wagon) in self.wagons.iter_mut().enumerate() {
+            for (k, wheel) in wagon.wheel.iter_mut().enumerate() {
+                let Some(braked) = wheel.beside.end_of_braking() else { continue };
+                wheel.beside.settle(true);
+                if wheel.trusted && braked.alone.variance < LEAST_TELLING {
+                    // Of what the pads of the train do.
+                    let usual = wheel.creepage.friction().value.max(0.5);
+                    let Change { value, variance } = braked.alone;
+                    wheels.push((
+                        index,
+                        k,
+                        Change { value: value / usual, variance: variance / (usual * usual) },
+                    ));
+                }
+            }
+        }
+        let past = |index: usize, k: usize| self.wagons[index].wheel[k].grip.mean();
+        let within = grip::scatter(wheels.iter().map(|(index, k, look)| (look.value, past(*index, *k))), 8);
+        let past = |index: usize| self.wagons[index].grip.mean();
+        let between = grip::scatter(wagons.iter().map(|(index, look)| (look.value, past(*index))), 4);
+        for (index, k, look) in wheels {
+            let variance = look.variance.max(within * within) + wet * wet;
+            self.wagons[index].wheel[k].grip.take(Change { variance, ..look });
+        }
+        if wagons.len() < 3 {
+            return;
+        }
+        for (index, look) in wagons {
+            let variance = look.variance.max(between * between) + wet * wet;
+            self.wagons[index].grip.take(Change { variance, ..look });
+        }
     }
 
     fn end_application(&mut self) {
@@ -418,6 +513,9 @@ impl TrainWatch {
             if let Some(braked) = wagon.balance.as_mut().and_then(Creepage::end_of_braking) {
                 keep(&mut wagon.balance_braked, braked);
                 let level = braked.level;
+                if braked.alone.variance < LEAST_TELLING {
+                    wagon.grip.take(Change { value: braked.alone.value - 1.0, ..braked.alone });
+                }
                 if level.variance > LEAST_TELLING {
                     wagon.balance_braked.pop();
                 }
@@ -425,6 +523,7 @@ impl TrainWatch {
                 wagon.balance.iter_mut().for_each(|of| of.settle(small));
             }
         }
+        self.take_grip(&ended);
         // The first applications say nothing: there is no past yet.
         let tells = |braked: &Braked| braked.level.variance < LEAST_TELLING;
         for (index, k, _) in ended.iter().filter(|(.., braked)| !tells(braked)) {
@@ -452,21 +551,8 @@ impl TrainWatch {
         for (index, k, _) in doubtful {
             self.wagons[index].wheel[k].creepage.settle(true);
         }
-        let levels: Vec<_> = ended.iter().map(|(index, k, braked)| (*index, *k, braked.level)).collect();
-        let parts = split(&levels);
-        for (index, whole) in parts.wagons {
-            keep(&mut self.wagons[index].braked, whole);
-        }
-        for ((index, k, own), beside) in ended.iter().zip(parts.beside) {
+        for (index, k, own) in &ended {
             let wheel = &mut self.wagons[*index].wheel[*k];
-            // Beside others that creep more on a wet rail a sound wheelset seems to grip less: it must do so by itself, too.
-            let by_itself = own.level.value + level;
-            if let Some(change) = beside {
-                keep(
-                    &mut wheel.braked_beside,
-                    Change { value: change.value.max(by_itself.min(0.0)), ..change },
-                );
-            }
             keep(&mut wheel.braked, *own);
             wheel.applications += 1;
             let small = own.level.value.abs() < (3.5 * own.level.variance.sqrt()).max(0.08);
@@ -485,13 +571,15 @@ impl TrainWatch {
 }
 
 impl Wheel {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             creepage: Creepage::new(Belief::CREEPAGE),
+            beside: Creepage::new(Belief::BESIDE),
+            trusted: true,
             tachometer: Tachometer::default(),
             rim: SpeedSensor::default(),
             braked: Vec::new(),
-            braked_beside: Vec::new(),
+            grip: Grip::default(),
             rolled: Vec::new(),
             idle: 0.0,
             stuck_s: 0.0,

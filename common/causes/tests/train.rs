@@ -20,6 +20,12 @@ enum Wrong {
     Clock(f64),
     Wobbles(f64),
     Missing,
+    /// Its cylinders take so many times as long.
+    Slow(f64),
+    /// Its distributor hears the order so late, s.
+    LateDistributor(f64),
+    /// The wheelset's cylinder loses this share a second while it is held.
+    Leaks(f64),
 }
 
 /// Even noise that repeats with the seed.
@@ -105,9 +111,19 @@ fn day_that_says(
             for k in 0..4 {
                 let one = here && k == 1;
                 let cut = (one && wrong == Wrong::NoForce) || (here && wrong == Wrong::Wagon);
-                let wanted_n = if cut { 0.0 } else { order * FULL_N };
+                let (slow, late_s) = match wrong {
+                    Wrong::Slow(times) if here => (times, 0.0),
+                    Wrong::LateDistributor(late_s) if here => (1.0, late_s),
+                    _ => (1.0, 0.0),
+                };
+                let heard = if late_s > 0.0 { timetable(t - late_s).1 } else { order };
+                let leaked = match wrong {
+                    Wrong::Leaks(share) if one => (-share * (t % 150.0 - 106.0).max(0.0)).exp(),
+                    _ => 1.0,
+                };
+                let wanted_n = if cut { 0.0 } else { heard * leaked * FULL_N };
                 let pressed_n = &mut force_n[index][k];
-                *pressed_n += DT_S / 0.8 * (wanted_n - *pressed_n);
+                *pressed_n += DT_S / (0.8 * slow) * (wanted_n - *pressed_n);
                 let (pads, drags_n) = match wrong {
                     Wrong::Pads(lost) if one => (1.0 - lost, 0.0),
                     Wrong::Drags(force_n) if one => (1.0, force_n),
@@ -161,6 +177,37 @@ fn each_fault_raises_one_alert_with_its_cause_and_place() {
     assert_eq!(named(Wrong::Clock(0.3)), vec![(Cause::Clock, vec![2], vec![])]);
     assert_eq!(named(Wrong::Wobbles(0.012)), wheelset(Cause::TachometerEccentric));
     assert_eq!(named(Wrong::Missing), wheelset(Cause::TachometerDropout));
+    assert_eq!(named(Wrong::Slow(2.5)), vec![(Cause::SlowCylinder, vec![2], vec![])]);
+    assert_eq!(named(Wrong::LateDistributor(3.0)), vec![(Cause::LateDistributor, vec![2], vec![])]);
+    assert_eq!(named(Wrong::Leaks(0.03)), wheelset(Cause::SlowCylinder));
+}
+
+/// A wagon that has no force any more is told after one application.
+#[test]
+fn a_wagon_without_a_brake_is_told_at_once() {
+    let alerts = day(Wrong::Wagon);
+    assert!(alerts[0].raised_t_s < 600.0, "{alerts:?}");
+}
+
+/// Brakes that weigh press a quarter less: so much less the wagon weighs than was entered. Where brakes do not weigh, wagons lie
+/// far from one another, and nothing is said.
+#[test]
+fn brakes_that_weigh_tell_a_wrong_load() {
+    let weighs = |shares: [f64; WAGONS]| {
+        let watch = day_that_says(Wrong::Nothing, &[], |_, readings| {
+            for (reading, share) in readings.iter_mut().zip(shares) {
+                reading.pressing_force_n.iter_mut().for_each(|force_n| *force_n *= share);
+            }
+        });
+        watch
+            .alerts()
+            .iter()
+            .filter(|alert| alert.cause == Cause::Payload)
+            .map(|alert| alert.wagons.clone())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(weighs([1.0, 0.99, 0.75, 1.02, 1.0]), vec![vec![2]]);
+    assert_eq!(weighs([1.3, 0.8, 0.75, 1.1, 0.6]), Vec::<Vec<usize>>::new());
 }
 
 /// Successors in a roll, in an application and while the brakes are applied: one application at most goes unseen for each.

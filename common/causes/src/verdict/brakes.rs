@@ -1,8 +1,8 @@
 //! Pressing forces: who has none, who has too little, who has some left, who is late.
 
 use super::limits::{
-    BESIDE, LATE, LEAKS, LEFT, MOST_ODDS, NO_FORCE, NOT_PRESSED, OWED_S, SEVERAL, SLOW_FALL, SLOW_RISE,
-    TELLING, TOLD_LATER,
+    BESIDE, LATE, LEAKS, LEFT, MOST_ODDS, NO_FORCE, NOT_PRESSED, OFFSET_N, OWED_S, SEVERAL, SLOW_FALL,
+    SLOW_RISE, TELLING, TOLD_LATER,
 };
 use crate::cause::{Cause, Grade};
 use crate::pressure::Beside;
@@ -113,7 +113,8 @@ impl TrainWatch {
         let besides: Vec<Option<Beside>> =
             (0..wheelsets).map(|k| self.wagons[index].pressure.beside(k)).collect();
         for (k, beside) in besides.iter().enumerate() {
-            let Some(beside) = beside else { continue };
+            // What a transducer may be off by in good health is not much of a light application.
+            let Some(beside) = beside.filter(|beside| beside.offset_n.abs() > OFFSET_N) else { continue };
             let at = (index, vec![k]);
             let percent = 100.0 * beside.ratio;
             let constant = beside.left_n.1 < 0.6 * beside.left_n.0;

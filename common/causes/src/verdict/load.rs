@@ -2,7 +2,7 @@
 
 use super::limits::{LOAD, LOAD_ALONE, LOAD_PRESSED, PRESSED_APART};
 use crate::cause::{Cause, Grade};
-use crate::split::spread;
+use crate::robust::spread;
 use crate::watch::{TrainWatch, Wagon};
 
 impl TrainWatch {

@@ -1,6 +1,7 @@
 //! From comparisons to suspicions, each kind of evidence in a file of its own. Every threshold stands in [`limits`].
 
 mod brakes;
+mod calibration;
 mod limits;
 mod load;
 mod pads;
@@ -29,16 +30,23 @@ fn shift(changes: &[Change], least: usize) -> Option<Change> {
     best
 }
 
+/// The same without the one that says most: one wild look is none.
+fn without_strongest(changes: &[Change]) -> Option<Change> {
+    let strength = |change: &Change| change.value / change.variance;
+    let strongest =
+        (0..changes.len()).min_by(|a, b| strength(&changes[*a]).total_cmp(&strength(&changes[*b])))?;
+    let others: Vec<Change> = changes
+        .iter()
+        .enumerate()
+        .filter(|(index, _)| *index != strongest)
+        .map(|(_, change)| *change)
+        .collect();
+    shift(&others, 1)
+}
+
 /// A change over its sigma.
 fn deviation(change: &Change) -> f64 {
     change.value / change.variance.sqrt()
-}
-
-/// The mean of independent changes.
-fn mean(changes: impl Iterator<Item = Change>) -> Option<Change> {
-    let (sum, variance, count) =
-        changes.fold((0.0, 0.0, 0.0), |(s, v, n), one| (s + one.value, v + one.variance, n + 1.0));
-    (count > 0.0).then(|| Change { value: sum / count, variance: variance / (count * count) })
 }
 
 impl TrainWatch {
@@ -61,8 +69,13 @@ impl TrainWatch {
         instead: &[(Cause, f64)],
         reason: String,
     ) {
-        let instead =
-            instead.iter().map(|(cause, probability)| Runner { cause: *cause, probability: *probability });
+        let probability = calibration::probability(cause).unwrap_or(probability);
+        // What it may be instead shares what is left.
+        let all: f64 = instead.iter().map(|(_, probability)| probability).sum();
+        let part = ((1.0 - probability) / all.max(1e-9)).min(1.0);
+        let instead = instead
+            .iter()
+            .map(|(cause, probability)| Runner { cause: *cause, probability: part * probability });
         let suspicion = Suspicion {
             cause,
             wagons,

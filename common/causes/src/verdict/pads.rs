@@ -1,12 +1,12 @@
 //! Pads and drag, from creepage against its own past and beside the others.
 
-use super::limits::{DRAGS, DRAGS_ALONE, DRAGS_BEYOND, PADS, PADS_APART, PADS_GONE};
-use super::{deviation, mean, shift};
+use super::limits::{ALONE, DRAGS, DRAGS_ALONE, DRAGS_BEYOND, PADS, PADS_GONE};
+use super::{deviation, shift, without_strongest};
 use crate::cause::{Cause, Grade};
 use crate::creepage::{Braked, Change};
-use crate::robust::median;
-use crate::split::spread;
-use crate::watch::{TrainWatch, Wagon, Wheel};
+use crate::grip::{NEW_BETWEEN, NEW_WITHIN, Since};
+use crate::robust::spread;
+use crate::watch::{TrainWatch, Wagon};
 
 impl TrainWatch {
     /// Creepage while rolling free: what holds a wheelset back.
@@ -27,6 +27,9 @@ impl TrainWatch {
                 .collect();
             let drags = |(k, change): (usize, &Option<Change>)| {
                 let held = change.as_ref().is_some_and(|it| it.value < beyond && deviation(it) < DRAGS.1);
+                let held = held
+                    && without_strongest(&wagon.wheel[k].rolled)
+                        .is_some_and(|it| deviation(&it) < 0.5 * DRAGS.1);
                 held.then_some(k).filter(|k| self.trusts(index, *k))
             };
             let held: Vec<usize> = shifts.iter().enumerate().filter_map(drags).collect();
@@ -75,91 +78,57 @@ impl TrainWatch {
             .filter_map(|index| Some((index, self.pads_of(index, &usual)?)))
             .collect();
         // Several at once: the rail or the couplers did it, and nobody's pads.
-        let [(index, accusation)] = &accused[..] else { return };
-        let Accusation { cause, wheelsets, how, instead, reason } = accusation.clone();
+        let strongest = accused.iter().min_by(|a, b| a.1.sigmas.total_cmp(&b.1.sigmas));
+        let Some((index, accusation)) = strongest else { return };
+        let rivals =
+            accused.iter().any(|(other, one)| other != index && one.sigmas < ALONE * accusation.sigmas);
+        if rivals {
+            return;
+        }
+        let Accusation { cause, wheelsets, how, instead, reason, .. } = accusation.clone();
         self.suspect(cause, (*index, wheelsets), how, &[instead], reason);
     }
 
-    /// Pads of the train, of which most are well.
+    /// How far pads of the train lie from one another: most are well.
     fn usual_pads(&self) -> Usual {
-        let frictions: Vec<f64> = self
-            .wagons
-            .iter()
-            .filter_map(|wagon| mean(wagon.wheel.iter().map(|wheel| wheel.creepage.friction())))
-            .map(|friction| friction.value)
-            .collect();
-        let train = median(&mut frictions.clone());
-        let ratios = self.wagons.iter().flat_map(|wagon| {
-            let friction: Vec<Change> = wagon.wheel.iter().map(|wheel| wheel.creepage.friction()).collect();
-            (0..friction.len()).filter_map(move |k| Some(beside(&friction, k)?.0)).collect::<Vec<_>>()
-        });
-        Usual { train, between: spread(frictions.iter().copied(), 4) / train, within: spread(ratios, 8) }
+        let wheels = self.wagons.iter().flat_map(|wagon| &wagon.wheel);
+        Usual {
+            between: spread(self.wagons.iter().filter_map(|wagon| wagon.grip.mean()), 4).max(NEW_BETWEEN),
+            within: spread(wheels.filter_map(|wheel| wheel.grip.mean()), 8).max(NEW_WITHIN),
+        }
     }
 
     fn pads_of(&self, index: usize, usual: &Usual) -> Option<Accusation> {
         let wagon = &self.wagons[index];
-        let stands_out = |change: &Change| change.value < PADS.0 && deviation(change) < PADS.1;
-        let level =
-            |wheel: &Wheel| shift(&wheel.braked.iter().map(|braked| braked.level).collect::<Vec<_>>(), 3);
-        if let Some(own) = wagon_shift(wagon).filter(stands_out)
-            && own.value > PADS_GONE
-            && wagon.wheel.iter().all(|wheel| level(wheel).is_none_or(|it| it.value < 0.4 * own.value))
-        {
-            return Some(low(wagon, own.value));
-        }
-        let changed = |k: usize| {
-            let changes = &wagon.wheel[k].braked_beside;
-            Some((k, shift(changes, 3).filter(|change| stands_out(change) && persists(changes))?.value))
+        let stands_out = |since: &Since| {
+            since.change.value < PADS.0
+                && since.sigmas() < PADS.1
+                && since.without < 0.5 * PADS.1
+                && since.level.min(since.change.value) > PADS_GONE
         };
-        let worst = (0..wagon.wheel.len()).filter_map(changed).min_by(|a, b| a.1.total_cmp(&b.1));
-        if let Some((k, change)) = worst.filter(|(_, change)| *change > PADS_GONE) {
-            let percent = -100.0 * change;
-            return Some(Accusation {
-                cause: Cause::PadUneven,
-                wheelsets: vec![k],
-                how: (Grade::Watch, 0.87, 1),
-                instead: (Cause::PadLow, 0.1),
-                reason: format!("grips {percent:.0} % of nominal less than it used to, the others do not"),
-            });
-        }
-        self.apart(index, usual)
-    }
-
-    /// Without a past: pads far from those beside them.
-    fn apart(&self, index: usize, usual: &Usual) -> Option<Accusation> {
-        let wagon = &self.wagons[index];
-        let known = |wheel: &Wheel| wheel.applications >= 3;
-        if !wagon.wheel.iter().all(known) || wagon.wheel.len() < 2 {
-            return None;
-        }
-        let far = |ratio: f64, sigma: f64| {
-            (PADS_GONE + 1.0..PADS_APART.0).contains(&ratio) && (ratio - 1.0) / sigma < PADS_APART.1
-        };
-        let friction: Vec<Change> = wagon.wheel.iter().map(|wheel| wheel.creepage.friction()).collect();
-        for k in 0..friction.len() {
-            let Some((ratio, sigma)) = beside(&friction, k) else { continue };
-            if far(ratio, sigma.hypot(usual.within)) {
-                return Some(Accusation {
-                    cause: Cause::PadUneven,
-                    wheelsets: vec![k],
-                    how: (Grade::Watch, 0.8, 2),
-                    instead: (Cause::PadLow, 0.1),
-                    reason: format!("grips {:.0} % of what the others of the wagon do", 100.0 * ratio),
-                });
-            }
-        }
-        let own = mean(friction.iter().copied())?;
-        let ratio = own.value / usual.train;
         // Load presses the contact flat and stiff, so that an unknown load looks like other pads.
-        let unknown = (0.67 * wagon.file.mass_sigma).hypot(usual.between);
-        let sigma = (own.variance.sqrt() / usual.train).hypot(unknown);
-        (self.wagons.len() >= 4 && far(ratio, sigma)).then(|| Accusation {
-            cause: Cause::PadLow,
-            wheelsets: vec![],
-            how: (Grade::Watch, 0.7, 2),
-            instead: (Cause::BrakeFade, 0.2),
-            reason: format!("all pads grip {:.0} % of what those of the train do", 100.0 * ratio),
-        })
+        let new = (0.67 * wagon.file.mass_sigma).hypot(usual.between);
+        let whole = wagon.grip.lost(2, new).filter(stands_out);
+        let within = usual.within;
+        let lost = |k: usize| wagon.wheel[k].grip.lost(2, within);
+        let single = |k: usize| {
+            let since = lost(k).filter(stands_out)?;
+            // Two wheelsets of a wagon that lose together are led by the rail: what is glazed is glazed alone.
+            let alike = |it: &Since| it.level < 0.4 * since.level && it.sigmas() < -2.5;
+            let alone = (0..wagon.wheel.len())
+                .filter(|other| *other != k)
+                .all(|other| !lost(other).as_ref().is_some_and(alike));
+            alone.then_some((k, since))
+        };
+        let worst =
+            (0..wagon.wheel.len()).filter_map(single).min_by(|a, b| a.1.sigmas().total_cmp(&b.1.sigmas()));
+        // A wagon grips less also where one wheelset does.
+        if let Some((k, since)) =
+            worst.filter(|(_, since)| whole.is_none_or(|whole| since.sigmas() < whole.sigmas()))
+        {
+            return Some(uneven(k, &since));
+        }
+        whole.map(|since| low(wagon, &since))
     }
 }
 
@@ -170,63 +139,66 @@ struct Accusation {
     wheelsets: Vec<usize>,
     how: (Grade, f64, u32),
     instead: (Cause, f64),
+    /// The change over its sigma.
+    sigmas: f64,
     reason: String,
 }
 
-/// Pads of the train: their middle over nominal, and the spread of wagons beside it and of wheelsets beside their wagon,
-/// relative: load, couplers, the rail and all that nobody knows.
+/// Spread of pads: of wagons beside the train and of wheelsets beside their wagon, relative: load, couplers, the rail and all
+/// that nobody knows.
 #[derive(Debug, Clone, Copy)]
 struct Usual {
-    train: f64,
     between: f64,
     within: f64,
 }
 
-/// Pads of a wheelset over those of the others of its wagon, with the sigma of that.
-fn beside(friction: &[Change], k: usize) -> Option<(f64, f64)> {
-    let others = (0..friction.len()).filter(|other| *other != k).map(|other| friction[other]);
-    let rest = mean(others)?;
-    let sigma = friction[k].variance.sqrt().hypot(rest.variance.sqrt()) / rest.value;
-    Some((friction[k].value / rest.value, sigma))
+/// Pads of one wheelset have changed, or are far from the others.
+fn uneven(k: usize, since: &Since) -> Accusation {
+    let reason = match since.past {
+        0 => format!("grips {:.0} % of what the others of the wagon do", 100.0 * (1.0 + since.level)),
+        _ => format!("grips {:.0} % less than it used to, the others do not", -100.0 * since.change.value),
+    };
+    Accusation {
+        cause: Cause::PadUneven,
+        wheelsets: vec![k],
+        how: (Grade::Watch, 0.87, 1),
+        instead: (Cause::PadLow, 0.1),
+        sigmas: since.sigmas(),
+        reason,
+    }
 }
 
 /// All pads of a wagon have changed: for good, or the more the longer it brakes.
-fn low(wagon: &Wagon, change: f64) -> Accusation {
+fn low(wagon: &Wagon, since: &Since) -> Accusation {
     let braked: Vec<Braked> = match wagon.balance.is_some() {
         true => wagon.balance_braked.clone(),
         false => wagon.wheel.iter().flat_map(|wheel| wheel.braked.iter().rev().take(3)).copied().collect(),
     };
     let trend = weighted(braked.iter().map(|braked| braked.trend));
+    let change = since.change.value;
     let fades = trend.is_some_and(|trend| deviation(&trend) < -3.5 && 12.0 * trend.value < 0.5 * change);
     let percent = -100.0 * change;
     let (cause, other, how) = match fades {
         true => (Cause::BrakeFade, (Cause::PadLow, 0.3), (Grade::Watch, 0.65, 1)),
         false => (Cause::PadLow, (Cause::BrakeFade, 0.25), (Grade::Watch, 0.7, 1)),
     };
-    let reason = match fades {
-        true => format!("grips {percent:.0} % of nominal less than it used to, the longer the less"),
-        false => format!("all pads grip {percent:.0} % of nominal less than they used to"),
+    let reason = match (fades, since.past) {
+        (true, _) => format!("grips {percent:.0} % less than it used to, the longer the less"),
+        (_, 0) => format!("all pads grip {:.0} % of what those of the train do", 100.0 * (1.0 + since.level)),
+        _ => format!("all pads grip {percent:.0} % less than they used to"),
     };
-    Accusation { cause, wheelsets: vec![], how, instead: other, reason }
+    Accusation { cause, wheelsets: vec![], how, instead: other, sigmas: since.sigmas(), reason }
 }
 
-/// Change of the pads of a whole wagon: by its balance where it runs alone, else by the creepage of its wheelsets.
-fn wagon_shift(wagon: &Wagon) -> Option<Change> {
-    let levels = match wagon.balance.is_some() {
-        true => wagon.balance_braked.iter().map(|braked| braked.level).collect(),
-        false => wagon.braked.clone(),
-    };
-    shift(&levels, 3).filter(|_| persists(&levels))
-}
-
-/// Whether each of the latest rolls shows that something holds the wheelset back: slack that runs out does so once.
+/// Whether each of the latest rolls shows that something holds the wheelset back, and one before did not: slack that runs out does
+/// so once, and what has always been so is not known well yet.
 fn stays(changes: &[Change]) -> bool {
-    changes.len() >= 3 && changes.iter().rev().take(3).all(|change| change.value < 0.5 * DRAGS.0)
-}
-
-/// Whether each of the latest changes shows it: one wild application makes no worn pad.
-fn persists(changes: &[Change]) -> bool {
-    changes.len() >= 3 && changes.iter().rev().take(3).all(|change| change.value < 0.6 * PADS.0)
+    let Some((past, latest)) = changes.len().checked_sub(3).map(|from| changes.split_at(from)) else {
+        return false;
+    };
+    let least = latest.iter().map(|change| change.value).fold(f64::INFINITY, f64::min);
+    latest.iter().all(|change| change.value < 0.5 * DRAGS.0)
+        && past.iter().any(|change| change.value > 0.3 * least)
 }
 
 /// Mean by weight.

@@ -5,8 +5,7 @@ use super::limits::{
     SILENT_WAGON_S, SILENT_WHEEL_S, SPEED_SCALE,
 };
 use crate::cause::{Cause, Grade};
-use crate::robust::median;
-use crate::split::spread;
+use crate::robust::{median, spread};
 use crate::watch::{MANY_WHEELSETS, TrainWatch, Wheel};
 
 impl TrainWatch {

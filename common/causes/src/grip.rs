@@ -1,0 +1,162 @@
+//! How well pads grip, application by application: a wheelset beside the others of its wagon, a wagon beside its train.
+//!
+//! Each application measures pad friction anew, whatever was believed before. Evidence adds up over applications: the split into
+//! before and since that says most is sought, and weighed by how well both sides are known. Before anything is known, pads are as
+//! far from one another as new pads of this train are.
+
+use crate::creepage::Change;
+use crate::robust::{median, spread};
+
+/// So many applications are kept one by one; older ones are merged.
+const KEPT: usize = 12;
+/// Relative spread of pads before anything is known, at least: of a wheelset beside its wagon, and of a wagon beside its train.
+pub(crate) const NEW_WITHIN: f64 = 0.06;
+pub(crate) const NEW_BETWEEN: f64 = 0.1;
+
+/// What applications said of one wheelset or one wagon: relative difference from those beside it; latest last.
+#[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
+pub(crate) struct Grip {
+    looks: Vec<Change>,
+}
+
+/// A difference since some application.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Since {
+    /// Relative difference from what was before, and what it is since from those beside it.
+    pub change: Change,
+    pub level: f64,
+    /// The change over its sigma without the look that says most.
+    pub without: f64,
+    /// Looks before.
+    pub past: usize,
+}
+
+impl Grip {
+    pub(crate) fn take(&mut self, look: Change) {
+        if self.looks.len() == KEPT {
+            let first = self.looks.remove(0);
+            let second = self.looks[0];
+            let weight = 1.0 / first.variance + 1.0 / second.variance;
+            let value = (first.value / first.variance + second.value / second.variance) / weight;
+            self.looks[0] = Change { value, variance: 1.0 / weight };
+        }
+        self.looks.push(look);
+    }
+
+    /// Mean so far.
+    pub(crate) fn mean(&self) -> Option<f64> {
+        (!self.looks.is_empty()).then(|| weighed(&self.looks).value)
+    }
+
+    /// Whether all numbers are.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.looks.iter().all(|look| look.value.is_finite() && look.variance.is_finite())
+    }
+
+    /// The loss that stands out most: of the latest `least` looks or more, against those before and new pads, which lie within
+    /// `new` (one sigma).
+    pub(crate) fn lost(&self, least: usize, new: f64) -> Option<Since> {
+        let count = self.looks.len();
+        let since = |from: usize| {
+            // A single look before may be the wild one.
+            let mut before = if from >= 2 { self.looks[..from].to_vec() } else { Vec::new() };
+            before.push(Change { value: 0.0, variance: new * new });
+            let (before, after) = (weighed(&before), weighed(&self.looks[from..]));
+            let sigmas =
+                |after: &Change| (after.value - before.value) / (after.variance + before.variance).sqrt();
+            let without = (from..count).map(|left_out| {
+                let others: Vec<Change> =
+                    (from..count).filter(|index| *index != left_out).map(|index| self.looks[index]).collect();
+                if others.is_empty() { 0.0 } else { sigmas(&weighed(&others)) }
+            });
+            Since {
+                change: Change {
+                    value: after.value - before.value,
+                    variance: after.variance + before.variance,
+                },
+                level: after.value,
+                without: without.fold(f64::NEG_INFINITY, f64::max),
+                past: from,
+            }
+        };
+        let all = (0..=count.checked_sub(least)?).map(since);
+        all.min_by(|a, b| a.sigmas().total_cmp(&b.sigmas()))
+    }
+}
+
+impl Since {
+    /// The change over its sigma.
+    pub(crate) fn sigmas(&self) -> f64 {
+        self.change.value / self.change.variance.sqrt()
+    }
+}
+
+/// Mean by weight.
+fn weighed(looks: &[Change]) -> Change {
+    let (weight, sum) = looks
+        .iter()
+        .fold((0.0, 0.0), |(weight, sum), one| (weight + 1.0 / one.variance, sum + one.value / one.variance));
+    Change { value: sum / weight, variance: 1.0 / weight }
+}
+
+/// Pad friction of wheelsets (wagon, wheelset, friction) in one application, those of one wagon in a row: of each wagon beside the
+/// train, relative.
+pub(crate) fn beside_train(known: &[(usize, usize, Change)]) -> Vec<(usize, Change)> {
+    let whole = |of_wagon: &[(usize, usize, Change)]| {
+        let count = of_wagon.len() as f64;
+        let sum = |of: fn(&Change) -> f64| of_wagon.iter().map(|(.., one)| of(one)).sum::<f64>();
+        let change = Change {
+            value: sum(|one| one.value) / count,
+            variance: sum(|one| one.variance) / (count * count),
+        };
+        (of_wagon[0].0, change)
+    };
+    let mut wagons: Vec<(usize, Change)> = known.chunk_by(|a, b| a.0 == b.0).map(whole).collect();
+    let train = median(&mut wagons.iter().map(|(_, one)| one.value).collect()).max(0.3);
+    for (_, one) in &mut wagons {
+        *one = Change { value: one.value / train - 1.0, variance: one.variance / (train * train) };
+    }
+    wagons
+}
+
+/// How far looks lie from what their own past says, robustly: no look of this application is worth more than that. `None` of a
+/// past counts as nothing.
+pub(crate) fn scatter(looks: impl Iterator<Item = (f64, Option<f64>)>, least: usize) -> f64 {
+    spread(looks.filter_map(|(now, past)| Some(now - past?)), least)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grip(values: &[f64], sigma: f64) -> Grip {
+        let mut grip = Grip::default();
+        values.iter().for_each(|value| grip.take(Change { value: *value, variance: sigma * sigma }));
+        grip
+    }
+
+    #[test]
+    fn looks_that_say_little_each_add_up_and_one_wild_look_does_not() {
+        // None of these is four sigmas by itself.
+        let glazed =
+            grip(&[0.02, -0.03, 0.01, -0.31, -0.28, -0.33, -0.3], 0.1).lost(2, NEW_WITHIN).expect("looks");
+        assert!(glazed.sigmas() < -4.5 && glazed.without < -4.0 && glazed.past == 3, "{glazed:?}");
+        assert!((glazed.change.value + 0.3).abs() < 0.04);
+        let wild = grip(&[0.02, -0.03, 0.01, 0.02, -1.2, 0.01, 0.0], 0.1).lost(2, NEW_WITHIN).expect("looks");
+        assert!(wild.without > -1.5, "{wild:?}");
+    }
+
+    #[test]
+    fn without_a_past_new_pads_are_what_it_is_held_against() {
+        let near = grip(&[-0.09; 6], 0.03).lost(2, NEW_WITHIN).expect("looks");
+        let far = grip(&[-0.4; 6], 0.03).lost(2, NEW_WITHIN).expect("looks");
+        assert!(near.sigmas() > -2.0 && far.sigmas() < -5.0 && far.past == 0, "{near:?} {far:?}");
+    }
+
+    #[test]
+    fn old_looks_are_merged_and_go_on_counting() {
+        let long = grip(&[[0.0; 20], [-0.3; 20]].concat()[10..30], 0.1);
+        assert_eq!(long.looks.len(), KEPT);
+        assert!(long.lost(2, NEW_WITHIN).is_some_and(|since| since.sigmas() < -6.0));
+    }
+}

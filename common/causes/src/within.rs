@@ -1,0 +1,76 @@
+//! Each wheelset beside the others of its wagon, second by second.
+//!
+//! Wheelsets of one wagon share its speed, whatever couplers and the speed of the train do, so that the difference of their
+//! creepages is free of both: on long trains that is most of what is uncertain. What is learnt of the difference is learnt as of
+//! creepage itself: radius, pad friction, lag, each less that of the others.
+
+use crate::creepage::Creep;
+use crate::input::MAX_WHEELSETS;
+use crate::watch::Wheel;
+
+/// Creepages of the wheelsets of one wagon in one second; `None` where it does not tell.
+pub(crate) type Creeps = [Option<Creep>; MAX_WHEELSETS];
+
+/// Takes a second of one wagon; `t` since the application began, s.
+pub(crate) fn take(wheels: &mut [Wheel], creeps: &Creeps, t: f64) {
+    let told: Vec<(usize, &Creep)> = (0..wheels.len())
+        .filter(|k| wheels[*k].trusted)
+        .filter_map(|k| Some((k, creeps[k].as_ref()?)))
+        .collect();
+    let others = told.len() as f64 - 1.0;
+    // Wheels differ in radius: beside fewer others a difference is another one.
+    if others < 1.0 || told.len() < wheels.iter().filter(|wheel| wheel.trusted).count() {
+        return;
+    }
+    let sum = |of: fn(&Creep) -> f64| told.iter().map(|(_, creep)| of(creep)).sum::<f64>();
+    let (creepage, brake) = (sum(|one| one.creepage), sum(|one| one.brake));
+    let (drive, variance) = (sum(|one| one.drive), sum(|one| one.variance));
+    for (k, own) in &told {
+        let beside = |own: f64, sum: f64| own - (sum - own) / others;
+        // What differs in force is known from pressures and currents.
+        let forced = beside(own.drive, drive) - beside(own.brake, brake);
+        let creep = Creep {
+            creepage: beside(own.creepage, creepage) - forced,
+            brake: own.brake,
+            drive: 0.0,
+            rate: own.rate,
+            variance: own.variance + (variance - own.variance) / (others * others),
+        };
+        wheels[*k].beside.take(&creep, t);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wagon that is moved to and fro by its couplers: what that does to creepage is no change of its wheelsets.
+    #[test]
+    fn what_couplers_do_to_a_wagon_does_not_show_and_a_dragging_wheelset_does() {
+        let mut wheels = vec![Wheel::new(); 4];
+        let rolls = |wheels: &mut Vec<Wheel>, held: f64| {
+            for turn in 0..45 {
+                let runs_in = 4e-4 * (0.2 * f64::from(turn)).sin();
+                let creeps = std::array::from_fn(|k| {
+                    let radius = [0.0, 1.1e-3, -0.7e-3, 0.4e-3][k];
+                    let creepage = radius + runs_in - if k == 1 { held } else { 0.0 };
+                    Some(Creep { creepage, brake: 0.0, drive: 0.0, rate: 0.0, variance: 4e-10 })
+                });
+                take(wheels, &creeps, 0.0);
+            }
+            let changes: Vec<_> =
+                wheels.iter_mut().filter_map(|wheel| wheel.beside.end_of_roll(false)).collect();
+            wheels.iter_mut().for_each(|wheel| wheel.beside.settle(true));
+            changes
+        };
+        for _ in 0..4 {
+            rolls(&mut wheels, 0.0);
+        }
+        let changes = rolls(&mut wheels, 1e-4);
+        assert!(
+            (changes[1].value + 1e-4).abs() < 2e-5 && changes[1].value / changes[1].variance.sqrt() < -4.0,
+            "{changes:?}"
+        );
+        assert!([0, 2, 3].iter().all(|k| changes[*k].value > 0.0));
+    }
+}
