@@ -12,7 +12,7 @@
 //!
 //! `cargo run --release -p railgrip-diagnosis --example explain CASE` prints all of it for one case.
 
-use crate::answer::schema::Report;
+use crate::answer::schema::{Report, Verdict};
 use crate::answer::supplement::{Detail, Settings};
 use crate::data::align::Alignments;
 use crate::data::case::{Case, Run};
@@ -20,13 +20,16 @@ use crate::data::lacks;
 use crate::decide::criteria::Criteria;
 use crate::decide::evidence::{self, Judgement};
 use crate::decide::selection::{self, Selection};
-use crate::decide::verdict::{Practice, in_practice};
+use crate::decide::verdict::{Practice, in_practice, in_practice_of_curve};
+use crate::fit::frozen::FrozenFit;
 use crate::fit::windows::Models;
 use crate::model::parameters::Built;
 use crate::plan::{self, Limits, Plan};
+use crate::write::predictions::Predicted;
 use crate::write::{details, predictions, regime, report};
 use railgrip_recording::Table;
 use railgrip_vehicle::VehicleParameters;
+use rayon::prelude::*;
 use std::time::Instant;
 
 /// What a diagnosis is told beside its case.
@@ -114,6 +117,14 @@ fn diagnose_and<T>(
     let mut selection =
         selection::select((case, &alignments), base, places, &options.without, &criteria, progress);
 
+    // A filter takes what is slow for pads that drift. On the windows of the gap it is told from them: effects that gained too
+    // little are looked at there.
+    if !case.is_coupled()
+        && let Some(faint) = shows_in_gap(case, &selection, &criteria)
+    {
+        selection.take_faint(faint, &criteria);
+    }
+
     // Judge: are they the answer, a part of it, or none? What they leave, and what a free curve would explain beside them or
     // instead of them, goes through the table of rules. Here a case becomes `unknown`.
     progress("verdict");
@@ -146,16 +157,15 @@ fn diagnose_and<T>(
     // In practice: what does next to nothing to the gap is no answer to where it comes from, and a gap that is left is one. That
     // of a coupled wagon is mostly its couplers.
     if !case.is_coupled() {
-        let practice = Practice {
-            shrinks: [&fit, &holdout].map(|runs| predictions::shrinks(runs)),
-            calibrated: [&fit, &holdout]
-                .into_iter()
-                .filter(|runs| !runs.is_empty())
-                .map(|runs| predictions::totals(runs)[1].gap())
-                .fold(f64::INFINITY, f64::min),
-            predicted: (!holdout.is_empty()).then(|| predictions::robust_gaps(&holdout)),
-        };
-        judgement.decision = in_practice(judgement.decision, &practice, &criteria);
+        judgement.decision = in_practice(judgement.decision, &practice(&fit, &holdout), &criteria);
+        let is_unnamed = judgement.decision.verdict == Verdict::Unknown;
+        if is_unnamed && let Some(missing) = &judgement.missing {
+            let models = Models::fit(case, &selection.base.fitted, Some(&missing.fitted));
+            let built = models.build();
+            let practice = practice(&predict(&built, &case.fit), &predict(&built, &case.holdout));
+            judgement.decision = in_practice_of_curve(judgement.decision, &practice, &criteria);
+            judgement.forget_missing();
+        }
         judgement.look_beside();
         if named.is_some() && !judgement.decision.names_effects() {
             named = None;
@@ -217,6 +227,36 @@ fn idle_effect(case: &Case, selection: &Selection, models: &Models, criteria: &C
     let least = weak.map(|effect| (effect, models.grows_without(case, effect, true)));
     let least = least.min_by(|a, b| a.1.total_cmp(&b.1));
     least.filter(|(_, grown)| *grown < criteria.verdict.least_further_reduction).map(|(effect, _)| effect)
+}
+
+/// The likeliest effect, of those that gain little by a filter, that shrinks the gap of the fitted runs beyond a limit: with all
+/// windows alike, and with those on the wrong side between holding and sliding counting little. How far it shrinks is no
+/// measure beyond that, since a law that can follow many windows shrinks it in the fitted runs alone.
+fn shows_in_gap(case: &Case, selection: &Selection, criteria: &Criteria) -> Option<usize> {
+    let share = |faint: &FrozenFit| {
+        let models = Models::fit(case, &selection.base.fitted, Some(&faint.fitted));
+        let fit = predictions::predict(case, &case.fit, models.build().each_ref());
+        let [calibrated, extended] = predictions::robust_gaps(&fit);
+        predictions::reduction(calibrated, extended).min(predictions::shrinks(&fit))
+    };
+    let shares: Vec<f64> = selection.faint.par_iter().map(share).collect();
+    let cost = |index: usize| selection.faint[index].evidence_cost();
+    let shown = (0..shares.len()).filter(|index| shares[*index] > criteria.acceptance.faint_share);
+    shown.min_by(|a, b| cost(*a).total_cmp(&cost(*b)))
+}
+
+/// What the models do to the gap of fitted and of predicted runs.
+fn practice(fit: &[Predicted], holdout: &[Predicted]) -> Practice {
+    let gaps = |runs: &[Predicted]| {
+        let [_, calibrated, extended] = predictions::totals(runs).map(|tally| tally.gap());
+        [calibrated, extended]
+    };
+    let is_held_out = !holdout.is_empty();
+    Practice {
+        fitted: gaps(fit),
+        held_out: is_held_out.then(|| gaps(holdout)),
+        predicted: is_held_out.then(|| predictions::robust_gaps(holdout)),
+    }
 }
 
 /// What is said of a wagon that does not run alone.

@@ -7,7 +7,7 @@ use railgrip_diagnosis::answer::schema::{Report, Verdict};
 use railgrip_diagnosis::data::load;
 use railgrip_diagnosis::wagon::{Options, diagnose};
 use railgrip_truth_plant::Label;
-use railgrip_truth_plant::family::{FamilyCase, FamilyRecipe, FormSet, OrderedEffect};
+use railgrip_truth_plant::family::{FamilyCase, FamilyRecipe, FormSet, Forms, OrderedEffect, family_deck};
 
 /// The first case of a set from `seed` on, with these effects, whose plant is as asked for.
 fn first(seed: u64, set: FormSet, effects: &[(&str, f64)], fits: impl Fn(&Label) -> bool) -> FamilyCase {
@@ -123,4 +123,14 @@ fn what_couplers_do_to_a_wagon_in_a_train_is_no_effect_and_hides_none() {
     let report = answer_with(&both, coupled);
     let named: Vec<&str> = report.effects.iter().map(|effect| effect.id.as_str()).collect();
     assert_eq!(named, ["wheel_encoder_eccentricity"]);
+}
+
+/// A track brake that holds at full braking, which no id names, once was pad friction that falls with force, a coupler and a
+/// wrong mass at once, the first of them at 0.97.
+#[test]
+fn one_force_that_no_id_names_is_not_three_effects() {
+    let recipe = family_deck(30, 78, Forms::Only(FormSet::C)).swap_remove(14);
+    let report = answer(&FamilyCase::make(&recipe).expect("the plant knows these effects"));
+    assert_eq!(report.verdict, Verdict::Unknown, "{:?}", report.effects);
+    assert_eq!(report.location.term.as_deref(), Some("longitudinal_force"));
 }

@@ -5,7 +5,7 @@ use railgrip_diagnosis::answer::schema::{Report, Verdict};
 use railgrip_diagnosis::data::case::Case;
 use railgrip_diagnosis::data::load;
 use railgrip_diagnosis::wagon::{Options, diagnose};
-use railgrip_requirements::LABELLED_CASES;
+use railgrip_requirements::{HARD_CASES, LABELLED_CASES, Requirement};
 use railgrip_vehicle::VehicleParameters;
 
 railgrip_requirements::tests! {
@@ -13,10 +13,11 @@ railgrip_requirements::tests! {
     a_case_of_nuisances_alone_raises_no_alarm: [LABELLED_CASES],
     a_creep_curve_that_the_file_states_a_little_wrong_is_no_effect: [LABELLED_CASES],
     what_tolerances_stand_in_for_is_no_third_effect: [LABELLED_CASES],
+    a_slow_fade_that_a_filter_takes_for_drifting_pads_is_found: [HARD_CASES],
 }
 
-fn whole_case(name: &str, change: impl Fn(&mut VehicleParameters)) -> Case {
-    let folder = LABELLED_CASES.path().join(name);
+fn whole_case(of: &Requirement, name: &str, change: impl Fn(&mut VehicleParameters)) -> Case {
+    let folder = of.path().join(name);
     let text = std::fs::read_to_string(folder.join("vehicle.toml")).expect("vehicle.toml");
     let mut vehicle = toml::from_str(&text).expect("vehicle");
     change(&mut vehicle);
@@ -24,7 +25,7 @@ fn whole_case(name: &str, change: impl Fn(&mut VehicleParameters)) -> Case {
 }
 
 fn open_case(name: &str) -> Case {
-    let mut case = whole_case(name, |_| ());
+    let mut case = whole_case(&LABELLED_CASES, name, |_| ());
     // Three runs keep the test short.
     case.fit.truncate(3);
     // And the third holdout run is on wet rail, whose adhesion these three do not show.
@@ -59,7 +60,7 @@ fn a_case_of_nuisances_alone_raises_no_alarm() {
 
 /// A resistance that the tolerances of the vehicle file stand in for once was a third effect, at 0.77.
 fn what_tolerances_stand_in_for_is_no_third_effect() {
-    let report = report(&whole_case("case07", |_| ()), 2);
+    let report = report(&whole_case(&LABELLED_CASES, "case07", |_| ()), 2);
     println!("{:?} by {}, {:?}", report.verdict, report.rule, report.effects);
     let mut named: Vec<&str> = report.effects.iter().map(|effect| effect.id.as_str()).collect();
     named.sort_unstable();
@@ -68,11 +69,22 @@ fn what_tolerances_stand_in_for_is_no_third_effect() {
 
 /// Contact stiffness and the tail of the creep curve 5 % off in the vehicle file once became a soft axle, at 0.97.
 fn a_creep_curve_that_the_file_states_a_little_wrong_is_no_effect() {
-    let case = whole_case("case05", |vehicle| {
+    let case = whole_case(&LABELLED_CASES, "case05", |vehicle| {
         vehicle.contact.stiffness_n *= 1.05;
         vehicle.contact.k_s *= 1.05;
     });
     let report = report(&case, 2);
     println!("{:?} by {}, {:?}", report.verdict, report.rule, report.effects);
     assert_eq!(report.verdict, Verdict::None);
+}
+
+/// A fade that gains 15 by a filter, half of what is asked of an effect, and is most of the gap: it was `none`.
+fn a_slow_fade_that_a_filter_takes_for_drifting_pads_is_found() {
+    let report = report(&whole_case(&HARD_CASES, "case22", |_| ()), 2);
+    println!("{:?} {} {:?} {:?}", report.verdict, report.rule, report.effects, report.gap);
+    assert_eq!(report.verdict, Verdict::Effects);
+    assert_eq!(report.effects[0].id, "brake_fade");
+    let gap = &report.gap;
+    assert!(gap.fit.extended < 0.85 * gap.fit.calibrated, "{:?}", gap.fit);
+    assert!(gap.holdout.extended < gap.holdout.calibrated, "{:?}", gap.holdout);
 }

@@ -168,6 +168,9 @@ pub struct Acceptance {
     pub per_parameter: f64,
     /// Share of its gain by which a further effect on a bound of its strength must lead. Set by hand (plant).
     pub on_bound_share: f64,
+    /// Share of the gap of fitted runs by which an effect must shrink it to be taken although it gains less than
+    /// [`Self::gain`] by a filter: what is slow, as a fade, a filter takes for pads that drift. Set by hand (family).
+    pub faint_share: f64,
 }
 
 impl Default for Acceptance {
@@ -189,6 +192,7 @@ impl Default for Acceptance {
             left_by_more: 0.5,
             per_parameter: 5.0,
             on_bound_share: 0.1,
+            faint_share: 0.08,
         }
     }
 }
@@ -259,9 +263,12 @@ pub struct VerdictLimits {
     /// Share of what freeing the likeliest place gained without the effects above which most of the misfit is left beside
     /// them. Set by hand (plant).
     pub most_left: f64,
-    /// Relative reduction of the gap, of fitted and of predicted runs alike, below which effects do next to nothing. Set by
-    /// hand: a hundredth is less than a gap changes from one recording to the next.
+    /// Relative reduction of the gap below which effects do next to nothing. Set by hand: a hundredth is less than a gap changes
+    /// from one recording to the next.
     pub least_reduction: f64,
+    /// The same of a free curve where no effect is named, of fitted and predicted runs together. Set by hand (family): noise whose
+    /// colour is not quite as heard lets a curve have some hundredths.
+    pub least_curve_reduction: f64,
     /// Share of the strongest effect's evidence below which another one must show in the gap. Effort: each such effect costs a
     /// fit on windows.
     pub doubted_share: f64,
@@ -276,6 +283,9 @@ pub struct VerdictLimits {
     /// Gap beyond which something is missing although nothing in a filter speaks for it: with tolerances and noise alone the
     /// smaller of fitted and predicted runs' was at most 3.4 in 180 cases of the family, by the plant's own fit.
     pub unnatural_gap: f64,
+    /// Share of the gap beyond [`Self::noticeable_gap`] that effects must close where more than [`Self::unnatural_gap`] is left
+    /// beside them. Set by hand: what leaves more than it explains is not the whole answer.
+    pub most_of_gap: f64,
 }
 
 impl Default for VerdictLimits {
@@ -291,11 +301,13 @@ impl Default for VerdictLimits {
             outdone_margin: 60.0,
             most_left: 0.55,
             least_reduction: 0.01,
+            least_curve_reduction: 0.03,
             doubted_share: 0.2,
             least_further_reduction: 0.05,
             other_form_share: 0.4,
             noticeable_gap: 2.5,
             unnatural_gap: 4.0,
+            most_of_gap: 0.5,
         }
     }
 }

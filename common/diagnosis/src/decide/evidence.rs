@@ -30,6 +30,14 @@ pub struct Judgement {
 }
 
 impl Judgement {
+    /// Puts what is missing back beside the effects, where the decision asks for nothing that is missing.
+    pub(crate) fn forget_missing(&mut self) {
+        if self.decision.rule.missing == Missing::Nothing {
+            self.beside.splice(0..0, self.missing.take());
+            self.missing_terms.clear();
+        }
+    }
+
     /// Takes the strongest discrepancy beside the effects for what is missing, where the decision asks for one and there is
     /// none yet.
     pub(crate) fn look_beside(&mut self) {
@@ -64,6 +72,8 @@ pub fn judge(selection: &Selection, criteria: &Criteria, seed: u64) -> Judgement
         let effects = &selection.best.fitted.shape.effects;
         evidence.instead_evidence = Some(*gained);
         evidence.instead_at_effects = effects.iter().any(|e| e.spec.term == discrepancy.discrepancy.term);
+        evidence.instead_at_strongest =
+            selection.strongest().is_some_and(|e| e.spec.term == discrepancy.discrepancy.term);
     }
     let decision = decide(&evidence, criteria);
     let tie = criteria.ties.look_alike;
@@ -95,6 +105,7 @@ fn without_instead(
         left: 1.0,
         instead_evidence: None,
         instead_at_effects: false,
+        instead_at_strongest: false,
     };
     if evidence.is_named() {
         evidence.left = localise::share_left(&selection.places, &selection.rest);

@@ -6,13 +6,13 @@ use crate::data::case::Case;
 use crate::data::noise::SensorNoise;
 use crate::decide::acceptance::{Stop, is_hopeless, is_quiet, why_not};
 use crate::decide::criteria::Criteria;
-use crate::decide::round::{Round, Standpoint, refit_finalists, start_from, try_all};
+use crate::decide::round::{Gain, Round, Standpoint, refit_finalists, start_from, try_all};
 use crate::fit::aligned;
 use crate::fit::frozen::{self, FrozenFit};
 use crate::fit::hearing;
 use crate::fit::objective::Whitening;
 use crate::model::candidates::{self, Candidate};
-use crate::model::parameters::Shape;
+use crate::model::parameters::{FittedEffect, Shape};
 use crate::predict::disturbances::{DisturbanceModel, TOLERANCES};
 use crate::predict::localise::{self, PlaceEvidence, Stretches};
 use rayon::prelude::*;
@@ -34,9 +34,18 @@ pub struct Selection<'a> {
     pub rest: Vec<PlaceEvidence>,
     /// Evidence that the best model loses without each of its effects, if it has several.
     pub lost_without: Vec<f64>,
+    /// The best of the first round where none was taken: what is slow a filter takes for pads that drift.
+    pub faint: Vec<FrozenFit<'a>>,
 }
 
 impl<'a> Selection<'a> {
+    /// Takes a faint effect into the model after all; what it gains still has to be more than chance.
+    pub fn take_faint(&mut self, index: usize, criteria: &Criteria) {
+        self.best = self.faint.swap_remove(index);
+        self.rest = localise(&self.best, criteria);
+        self.faint.clear();
+    }
+
     /// Takes one effect out of the best model again, which is fitted anew; false, and nothing changes, where that cannot be.
     pub fn drop_effect(
         &mut self,
@@ -57,6 +66,13 @@ impl<'a> Selection<'a> {
 }
 
 impl Selection<'_> {
+    /// The effect without which the best model would lose most.
+    pub fn strongest(&self) -> Option<&FittedEffect> {
+        let effects = &self.best.fitted.shape.effects;
+        let lost = |e: usize| self.lost_without.get(e).copied().unwrap_or(0.0);
+        (0..effects.len()).max_by(|a, b| lost(*a).total_cmp(&lost(*b))).map(|e| &effects[e])
+    }
+
     /// The round in which the effect named `id` was tried against its rivals and taken: the last that tried it.
     pub fn accepted_in(&self, id: &str) -> Option<&Round> {
         self.rounds.iter().rev().find(|round| round.gains.iter().any(|gain| gain.id == id))
@@ -132,7 +148,7 @@ pub fn select<'a>(
     let mut path = Path::new(base, places);
     climb.go_on(&mut path, criteria.acceptance.most_restarts, 1);
     climb.try_rival(&mut path);
-    let Path { base, places, best, rounds, stop, .. } = path;
+    let Path { base, places, best, rounds, stop, faint, .. } = path;
     let (best, rest, lost_without) = match best {
         Some(best) => delete_backwards((case, alignments), &climb.disturbances, criteria, best),
         None => {
@@ -142,7 +158,7 @@ pub fn select<'a>(
             (best, places.clone(), Vec::new())
         }
     };
-    Selection { base, best, rounds, stop, places, rest, lost_without }
+    Selection { base, best, rounds, stop, places, rest, lost_without, faint }
 }
 
 /// How far a selection has come.
@@ -156,12 +172,23 @@ struct Path<'a> {
     stop: Stop,
     /// The second best of the first round, if it did nearly as well beside a gross misfit.
     rival: Option<FrozenFit<'a>>,
+    /// The best of the first round, if none was taken.
+    faint: Vec<FrozenFit<'a>>,
 }
 
 impl<'a> Path<'a> {
     fn new(base: FrozenFit<'a>, places: Vec<PlaceEvidence>) -> Self {
         let (rounds, accepted) = (Vec::new(), Vec::new());
-        Self { base, places, best: None, rounds, accepted, stop: Stop::NoFinalist, rival: None }
+        Self {
+            base,
+            places,
+            best: None,
+            rounds,
+            accepted,
+            stop: Stop::NoFinalist,
+            rival: None,
+            faint: Vec::new(),
+        }
     }
 
     /// The model so far, and what freeing places gains over it.
@@ -238,13 +265,38 @@ impl<'a> Climb<'_, 'a> {
             path.rounds.push(if path.rounds.is_empty() { round } else { round.lighter() });
             let next = match (refused, next) {
                 (None, Some(next)) => next,
-                (refused, _) => break refused.unwrap_or(Stop::NoFinalist),
+                (refused, next) => {
+                    if path.accepted.is_empty() {
+                        let tried = next.into_iter().chain(finalists).collect();
+                        let faint = self.faint(&path.base, &path.rounds[path.rounds.len() - 1], tried);
+                        path.faint = faint;
+                    }
+                    break refused.unwrap_or(Stop::NoFinalist);
+                }
             };
             path.rival = path.rival.take().or(rival);
             path.accepted.push(gained);
             let rest = localise(&next, criteria);
             path.best = Some((next, rest));
         };
+    }
+
+    /// Where none was taken: the candidates that gain most by the filter of `base` alone, whatever left-out runs say, beside the
+    /// finalists that were `tried`, with filters of their own.
+    fn faint(&self, base: &FrozenFit<'a>, round: &Round, tried: Vec<FrozenFit<'a>>) -> Vec<FrozenFit<'a>> {
+        let pursuit = &self.criteria.pursuit;
+        let mut order: Vec<&Gain> = round.gains.iter().filter(|g| g.gain > pursuit.finalist_gain).collect();
+        order.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        order.truncate(pursuit.finalists);
+        order.retain(|g| tried.iter().all(|tried| last_id(tried) != Some(g.id)));
+        let freeze = |g: &&Gain| {
+            let fitted = &g.fitted;
+            frozen::freeze(base.case, &fitted.shape, &self.disturbances, &fitted.fit.theta, base.tolerance)
+        };
+        let mut faint: Vec<FrozenFit<'a>> = order.par_iter().map(freeze).collect();
+        faint.extend(tried);
+        faint.retain(|frozen| base.evidence_cost() - frozen.evidence_cost() > pursuit.finalist_gain);
+        faint
     }
 
     /// Climbs again from the rival of the first effect, and takes what is found if it leaves less: where two things are wrong at

@@ -1,7 +1,7 @@
 //! From evidence to a verdict: the first rule of an ordered table that holds. Nothing is computed here but comparisons.
 
 use crate::answer::schema::Verdict;
-use crate::decide::criteria::Criteria;
+use crate::decide::criteria::{Criteria, VerdictLimits};
 
 /// What the verdict on a wagon's case rests on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +30,8 @@ pub struct Evidence {
     pub instead_evidence: Option<f64>,
     /// Whether that discrepancy is in the term of one of the effects.
     pub instead_at_effects: bool,
+    /// Whether it is in the term of the strongest of them.
+    pub instead_at_strongest: bool,
 }
 
 impl Evidence {
@@ -72,6 +74,12 @@ impl Evidence {
         self.instead_at_effects && self.instead_evidence.is_some_and(|evidence| evidence < most)
     }
 
+    /// Whether a curve at one place, another one than the strongest effect's, explains as much as several effects together.
+    fn is_one_for_several(&self) -> bool {
+        let as_much = self.instead_evidence.is_some_and(|evidence| evidence > self.gain);
+        self.effects > 1 && as_much && !self.instead_at_strongest
+    }
+
     /// Whether the effects explain less than `share` of what can be explained, and what they leave has structure.
     fn explains_less_than(&self, share: f64, criteria: &Criteria) -> bool {
         self.has_structure(criteria) && self.recovered() < share
@@ -105,7 +113,7 @@ pub struct Rule {
 
 /// The rules in their order; the last one always holds. The first three are about cases in which no effect gains more than
 /// chance.
-pub static RULES: [Rule; 12] = [
+pub static RULES: [Rule; 13] = [
     Rule {
         name: "structure_without_effect",
         words: "No candidate explains the recordings better than chance, but a free curve at one place of the equations does.",
@@ -140,6 +148,13 @@ pub static RULES: [Rule; 12] = [
         verdict: Verdict::Unknown,
         missing: Missing::InsteadOfEffects,
         holds: Evidence::is_outdone,
+    },
+    Rule {
+        name: "one_curve_for_several",
+        words: "A free curve at one place explains as much as several candidates that act elsewhere, so they are not the cause.",
+        verdict: Verdict::Unknown,
+        missing: Missing::InsteadOfEffects,
+        holds: |e, _| e.is_one_for_several(),
     },
     Rule {
         name: "effects_leave_everything",
@@ -220,32 +235,99 @@ pub static GAP_LEFT: Rule = Rule {
     holds: |_, _| true,
 };
 
+/// Effects beside which most of a gap is left that tolerances and noise cannot make.
+pub static MOST_OF_GAP_LEFT: Rule = Rule {
+    name: "most_of_gap_left",
+    words: "The effects gain more than chance, but most of the gap is left, and it is larger than tolerances and noise make it.",
+    verdict: Verdict::EffectsAndUnknown,
+    missing: Missing::BesideEffects,
+    holds: |_, _| true,
+};
+
+/// A free curve that is beyond chance and does next to nothing to the gap.
+pub static CURVE_NEXT_TO_NOTHING: Rule = Rule {
+    name: "curve_next_to_nothing",
+    words: "A free curve gains more than chance, but the gap is next to nothing smaller with it than without.",
+    verdict: Verdict::None,
+    missing: Missing::Nothing,
+    holds: |_, _| true,
+};
+
 /// What effects do to the gap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Practice {
-    /// By how much the gap shrinks, relative, of the fitted runs and of those only predicted.
-    pub shrinks: [f64; 2],
-    /// Gap with tolerances alone, the smaller of the fitted runs' and of those only predicted.
-    pub calibrated: f64,
-    /// Gap of the runs only predicted with tolerances alone and with the effects, windows on the wrong side between holding
-    /// and sliding counting little; `None` without such runs.
+    /// Gap of the fitted runs with tolerances alone, and with the effects.
+    pub fitted: [f64; 2],
+    /// The same of the runs only predicted; `None` without such runs.
+    pub held_out: Option<[f64; 2]>,
+    /// As [`Self::held_out`], windows on the wrong side between holding and sliding counting little.
     pub predicted: Option<[f64; 2]>,
+}
+
+impl Practice {
+    /// Gaps of fitted and of predicted runs, with tolerances alone and with the effects.
+    fn sets(&self) -> impl Iterator<Item = [f64; 2]> {
+        [Some(self.fitted), self.held_out].into_iter().flatten()
+    }
+
+    /// Gap with tolerances alone, the smaller of the fitted runs' and of those only predicted.
+    pub fn calibrated(&self) -> f64 {
+        self.sets().map(|[calibrated, _]| calibrated).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether effects shrink next to nothing even the gap of the runs that they were fitted to.
+    fn does_nothing(&self, limits: &VerdictLimits) -> bool {
+        is_unchanged(self.fitted, limits)
+    }
+
+    /// Whether a curve does next to nothing to fitted and predicted runs taken together: it can follow much in those that it was
+    /// fitted to.
+    fn curve_does_nothing(&self, limits: &VerdictLimits) -> bool {
+        let squares = |model: usize| self.sets().map(|set| set[model].powi(2)).sum::<f64>();
+        squares(1).sqrt() > (1.0 - limits.least_curve_reduction) * squares(0).sqrt()
+    }
+
+    /// Whether runs that were not fitted are predicted no better, while much of the gap is left.
+    fn stays(&self, limits: &VerdictLimits) -> bool {
+        self.predicted.is_some_and(|set| is_unchanged(set, limits) && set[1] > limits.noticeable_gap)
+    }
+
+    /// Whether less than most of the gap is closed in all runs, and more is left than tolerances and noise make.
+    fn leaves_most(&self, limits: &VerdictLimits) -> bool {
+        self.sets().all(|[calibrated, extended]| {
+            let closed = calibrated - extended;
+            extended > limits.unnatural_gap
+                && closed < limits.most_of_gap * (calibrated - limits.noticeable_gap)
+        })
+    }
+}
+
+/// Whether a gap shrinks next to nothing.
+fn is_unchanged([calibrated, extended]: [f64; 2], limits: &VerdictLimits) -> bool {
+    extended > (1.0 - limits.least_reduction) * calibrated
 }
 
 /// The decision in view of what the effects do to the gap.
 pub fn in_practice(decision: Decision, practice: &Practice, criteria: &Criteria) -> Decision {
     let limits = &criteria.verdict;
-    let nothing = practice.shrinks.iter().all(|share| *share < limits.least_reduction);
-    let stays = practice.predicted.is_some_and(|[calibrated, extended]| {
-        extended > (1.0 - limits.least_reduction) * calibrated && extended > limits.noticeable_gap
-    });
     let rule = match decision.verdict {
-        Verdict::None if practice.calibrated > limits.unnatural_gap => &GAP_LEFT,
-        Verdict::Effects if nothing => &NEXT_TO_NOTHING,
-        Verdict::Effects if stays => &DOES_NOT_CARRY_OVER,
+        Verdict::None if practice.calibrated() > limits.unnatural_gap => &GAP_LEFT,
+        Verdict::Effects if practice.does_nothing(limits) => &NEXT_TO_NOTHING,
+        Verdict::Effects if practice.stays(limits) => &DOES_NOT_CARRY_OVER,
+        Verdict::Effects if practice.leaves_most(limits) => &MOST_OF_GAP_LEFT,
         _ => return decision,
     };
     Decision { verdict: rule.verdict, rule }
+}
+
+/// The decision that something is missing without a name, in view of what the curve that shows it does to the gap.
+pub fn in_practice_of_curve(decision: Decision, practice: &Practice, criteria: &Criteria) -> Decision {
+    let limits = &criteria.verdict;
+    let is_small = practice.calibrated() < limits.noticeable_gap;
+    if decision.verdict != Verdict::Unknown || !is_small || !practice.curve_does_nothing(limits) {
+        return decision;
+    }
+    Decision { verdict: CURVE_NEXT_TO_NOTHING.verdict, rule: &CURVE_NEXT_TO_NOTHING }
 }
 
 /// What was decided, and by which rule.
@@ -288,6 +370,7 @@ mod tests {
         left: 0.02,
         instead_evidence: None,
         instead_at_effects: false,
+        instead_at_strongest: false,
     };
 
     /// No effect, and nothing to explain.
@@ -321,6 +404,17 @@ mod tests {
                 "curve_explains_more",
                 Evidence { instead_evidence: Some(4000.0), instead_at_effects: true, ..EXPLAINED },
             ),
+            ("one_curve_for_several", Evidence { effects: 3, instead_evidence: Some(1080.0), ..EXPLAINED }),
+            (
+                "effects_explain_gap",
+                Evidence {
+                    effects: 3,
+                    instead_evidence: Some(1080.0),
+                    instead_at_strongest: true,
+                    ..EXPLAINED
+                },
+            ),
+            ("effects_explain_gap", Evidence { instead_evidence: Some(1080.0), ..EXPLAINED }),
             ("effects_leave_everything", Evidence { left: 1.1, ..EXPLAINED }),
             ("effects_elsewhere", Evidence { left: 0.7, at_likely_place: false, ..EXPLAINED }),
             ("effects_explain_gap", Evidence { left: 0.3, at_likely_place: false, ..EXPLAINED }),
@@ -345,14 +439,47 @@ mod tests {
         let criteria = Criteria::default();
         let named = decide(&EXPLAINED, &criteria);
         let asked = |shrinks: [f64; 2]| {
-            let practice = Practice { shrinks, calibrated: 2.0, predicted: None };
+            let [fitted, held_out] = shrinks.map(|share| [2.0, 2.0 * (1.0 - share)]);
+            let practice = Practice { fitted, held_out: Some(held_out), predicted: None };
             in_practice(named, &practice, &criteria).rule.name
         };
         assert_eq!(asked([0.001, 0.002]), "next_to_nothing");
-        assert_eq!(asked([0.001, 0.05]), "effects_explain_gap");
+        assert_eq!(asked([0.001, 0.02]), "next_to_nothing", "fitted runs are no better");
+        assert_eq!(asked([0.05, 0.001]), "effects_explain_gap");
         let unknown = decide(&beside(700.0), &criteria);
-        let practice = Practice { shrinks: [0.0; 2], calibrated: 2.0, predicted: None };
+        let practice = Practice { fitted: [2.0; 2], held_out: None, predicted: None };
         assert_eq!(in_practice(unknown, &practice, &criteria).rule.name, unknown.rule.name);
+    }
+
+    #[test]
+    fn a_curve_that_does_next_to_nothing_to_a_small_gap_is_none() {
+        let criteria = Criteria::default();
+        let unknown = decide(&Evidence { effects: 0, gain: 0.0, ..beside(100.0) }, &criteria);
+        let asked = |fitted: [f64; 2]| {
+            let practice = Practice { fitted, held_out: Some([1.7, 1.69]), predicted: None };
+            in_practice_of_curve(unknown, &practice, &criteria).rule.name
+        };
+        assert_eq!(asked([1.64, 1.63]), "curve_next_to_nothing");
+        assert_eq!(asked([1.64, 1.4]), "structure_without_effect");
+        let large = Practice { fitted: [5.0, 4.99], held_out: None, predicted: None };
+        assert_eq!(in_practice_of_curve(unknown, &large, &criteria).rule.name, unknown.rule.name);
+    }
+
+    #[test]
+    fn effects_that_leave_most_of_a_large_gap_are_not_the_whole_answer() {
+        let criteria = Criteria::default();
+        let named = decide(&EXPLAINED, &criteria);
+        let asked = |fitted: [f64; 2], held_out: [f64; 2]| {
+            let practice = Practice { fitted, held_out: Some(held_out), predicted: Some([9.0, 5.0]) };
+            in_practice(named, &practice, &criteria).rule.name
+        };
+        assert_eq!(asked([35.0, 33.0], [41.0, 41.0]), "most_of_gap_left");
+        assert_eq!(asked([25.0, 10.0], [26.0, 10.0]), "effects_explain_gap", "the greater part is closed");
+        assert_eq!(
+            asked([5.0, 3.5], [5.0, 3.5]),
+            "effects_explain_gap",
+            "pads and gusts may make what is left"
+        );
     }
 
     #[test]
@@ -361,8 +488,8 @@ mod tests {
         let named = decide(&EXPLAINED, &criteria);
         let asked = |calibrated: f64, extended: f64| {
             let practice = Practice {
-                shrinks: [0.4, 1.0 - extended / calibrated],
-                calibrated: calibrated.min(5.0),
+                fitted: [5.0, 3.0],
+                held_out: Some([calibrated, extended]),
                 predicted: Some([calibrated, extended]),
             };
             in_practice(named, &practice, &criteria).rule.name
@@ -381,7 +508,7 @@ mod tests {
         let criteria = Criteria::default();
         let none = decide(&NOTHING, &criteria);
         let asked = |calibrated: f64| {
-            let practice = Practice { shrinks: [0.0; 2], calibrated, predicted: None };
+            let practice = Practice { fitted: [calibrated; 2], held_out: None, predicted: None };
             in_practice(none, &practice, &criteria).rule.name
         };
         assert_eq!(asked(4.4), "gap_left");
