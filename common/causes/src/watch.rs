@@ -358,7 +358,12 @@ impl TrainWatch {
                     creeps[k] = Some(creep);
                 }
             }
-            within::take(&mut wagon.wheel, &creeps, since_s.unwrap_or(0.0));
+            let is_trusted: Vec<bool> = wagon.wheel.iter().map(|wheel| wheel.trusted).collect();
+            for (wheel, creep) in wagon.wheel.iter_mut().zip(within::beside(&creeps, &is_trusted)) {
+                if let Some(creep) = creep {
+                    wheel.beside.take(&creep, since_s.unwrap_or(0.0));
+                }
+            }
             let slid = slides || wagon.wheel.iter().any(|wheel| wheel.slid_ago_s < 4.0);
             let grip_m = wagon.file.pad_friction * wagon.file.pad_radius_m;
             wagon.pressure.take(second, wheelsets, since_s, quiet, slid, grip_m);

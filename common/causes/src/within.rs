@@ -6,21 +6,20 @@
 
 use crate::creepage::Creep;
 use crate::input::MAX_WHEELSETS;
-use crate::watch::Wheel;
 
 /// Creepages of the wheelsets of one wagon in one second; `None` where it does not tell.
 pub(crate) type Creeps = [Option<Creep>; MAX_WHEELSETS];
 
-/// Takes a second of one wagon; `t` since the application began, s.
-pub(crate) fn take(wheels: &mut [Wheel], creeps: &Creeps, t: f64) {
-    let told: Vec<(usize, &Creep)> = (0..wheels.len())
-        .filter(|k| wheels[*k].trusted)
-        .filter_map(|k| Some((k, creeps[k].as_ref()?)))
-        .collect();
+/// Creepage of each wheelset less that of the others, of a second of one wagon; `None` of those that do not tell, and of all
+/// where one does not whose tachometer `is_trusted`.
+pub(crate) fn beside(creeps: &Creeps, is_trusted: &[bool]) -> Creeps {
+    let mut besides: Creeps = [None; MAX_WHEELSETS];
+    let trusted = || (0..is_trusted.len()).filter(|k| is_trusted[*k]);
+    let told: Vec<(usize, Creep)> = trusted().filter_map(|k| Some((k, creeps[k]?))).collect();
     let others = told.len() as f64 - 1.0;
     // Wheels differ in radius: beside fewer others a difference is another one.
-    if others < 1.0 || told.len() < wheels.iter().filter(|wheel| wheel.trusted).count() {
-        return;
+    if others < 1.0 || told.len() < trusted().count() {
+        return besides;
     }
     let sum = |of: fn(&Creep) -> f64| told.iter().map(|(_, creep)| of(creep)).sum::<f64>();
     let (creepage, brake) = (sum(|one| one.creepage), sum(|one| one.brake));
@@ -29,26 +28,27 @@ pub(crate) fn take(wheels: &mut [Wheel], creeps: &Creeps, t: f64) {
         let beside = |own: f64, sum: f64| own - (sum - own) / others;
         // What differs in force is known from pressures and currents.
         let forced = beside(own.drive, drive) - beside(own.brake, brake);
-        let creep = Creep {
+        besides[*k] = Some(Creep {
             creepage: beside(own.creepage, creepage) - forced,
             brake: own.brake,
             drive: 0.0,
             rate: own.rate,
             variance: own.variance + (variance - own.variance) / (others * others),
-        };
-        wheels[*k].beside.take(&creep, t);
+        });
     }
+    besides
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::creepage::{Belief, Creepage};
 
     /// A wagon that is moved to and fro by its couplers: what that does to creepage is no change of its wheelsets.
     #[test]
     fn what_couplers_do_to_a_wagon_does_not_show_and_a_dragging_wheelset_does() {
-        let mut wheels = vec![Wheel::new(); 4];
-        let rolls = |wheels: &mut Vec<Wheel>, held: f64| {
+        let mut wheels = vec![Creepage::new(Belief::BESIDE); 4];
+        let rolls = |wheels: &mut Vec<Creepage>, held: f64| {
             for turn in 0..45 {
                 let runs_in = 4e-4 * (0.2 * f64::from(turn)).sin();
                 let creeps = std::array::from_fn(|k| {
@@ -56,11 +56,12 @@ mod tests {
                     let creepage = radius + runs_in - if k == 1 { held } else { 0.0 };
                     Some(Creep { creepage, brake: 0.0, drive: 0.0, rate: 0.0, variance: 4e-10 })
                 });
-                take(wheels, &creeps, 0.0);
+                for (wheel, creep) in wheels.iter_mut().zip(beside(&creeps, &[true; 4])) {
+                    wheel.take(&creep.expect("all tell"), 0.0);
+                }
             }
-            let changes: Vec<_> =
-                wheels.iter_mut().filter_map(|wheel| wheel.beside.end_of_roll(false)).collect();
-            wheels.iter_mut().for_each(|wheel| wheel.beside.settle(true));
+            let changes: Vec<_> = wheels.iter_mut().filter_map(|wheel| wheel.end_of_roll(false)).collect();
+            wheels.iter_mut().for_each(|wheel| wheel.settle(true));
             changes
         };
         for _ in 0..4 {

@@ -188,6 +188,15 @@ fn candidates(
     let mut order: Vec<&Gain> = round.gains.iter().collect();
     order.sort_by(|a, b| b.predictive.total_cmp(&a.predictive));
     let sigma = sigmas(&case.vehicle.sensors);
+    // What one named effect gains by its own filter was held against chance; the table says the same of it.
+    let effects = &selection.best.fitted.shape.effects;
+    let is_decided = |g: &Gain| {
+        judgement.decision.names_effects() && matches!(&effects[..], [only] if only.spec.id == g.id)
+    };
+    let gain = |g: &Gain| match is_decided(g) {
+        true => judgement.evidence.gain,
+        false => acceptance::counted_gain(&selection.base, g, criteria),
+    };
     order
         .into_iter()
         .map(|g| {
@@ -198,9 +207,7 @@ fn candidates(
                 id: g.id.to_owned(),
                 fit_gap: Tally::total(&tallies).gap(),
                 cv_gain: g.predictive / excess,
-                p_value: judgement.chance.as_ref().map_or(1.0, |chance| {
-                    chance.p_value(acceptance::counted_gain(&selection.base, g, criteria))
-                }),
+                p_value: judgement.chance.as_ref().map_or(1.0, |chance| chance.p_value(gain(g))),
                 converged: g.converged,
             }
         })
