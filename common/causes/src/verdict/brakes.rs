@@ -222,7 +222,6 @@ impl TrainWatch {
         if late.max(slow) < TOLD_LATER || later.late.max(later.slow) <= 0.0 {
             return;
         }
-        let does = if falls { "fall" } else { "rise" };
         let (cause, other, reason) = match slow > late {
             true if falls => {
                 let times = later.more.exp();
@@ -242,11 +241,11 @@ impl TrainWatch {
             }
             false => {
                 let by_s = later.by_s;
-                (
-                    Cause::LateDistributor,
-                    Cause::SlowCylinder,
-                    format!("pressing force begins to {does} {by_s:.1} s later than it used to"),
-                )
+                let reason = match falls {
+                    true => format!("pressing force begins to fall {by_s:.1} s later than it used to"),
+                    false => format!("pressing force begins to rise {by_s:.1} s later than it used to"),
+                };
+                (Cause::LateDistributor, Cause::SlowCylinder, reason)
             }
         };
         self.suspect(cause, (index, vec![]), (Grade::Watch, 0.78, 1), &[(other, 0.2)], reason);
