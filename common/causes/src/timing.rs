@@ -105,7 +105,8 @@ impl Timing {
                 .fold((f64::MAX, 0.0_f64), |(low, high), one| (low.min(one), high.max(one)))
         };
         let (low, high) = range(|one| one.0);
-        if stood && low > RELEASED.0 && high - low < STEADY.1 {
+        // Of orders that nobody tells, the least is above the most.
+        if stood && low > RELEASED.0 && high >= low && high - low < STEADY.1 {
             // A cylinder that is still filling goes on doing so before it hears of the release.
             let (least_n, most_n) = range(|one| one.1);
             let steady = most_n - least_n < STEADY.1 * most_n + 600.0;
@@ -146,7 +147,8 @@ impl Timing {
     /// The rise of the latest application; `None` if it does not tell it. `orders` stand in where none is told.
     pub(crate) fn rise(&self, orders: Option<&[f64]>, full_n: f64) -> Option<Stroke> {
         let order = |index: usize| orders.map_or(self.trace[index].0, |orders| orders[index]);
-        let count = self.trace.len();
+        // Orders that stand in may be of fewer values than this wagon's own.
+        let count = orders.map_or(usize::MAX, <[f64]>::len).min(self.trace.len());
         let most = (0..count).map(order).fold(f64::NAN, f64::max);
         let peak_n = self.trace.iter().map(|(_, force_n)| *force_n).fold(f64::NAN, f64::max);
         if !(most > 0.1 && peak_n > 0.15 * full_n && peak_n > 1000.0) {
@@ -236,5 +238,18 @@ mod tests {
             }
             assert_eq!(timing.fallen(), None);
         }
+    }
+
+    #[test]
+    fn orders_that_nobody_tells_or_that_are_too_few_make_no_stroke() {
+        let mut timing = Timing::default();
+        for value in 0..200 {
+            let order = if value < 100 { f64::NAN } else { 0.0 };
+            let force_n = if value < 100 { 20e3 } else { 20e3 * (-0.1 * f64::from(value - 100)).exp() };
+            timing.trace(order, force_n, true, (20e3, false));
+        }
+        assert_eq!(timing.fallen(), None);
+        assert_eq!(timing.rise(Some(&[1.0; 3]), 20e3).map(|rise| rise.start_s), Some(0.0));
+        assert_eq!(timing.rise(Some(&[]), 20e3), None);
     }
 }
