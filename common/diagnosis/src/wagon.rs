@@ -3,7 +3,7 @@
 //! # Why did a case get its verdict?
 //! | question | place |
 //! | --- | --- |
-//! | which rule decided | `rule` in the report; the table [`RULES`](crate::decide::verdict::RULES), read from its top |
+//! | which rule decided | `rule` in the report; the table [`RULES`](crate::decide::verdict::RULES), read from its top, then that of [`practice`](crate::decide::practice) |
 //! | what the rule compared | [`Evidence`](crate::decide::verdict::Evidence), gathered in [`evidence`](crate::decide::evidence) |
 //! | with which limit, and why that one | [`criteria`](crate::decide::criteria) |
 //! | why no effect, or no further one, was taken | `Stop` in [`acceptance`](crate::decide::acceptance), on the page under *To make this report again* |
@@ -19,9 +19,9 @@ use crate::data::case::{Case, Run};
 use crate::data::lacks;
 use crate::decide::criteria::Criteria;
 use crate::decide::evidence::{self, Judgement};
+use crate::decide::in_gap::{self, Search};
+use crate::decide::practice::{Practice, in_practice, in_practice_of_curve};
 use crate::decide::selection::{self, Selection};
-use crate::decide::verdict::{Practice, in_practice, in_practice_of_curve};
-use crate::fit::frozen::FrozenFit;
 use crate::fit::windows::Models;
 use crate::model::parameters::Built;
 use crate::plan::{self, Limits, Plan};
@@ -29,7 +29,6 @@ use crate::write::predictions::Predicted;
 use crate::write::{details, predictions, regime, report};
 use railgrip_recording::Table;
 use railgrip_vehicle::VehicleParameters;
-use rayon::prelude::*;
 use std::time::Instant;
 
 /// What a diagnosis is told beside its case.
@@ -118,11 +117,16 @@ fn diagnose_and<T>(
         selection::select((case, &alignments), base, places, &options.without, &criteria, progress);
 
     // A filter takes what is slow for pads that drift. On the windows of the gap it is told from them: effects that gained too
-    // little are looked at there.
-    if !case.is_coupled()
-        && let Some(faint) = shows_in_gap(case, &selection, &criteria)
-    {
-        selection.take_faint(faint, &criteria);
+    // little are looked at there, and further ones.
+    let search = Search { case, alignments: &alignments, without: &options.without, criteria: &criteria };
+    if !case.is_coupled() {
+        progress("gap");
+        if let Some(faint) = in_gap::first(case, &selection, &criteria) {
+            selection.take_faint(faint, &criteria);
+        }
+        while let Some(further) = search.further(&selection)
+            && selection.take_further((case, &alignments), further, &criteria)
+        {}
     }
 
     // Judge: are they the answer, a part of it, or none? What they leave, and what a free curve would explain beside them or
@@ -143,7 +147,7 @@ fn diagnose_and<T>(
     let mut models = fitted(&judgement, &selection);
     // A further effect whose strength may be none and without which the gap is the same is none, however sure a filter is.
     while !case.is_coupled()
-        && let Some(idle) = idle_effect(case, &selection, &models, &criteria)
+        && let Some(idle) = in_gap::idle(case, &selection, &models, &criteria)
         && selection.drop_effect((selected, &alignments), idle, &criteria)
     {
         judgement = evidence::judge(&selection, &criteria, options.seed);
@@ -214,35 +218,6 @@ fn diagnose_and<T>(
     let report = Report { seconds: started.elapsed().as_secs_f64(), notes, ..report };
     let more = more(case, &selection, &report, &criteria);
     (Outcome { report, detail, predictions, vehicle }, more)
-}
-
-/// The effect, of several, without which the gap of fitted and of predicted runs grows least, if that is next to nothing and its
-/// strength may be none. Asked of those whose evidence is a small part of the strongest one's.
-fn idle_effect(case: &Case, selection: &Selection, models: &Models, criteria: &Criteria) -> Option<usize> {
-    let lost = &selection.lost_without;
-    let most = lost.iter().copied().fold(0.0, f64::max);
-    let several = models.extended_shape.effects.len() > 1;
-    let small = (0..lost.len()).filter(|e| several && lost[*e] < criteria.verdict.doubted_share * most);
-    let weak = small.filter(|e| details::may_do_nothing(selection, models, *e, criteria.report.widening));
-    let least = weak.map(|effect| (effect, models.grows_without(case, effect, true)));
-    let least = least.min_by(|a, b| a.1.total_cmp(&b.1));
-    least.filter(|(_, grown)| *grown < criteria.verdict.least_further_reduction).map(|(effect, _)| effect)
-}
-
-/// The likeliest effect, of those that gain little by a filter, that shrinks the gap of the fitted runs beyond a limit: with all
-/// windows alike, and with those on the wrong side between holding and sliding counting little. How far it shrinks is no
-/// measure beyond that, since a law that can follow many windows shrinks it in the fitted runs alone.
-fn shows_in_gap(case: &Case, selection: &Selection, criteria: &Criteria) -> Option<usize> {
-    let share = |faint: &FrozenFit| {
-        let models = Models::fit(case, &selection.base.fitted, Some(&faint.fitted));
-        let fit = predictions::predict(case, &case.fit, models.build().each_ref());
-        let [calibrated, extended] = predictions::robust_gaps(&fit);
-        predictions::reduction(calibrated, extended).min(predictions::shrinks(&fit))
-    };
-    let shares: Vec<f64> = selection.faint.par_iter().map(share).collect();
-    let cost = |index: usize| selection.faint[index].evidence_cost();
-    let shown = (0..shares.len()).filter(|index| shares[*index] > criteria.acceptance.faint_share);
-    shown.min_by(|a, b| cost(*a).total_cmp(&cost(*b)))
 }
 
 /// What the models do to the gap of fitted and of predicted runs.

@@ -14,6 +14,7 @@ railgrip_requirements::tests! {
     a_creep_curve_that_the_file_states_a_little_wrong_is_no_effect: [LABELLED_CASES],
     what_tolerances_stand_in_for_is_no_third_effect: [LABELLED_CASES],
     a_slow_fade_that_a_filter_takes_for_drifting_pads_is_found: [HARD_CASES],
+    a_second_effect_that_filters_make_little_of_is_found_in_the_gap: [HARD_CASES],
 }
 
 fn whole_case(of: &Requirement, name: &str, change: impl Fn(&mut VehicleParameters)) -> Case {
@@ -90,4 +91,16 @@ fn a_slow_fade_that_a_filter_takes_for_drifting_pads_is_found() {
     let gap = &report.gap;
     assert!(gap.fit.extended < 0.85 * gap.fit.calibrated, "{:?}", gap.fit);
     assert!(gap.holdout.extended < gap.holdout.calibrated, "{:?}", gap.holdout);
+}
+
+/// A fade beside a wrong inertia: filters saw the inertia alone, and most of the gap was left.
+fn a_second_effect_that_filters_make_little_of_is_found_in_the_gap() {
+    let report = report(&whole_case(&HARD_CASES, "case27", |_| ()), 2);
+    println!("{:?} {} {:?} {:?}", report.verdict, report.rule, report.effects, report.gap);
+    let mut named: Vec<&str> = report.effects.iter().map(|effect| effect.id.as_str()).collect();
+    named.sort_unstable();
+    assert_eq!(named, ["brake_fade", "rotating_inertia"]);
+    let gap = &report.gap;
+    assert!(gap.fit.extended < 0.5 * gap.fit.calibrated, "{:?}", gap.fit);
+    assert!(gap.holdout.extended < 0.85 * gap.holdout.calibrated, "{:?}", gap.holdout);
 }

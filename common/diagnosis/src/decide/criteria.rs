@@ -171,6 +171,8 @@ pub struct Acceptance {
     /// Share of the gap of fitted runs by which an effect must shrink it to be taken although it gains less than
     /// [`Self::gain`] by a filter: what is slow, as a fade, a filter takes for pads that drift. Set by hand (family).
     pub faint_share: f64,
+    /// The same of a further effect, by the gap that effects before it leave. Set by hand.
+    pub further_share: f64,
 }
 
 impl Default for Acceptance {
@@ -193,6 +195,7 @@ impl Default for Acceptance {
             per_parameter: 5.0,
             on_bound_share: 0.1,
             faint_share: 0.08,
+            further_share: 0.08,
         }
     }
 }

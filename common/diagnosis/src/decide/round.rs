@@ -168,7 +168,8 @@ pub(crate) fn refit_finalists<'a>(
         // What is late is hidden from all other fits: the best of its kind is always looked at.
         let late = |shape: &Shape, theta: &[f64]| aligned::is_late(case, shape, theta);
         let count = pursuit.strict_finalists;
-        let strict = frozen::open_loop_trials(case, &current.fitted, candidates, &led, count, &late);
+        let standing = (&current.fitted.shape, &current.fitted.fit.theta[..]);
+        let strict = frozen::open_loop_trials(case, standing, candidates, &led, count, &late);
         // No filter can follow a late sensor: the recordings are put right for it instead.
         let refit = |(_, shape, theta): &(usize, Shape, Vec<f64>)| {
             aligned::freeze(original, alignments, shape, disturbances, theta, current.tolerance)

@@ -46,6 +46,24 @@ impl<'a> Selection<'a> {
         self.faint.clear();
     }
 
+    /// Takes a model with one effect more for the best, if it needs each of its effects.
+    pub(crate) fn take_further(
+        &mut self,
+        recorded: (&'a Case, &'a Alignments),
+        next: FrozenFit<'a>,
+        criteria: &Criteria,
+    ) -> bool {
+        let number = next.fitted.shape.effects.len();
+        let rest = localise(&next, criteria);
+        let (best, rest, lost_without) =
+            delete_backwards(recorded, &DisturbanceModel::default(), criteria, (next, rest));
+        if best.fitted.shape.effects.len() < number {
+            return false;
+        }
+        (self.best, self.rest, self.lost_without) = (best, rest, lost_without);
+        true
+    }
+
     /// Takes one effect out of the best model again, which is fitted anew; false, and nothing changes, where that cannot be.
     pub fn drop_effect(
         &mut self,

@@ -64,7 +64,7 @@ pub fn instead_of_effects(
         let candidates: Vec<Candidate> = discrepancies.iter().map(|f| f.candidate.clone()).collect();
         let strict = frozen::open_loop_trials(
             case,
-            &base.fitted,
+            (&base.fitted.shape, &base.fitted.fit.theta),
             &candidates,
             &[],
             pursuit.discrepancies_finished,

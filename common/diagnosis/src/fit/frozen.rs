@@ -74,22 +74,21 @@ pub fn freeze_upwards<'a>(
     FrozenFit { case, tolerance, whitening, fitted }
 }
 
-/// Short fits of all candidates on open-loop windows, each from its first start and from where `led` says: indices, shapes and
-/// parameters of the best `count`, and of the best that is `wanted` if it is not among them.
+/// Short fits of all candidates on open-loop windows on top of a model, each from its first start and from where `led` says, if it
+/// does: indices, shapes and parameters of the best `count`, and of the best that is `wanted` if it is not among them.
 ///
 /// Where the model is grossly wrong, a tolerant filter follows the measurements so closely that a late or smoothed sensor in
 /// its feedback unsettles it, and a form that is not quite right looks like any other. Open loop there is no feedback, and
 /// what pads and wind add is small beside what is wrong.
 pub fn open_loop_trials(
     case: &Case,
-    current: &Fitted,
+    (shape, theta): (&Shape, &[f64]),
     candidates: &[Candidate],
     led: &[Option<FittedEffect>],
     count: usize,
     wanted: &dyn Fn(&Shape, &[f64]) -> bool,
 ) -> Vec<(usize, Shape, Vec<f64>)> {
-    let shape = &current.shape;
-    let (problem, base) = windows::reweighted(case, shape, &current.fit.theta);
+    let (problem, base) = windows::reweighted(case, shape, theta);
     let residuals = problem.residuals(&base);
     let columns = problem.columns(shape.parameters(), &base, &residuals, 0..base.len());
     let fit = |effect: &FittedEffect| {

@@ -154,7 +154,7 @@ pub(super) fn sigmas_of(case: &Case, shape: &Shape, theta: &[f64], range: Range<
 
 /// Gap on the runs to fit on, see [`robust`].
 fn robust_gap(case: &Case, shape: &Shape, theta: &[f64]) -> f64 {
-    robust(&window_tallies(case, shape, theta))
+    robust(&tallies(case, shape, theta))
 }
 
 /// Gap over windows of which those beyond three times the median count by their square root only: a wheelset that holds on
@@ -170,7 +170,8 @@ pub(crate) fn robust(windows: &[Tally]) -> f64 {
     (gaps.iter().map(|g| square(g.0) * g.1 as f64).sum::<f64>() / samples.max(1) as f64).sqrt()
 }
 
-fn window_tallies(case: &Case, shape: &Shape, theta: &[f64]) -> Vec<Tally> {
+/// The tally of each window of the runs to fit on.
+pub(crate) fn tallies(case: &Case, shape: &Shape, theta: &[f64]) -> Vec<Tally> {
     let sigma = sigmas(&case.vehicle.sensors);
     let built = shape.build(theta);
     case.fit.iter().flat_map(|run| open_loop::tallies(&built, run, &sigma)).collect()

@@ -65,6 +65,11 @@ pub fn place(report: &Report) -> String {
     }
 }
 
+/// Whether something gained more than chance and was found to do next to nothing to the gap.
+fn is_small(report: &Report) -> bool {
+    report.rule.ends_with("next_to_nothing")
+}
+
 /// How much of the gap the effects explain on runs that were only predicted, by the lower end of the interval.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reach {
@@ -113,6 +118,9 @@ pub fn evidence(report: &Report) -> Vec<String> {
         let end = match report.verdict {
             Verdict::Unknown => t(
                 " times the noise of the sensors. No effect was added to the model. The curve under “What is missing” shows what would close the gap.",
+            ),
+            _ if is_small(report) => t(
+                " times the noise of the sensors. What gains more than chance makes that next to nothing smaller.",
             ),
             _ => t(" times the noise of the sensors. No effect improves on that by more than chance would."),
         };
@@ -233,6 +241,9 @@ pub fn caution(report: &Report) -> Option<String> {
     }
     let small = report.candidates.iter().filter(|candidate| candidate.p_value < SMALL_P).count();
     let words = match (report.verdict, small) {
+        (Verdict::None, _) if is_small(report) => t(
+            "None of these gains is a finding: with none of them the gap is smaller by more than next to nothing.",
+        ),
         (Verdict::None, 0) => t("None of these gains is a finding: chance would gain as much."),
         (Verdict::None, _) => t(
             "A small p alone is no finding, because p compares with chance only. A candidate must also gain more than a slightly wrong formula would, and it must gain on data left out of the fit. None does here.",

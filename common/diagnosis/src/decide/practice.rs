@@ -1,0 +1,224 @@
+//! What a decision does in practice: the gap, which is what people want to see smaller, asked after the fits on windows.
+//!
+//! The table of [`verdict`](crate::decide::verdict) weighs the evidence of filters. A filter that allows for errors of the model
+//! can be sure of what moves no gap, and see nothing of what makes a large one; the rules here are about both.
+
+use crate::answer::schema::Verdict;
+use crate::decide::criteria::{Criteria, VerdictLimits};
+use crate::decide::verdict::{Decision, Missing, Rule};
+
+/// What effects do to the gap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Practice {
+    /// Gap of the fitted runs with tolerances alone, and with the effects.
+    pub fitted: [f64; 2],
+    /// The same of the runs only predicted; `None` without such runs.
+    pub held_out: Option<[f64; 2]>,
+    /// As [`Self::held_out`], windows on the wrong side between holding and sliding counting little.
+    pub predicted: Option<[f64; 2]>,
+}
+
+/// When a rule of this table decides.
+type Holds = fn(&Practice, &VerdictLimits) -> bool;
+
+/// The rules in their order: the verdict that each revises, the rule, and when it does.
+pub static RULES: [(Verdict, Rule, Holds); 4] = [
+    (
+        Verdict::None,
+        Rule {
+            name: "gap_left",
+            words: "Neither a candidate nor a free curve is beyond chance, but the gap is larger than tolerances and noise make it.",
+            verdict: Verdict::Unknown,
+            missing: Missing::BesideEffects,
+        },
+        |practice, limits| practice.calibrated() > limits.unnatural_gap,
+    ),
+    (
+        Verdict::Effects,
+        Rule {
+            name: "next_to_nothing",
+            words: "The best candidate gains more than chance, but the gap is next to nothing smaller with it than without.",
+            verdict: Verdict::None,
+            missing: Missing::Nothing,
+        },
+        Practice::does_nothing,
+    ),
+    (
+        Verdict::Effects,
+        Rule {
+            name: "does_not_carry_over",
+            words: "The effects explain the runs that were fitted and predict others no better than tolerances alone do, so something else is missing.",
+            verdict: Verdict::EffectsAndUnknown,
+            missing: Missing::BesideEffects,
+        },
+        Practice::stays,
+    ),
+    (
+        Verdict::Effects,
+        Rule {
+            name: "most_of_gap_left",
+            words: "The effects gain more than chance, but most of the gap is left, and it is larger than tolerances and noise make it.",
+            verdict: Verdict::EffectsAndUnknown,
+            missing: Missing::BesideEffects,
+        },
+        Practice::leaves_most,
+    ),
+];
+
+/// A free curve that is beyond chance and does next to nothing to the gap.
+pub static CURVE_NEXT_TO_NOTHING: Rule = Rule {
+    name: "curve_next_to_nothing",
+    words: "A free curve gains more than chance, but the gap is next to nothing smaller with it than without.",
+    verdict: Verdict::None,
+    missing: Missing::Nothing,
+};
+
+impl Practice {
+    /// Gaps of fitted and of predicted runs, with tolerances alone and with the effects.
+    fn sets(&self) -> impl Iterator<Item = [f64; 2]> {
+        [Some(self.fitted), self.held_out].into_iter().flatten()
+    }
+
+    /// Gap with tolerances alone, the smaller of the fitted runs' and of those only predicted.
+    pub fn calibrated(&self) -> f64 {
+        self.sets().map(|[calibrated, _]| calibrated).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether effects shrink next to nothing even the gap of the runs that they were fitted to.
+    fn does_nothing(&self, limits: &VerdictLimits) -> bool {
+        is_unchanged(self.fitted, limits)
+    }
+
+    /// Whether a curve does next to nothing to fitted and predicted runs taken together: it can follow much in those that it was
+    /// fitted to.
+    fn curve_does_nothing(&self, limits: &VerdictLimits) -> bool {
+        let squares = |model: usize| self.sets().map(|set| set[model].powi(2)).sum::<f64>();
+        squares(1).sqrt() > (1.0 - limits.least_curve_reduction) * squares(0).sqrt()
+    }
+
+    /// Whether runs that were not fitted are predicted no better, while much of the gap is left.
+    fn stays(&self, limits: &VerdictLimits) -> bool {
+        self.predicted.is_some_and(|set| is_unchanged(set, limits) && set[1] > limits.noticeable_gap)
+    }
+
+    /// Whether less than most of the gap is closed in all runs, and more is left than tolerances and noise make.
+    fn leaves_most(&self, limits: &VerdictLimits) -> bool {
+        self.sets().all(|[calibrated, extended]| {
+            let closed = calibrated - extended;
+            extended > limits.unnatural_gap
+                && closed < limits.most_of_gap * (calibrated - limits.noticeable_gap)
+        })
+    }
+}
+
+/// Whether a gap shrinks next to nothing.
+fn is_unchanged([calibrated, extended]: [f64; 2], limits: &VerdictLimits) -> bool {
+    extended > (1.0 - limits.least_reduction) * calibrated
+}
+
+/// The decision in view of what the effects do to the gap.
+pub fn in_practice(decision: Decision, practice: &Practice, criteria: &Criteria) -> Decision {
+    let asked = RULES.iter().filter(|(revised, _, _)| *revised == decision.verdict);
+    let rule =
+        asked.map(|(_, rule, holds)| (rule, holds)).find(|(_, holds)| holds(practice, &criteria.verdict));
+    rule.map_or(decision, |(rule, _)| Decision { verdict: rule.verdict, rule })
+}
+
+/// The decision that something is missing without a name, in view of what the curve that shows it does to the gap.
+pub fn in_practice_of_curve(decision: Decision, practice: &Practice, criteria: &Criteria) -> Decision {
+    let limits = &criteria.verdict;
+    let is_small = practice.calibrated() < limits.noticeable_gap;
+    if decision.verdict != Verdict::Unknown || !is_small || !practice.curve_does_nothing(limits) {
+        return decision;
+    }
+    Decision { verdict: CURVE_NEXT_TO_NOTHING.verdict, rule: &CURVE_NEXT_TO_NOTHING }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::decide::verdict::Evidence;
+    use crate::decide::verdict::decide;
+    use crate::decide::verdict::tests::{EXPLAINED, NOTHING, beside};
+
+    #[test]
+    fn effects_that_do_next_to_nothing_are_none() {
+        let criteria = Criteria::default();
+        let named = decide(&EXPLAINED, &criteria);
+        let asked = |shrinks: [f64; 2]| {
+            let [fitted, held_out] = shrinks.map(|share| [2.0, 2.0 * (1.0 - share)]);
+            let practice = Practice { fitted, held_out: Some(held_out), predicted: None };
+            in_practice(named, &practice, &criteria).rule.name
+        };
+        assert_eq!(asked([0.001, 0.002]), "next_to_nothing");
+        assert_eq!(asked([0.001, 0.02]), "next_to_nothing", "fitted runs are no better");
+        assert_eq!(asked([0.05, 0.001]), "effects_explain_gap");
+        let unknown = decide(&beside(700.0), &criteria);
+        let practice = Practice { fitted: [2.0; 2], held_out: None, predicted: None };
+        assert_eq!(in_practice(unknown, &practice, &criteria).rule.name, unknown.rule.name);
+    }
+
+    #[test]
+    fn a_curve_that_does_next_to_nothing_to_a_small_gap_is_none() {
+        let criteria = Criteria::default();
+        let unknown = decide(&Evidence { effects: 0, gain: 0.0, ..beside(100.0) }, &criteria);
+        let asked = |fitted: [f64; 2]| {
+            let practice = Practice { fitted, held_out: Some([1.7, 1.69]), predicted: None };
+            in_practice_of_curve(unknown, &practice, &criteria).rule.name
+        };
+        assert_eq!(asked([1.64, 1.63]), "curve_next_to_nothing");
+        assert_eq!(asked([1.64, 1.4]), "structure_without_effect");
+        let large = Practice { fitted: [5.0, 4.99], held_out: None, predicted: None };
+        assert_eq!(in_practice_of_curve(unknown, &large, &criteria).rule.name, unknown.rule.name);
+    }
+
+    #[test]
+    fn effects_that_leave_most_of_a_large_gap_are_not_the_whole_answer() {
+        let criteria = Criteria::default();
+        let named = decide(&EXPLAINED, &criteria);
+        let asked = |fitted: [f64; 2], held_out: [f64; 2]| {
+            let practice = Practice { fitted, held_out: Some(held_out), predicted: Some([9.0, 5.0]) };
+            in_practice(named, &practice, &criteria).rule.name
+        };
+        assert_eq!(asked([35.0, 33.0], [41.0, 41.0]), "most_of_gap_left");
+        assert_eq!(asked([25.0, 10.0], [26.0, 10.0]), "effects_explain_gap", "the greater part is closed");
+        assert_eq!(
+            asked([5.0, 3.5], [5.0, 3.5]),
+            "effects_explain_gap",
+            "pads and gusts may make what is left"
+        );
+    }
+
+    #[test]
+    fn effects_that_predict_nothing_leave_something_unknown() {
+        let criteria = Criteria::default();
+        let named = decide(&EXPLAINED, &criteria);
+        let asked = |calibrated: f64, extended: f64| {
+            let practice = Practice {
+                fitted: [5.0, 3.0],
+                held_out: Some([calibrated, extended]),
+                predicted: Some([calibrated, extended]),
+            };
+            in_practice(named, &practice, &criteria).rule.name
+        };
+        assert_eq!(asked(4.1, 4.2), "does_not_carry_over");
+        assert_eq!(asked(4.1, 3.0), "effects_explain_gap");
+        assert_eq!(
+            asked(1.5, 1.6),
+            "effects_explain_gap",
+            "sensors that are noisier than stated leave as much"
+        );
+    }
+
+    #[test]
+    fn a_gap_that_tolerances_cannot_make_is_something() {
+        let criteria = Criteria::default();
+        let none = decide(&NOTHING, &criteria);
+        let asked = |calibrated: f64| {
+            let practice = Practice { fitted: [calibrated; 2], held_out: None, predicted: None };
+            in_practice(none, &practice, &criteria).rule.name
+        };
+        assert_eq!(asked(4.4), "gap_left");
+        assert_eq!(asked(3.4), none.rule.name);
+    }
+}
