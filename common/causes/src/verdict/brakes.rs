@@ -1,8 +1,8 @@
 //! Pressing forces: who has none, who has too little, who has some left, who is late.
 
 use super::limits::{
-    BESIDE, LATE, LEAKS, LEFT, MOST_ODDS, NO_FORCE, NOT_PRESSED, OFFSET_N, OWED_S, SEVERAL, SLOW_FALL,
-    SLOW_RISE, TELLING, TOLD_LATER,
+    BESIDE, LATE, LEAKS, LEFT, MOST_ODDS, NO_FORCE, NOT_PRESSED, OFFSET_N, OWED_RUNNING_S, OWED_S, SEVERAL,
+    SLOW_FALL, SLOW_RISE, TELLING, TOLD_LATER,
 };
 use crate::cause::{Cause, Grade};
 use crate::pressure::Beside;
@@ -57,6 +57,22 @@ impl TrainWatch {
         self.judge_rises();
         self.judge_pads();
         self.judge_pressed();
+    }
+
+    /// Wagons that owe force while the application runs: one that never ends is judged all the same.
+    pub(crate) fn judge_running(&mut self) {
+        if self.braking.since_s().is_none() {
+            return;
+        }
+        let owing = |(index, wagon): (usize, &Wagon)| {
+            let owed_s = wagon.pressure.left_out_s(NOT_PRESSED).filter(|_| wagon.silent_s == 0.0);
+            owed_s.map(|owed_s| (index, owed_s))
+        };
+        let owing: Vec<(usize, f64)> = self.wagons.iter().enumerate().filter_map(owing).collect();
+        // What is cut off behind a cock is one fault, and where it ends is known once all who owe have owed for long.
+        if owing.iter().all(|(_, owed_s)| *owed_s >= OWED_RUNNING_S) {
+            self.tell_cut(&owing);
+        }
     }
 
     /// Wagons that did not brake although it was ordered, and for how long they owed it, s.

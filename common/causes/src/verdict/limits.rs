@@ -56,6 +56,8 @@ pub(super) const TELLING: (f64, f64) = (10.0, 0.15);
 pub(super) const NOT_PRESSED: f64 = 0.05;
 /// The pads must have owed force for so long, s, before a wagon counts as without a brake.
 pub(super) const OWED_S: f64 = 8.0;
+/// The same while the application runs, so that pads may still come, s; hand-set, twice as long.
+pub(super) const OWED_RUNNING_S: f64 = 16.0;
 /// A rise or a fall that begins later than usual by this, s, is late; scatter at least this, s. Of 4,000 rises and 4,300 falls
 /// of healthy wagons (development seeds 7101, 7102) one in a hundred began 0.3 s and 0.7 s later than its own past.
 pub(super) const LATE: (f64, f64) = (0.8, 0.25);

@@ -1,0 +1,211 @@
+//! What is over: rolls and applications that have ended become changes of each wheelset against its own past.
+
+use super::{MANY_WHEELSETS, TrainWatch};
+use crate::creepage::{Belief, Braked, Change, Creepage};
+use crate::grip;
+use crate::robust::median;
+
+/// Variance of a change of pad friction, over nominal, from which on it says nothing.
+const LEAST_TELLING: f64 = 0.05;
+/// Common change of creepage in braking from which on it is another rail.
+const OTHER_RAIL: f64 = 0.08;
+/// Changes of so many applications, or rolls, are kept.
+const KEPT: usize = 10;
+/// So long after an application cylinders are empty, and their falls are judged, s.
+const FALLS_S: f64 = 60.0;
+
+impl TrainWatch {
+    /// Rolls that are over become changes; what is common to all wheelsets is the speed's, not theirs.
+    pub(super) fn end_rolls(&mut self, interrupted: bool) {
+        let mut ended: Vec<(usize, usize, Change)> = Vec::new();
+        for (index, wagon) in self.wagons.iter_mut().enumerate() {
+            for (k, wheel) in wagon.wheel.iter_mut().enumerate() {
+                ended.extend(wheel.creepage.end_of_roll(interrupted).map(|change| (index, k, change)));
+            }
+            if let Some(change) = wagon.balance.as_mut().and_then(|of| of.end_of_roll(interrupted)) {
+                keep(&mut wagon.balance_rolled, change);
+                let small = change.value.abs() < 3.0 * change.variance.sqrt();
+                wagon.balance.iter_mut().for_each(|of| of.settle(small));
+            }
+        }
+        if ended.is_empty() {
+            return;
+        }
+        let common = common(
+            ended.iter().filter(|(.., change)| change.variance <= 1e-6).map(|(.., change)| change.value),
+        );
+        for (index, k, _) in ended.iter().filter(|(.., change)| change.variance > 1e-6) {
+            self.wagons[*index].wheel[*k].creepage.settle(true);
+        }
+        ended.retain(|(.., change)| change.variance <= 1e-6);
+        ended.iter_mut().for_each(|(.., change)| change.value -= common);
+        // A tachometer that is late or rings says nothing of the others of its wagon either.
+        let (sound, doubtful): (Vec<_>, Vec<_>) =
+            ended.into_iter().partition(|(i, k, _)| self.trusts(*i, *k));
+        for (index, k, _) in doubtful {
+            self.wagons[index].wheel[k].creepage.settle(true);
+        }
+        for (index, k, own) in &sound {
+            let wheel = &mut self.wagons[*index].wheel[*k];
+            let small = own.value.abs() < 4.0 * own.variance.sqrt() || wheel.applications < 1;
+            wheel.creepage.settle(small);
+        }
+    }
+
+    /// The same of each wheelset beside the others of its wagon.
+    pub(super) fn end_rolls_beside(&mut self, interrupted: bool) {
+        let mut any = false;
+        for wheel in self.wagons.iter_mut().flat_map(|wagon| &mut wagon.wheel) {
+            let Some(change) = wheel.beside.end_of_roll(interrupted) else { continue };
+            let small = change.value.abs() < 4.0 * change.variance.sqrt() || wheel.applications < 1;
+            // Before the first application there is no past.
+            if change.variance <= 1e-6 && wheel.trusted {
+                any = true;
+                keep(&mut wheel.rolled, change);
+            }
+            wheel.beside.settle(small);
+        }
+        if any {
+            self.judge_rolls();
+        }
+    }
+
+    pub(super) fn trust_wheels(&mut self) {
+        for index in 0..self.wagons.len() {
+            let trusts: Vec<bool> =
+                (0..self.wagons[index].wheel.len()).map(|k| self.trusts(index, k)).collect();
+            let wheels = &mut self.wagons[index].wheel;
+            // Beside other wheels a difference is another one.
+            if wheels.iter().map(|wheel| wheel.trusted).ne(trusts.iter().copied()) {
+                for (wheel, trusted) in wheels.iter_mut().zip(trusts) {
+                    wheel.trusted = trusted;
+                    wheel.beside = Creepage::new(Belief::BESIDE);
+                    wheel.rolled.clear();
+                }
+            }
+        }
+    }
+
+    /// What the application that has just ended says of pads, beside those next to them.
+    fn take_grip(&mut self, ended: &[(usize, usize, Braked)]) {
+        let tells = |(index, k, braked): &&(usize, usize, Braked)| {
+            braked.alone.variance < LEAST_TELLING && self.trusts(*index, *k)
+        };
+        let known: Vec<_> =
+            ended.iter().filter(tells).map(|(index, k, one)| (*index, *k, one.alone)).collect();
+        // On a wet rail all creep more, the first wheelsets most: what differs then says little of pads.
+        let wet = 0.7 * common(ended.iter().map(|(.., braked)| braked.level.value)).abs();
+        let wagons = grip::beside_train(&known);
+        let mut wheels = Vec::new();
+        for (index, wagon) in self.wagons.iter_mut().enumerate() {
+            for (k, wheel) in wagon.wheel.iter_mut().enumerate() {
+                let Some(braked) = wheel.beside.end_of_braking() else { continue };
+                wheel.beside.settle(true);
+                if wheel.trusted && braked.alone.variance < LEAST_TELLING {
+                    // Of what the pads of the train do.
+                    let usual = wheel.creepage.friction().value.max(0.5);
+                    let Change { value, variance } = braked.alone;
+                    wheels.push((
+                        index,
+                        k,
+                        Change { value: value / usual, variance: variance / (usual * usual) },
+                    ));
+                }
+            }
+        }
+        let past = |index: usize, k: usize| self.wagons[index].wheel[k].grip.mean();
+        let within = grip::scatter(wheels.iter().map(|(index, k, look)| (look.value, past(*index, *k))), 8);
+        let past = |index: usize| self.wagons[index].grip.mean();
+        let between = grip::scatter(wagons.iter().map(|(index, look)| (look.value, past(*index))), 4);
+        for (index, k, look) in wheels {
+            let variance = look.variance.max(within * within) + wet * wet;
+            self.wagons[index].wheel[k].grip.take(Change { variance, ..look });
+        }
+        if wagons.len() < 3 {
+            return;
+        }
+        for (index, look) in wagons {
+            let variance = look.variance.max(between * between) + wet * wet;
+            self.wagons[index].grip.take(Change { variance, ..look });
+        }
+    }
+
+    pub(super) fn end_application(&mut self) {
+        self.brakings += 1;
+        let mut ended: Vec<(usize, usize, Braked)> = Vec::new();
+        for (index, wagon) in self.wagons.iter_mut().enumerate() {
+            for (k, wheel) in wagon.wheel.iter_mut().enumerate() {
+                ended.extend(wheel.creepage.end_of_braking().map(|braked| (index, k, braked)));
+            }
+            if let Some(braked) = wagon.balance.as_mut().and_then(Creepage::end_of_braking) {
+                keep(&mut wagon.balance_braked, braked);
+                let level = braked.level;
+                if braked.alone.variance < LEAST_TELLING {
+                    wagon.grip.take(Change { value: braked.alone.value - 1.0, ..braked.alone });
+                }
+                if level.variance > LEAST_TELLING {
+                    wagon.balance_braked.pop();
+                }
+                let small = level.value.abs() < (4.0 * level.variance.sqrt()).max(0.09);
+                wagon.balance.iter_mut().for_each(|of| of.settle(small));
+            }
+        }
+        self.take_grip(&ended);
+        // The first applications say nothing: there is no past yet.
+        let tells = |braked: &Braked| braked.level.variance < LEAST_TELLING;
+        for (index, k, _) in ended.iter().filter(|(.., braked)| !tells(braked)) {
+            self.wagons[*index].wheel[*k].creepage.settle(true);
+        }
+        ended.retain(|(.., braked)| tells(braked));
+        // Where few of many wheelsets tell, what is common to all is not known, and no single one can be judged.
+        let all: usize = self.wagons.iter().map(|wagon| wagon.wheel.len()).sum();
+        if all >= MANY_WHEELSETS && ended.len() < MANY_WHEELSETS {
+            for (index, k, _) in std::mem::take(&mut ended) {
+                self.wagons[index].wheel[k].creepage.settle(true);
+            }
+        }
+        let level = common(ended.iter().map(|(.., braked)| braked.level.value));
+        let trend = common(ended.iter().map(|(.., braked)| braked.trend.value));
+        // On a wet rail all creep more, the first wheelsets most: what differs then says little of pads.
+        let wet = level.abs() * 0.7;
+        for (.., braked) in &mut ended {
+            braked.level.value -= level;
+            braked.level.variance += wet * wet;
+            braked.trend.value -= trend;
+        }
+        let (ended, doubtful): (Vec<_>, Vec<_>) =
+            ended.into_iter().partition(|(i, k, _)| self.trusts(*i, *k));
+        for (index, k, _) in doubtful {
+            self.wagons[index].wheel[k].creepage.settle(true);
+        }
+        for (index, k, own) in &ended {
+            let wheel = &mut self.wagons[*index].wheel[*k];
+            keep(&mut wheel.braked, *own);
+            wheel.applications += 1;
+            let small = own.level.value.abs() < (3.5 * own.level.variance.sqrt()).max(0.08);
+            wheel.creepage.settle((small && level < OTHER_RAIL) || wheel.applications < 2);
+            if level < -OTHER_RAIL {
+                wheel.creepage.shift_friction(level);
+            }
+        }
+        self.judge_application();
+        self.falls_due_s = self.time_s + FALLS_S;
+        for wagon in &mut self.wagons {
+            wagon.pressure.end();
+            wagon.timing.forget_trace();
+        }
+    }
+}
+
+/// What all wheelsets do alike; nothing where there are too few to tell.
+fn common(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    if values.len() < MANY_WHEELSETS { 0.0 } else { median(&mut values) }
+}
+
+fn keep<T>(list: &mut Vec<T>, item: T) {
+    if list.len() == KEPT {
+        list.remove(0);
+    }
+    list.push(item);
+}

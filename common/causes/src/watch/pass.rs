@@ -1,0 +1,212 @@
+//! The pass over the seconds of a train: whether it brakes, how fast it is, and what each second says of every wheelset.
+
+use super::{TrainWatch, Wagon, Wheel};
+use crate::balance::balance;
+use crate::braking::Turn;
+use crate::cause::Cause;
+use crate::creepage::{Creep, Creepage};
+use crate::input::{MAX_WHEELSETS, WagonFile};
+use crate::robust::{median, trimmed_mean};
+use crate::second::{SECOND_S, WagonSecond, WheelSecond};
+use crate::within::{self, Creeps};
+
+/// Slower than this creepage tells nothing, m/s.
+const LEAST_SPEED_M_S: f64 = 3.5;
+/// Creepage of a drive torque up to which a wheel counts as coasting.
+const COASTING: f64 = 4e-4;
+/// Creepage of a drive torque up to which scale and lag of a tachometer show beside it.
+const DRIVEN: f64 = 1.2e-3;
+
+impl TrainWatch {
+    pub(super) fn follow_braking(&mut self, seconds: &[WagonSecond]) {
+        let orders: Vec<f64> = seconds.iter().map(|second| second.demand).collect();
+        let pads = |(wagon, second): (&Wagon, &WagonSecond)| {
+            let file = &wagon.file;
+            let force_n: f64 = second.wheel[..wagon.wheel.len()].iter().map(|wheel| wheel.press_n).sum();
+            file.pad_friction * force_n * file.pad_radius_m / (file.radius_m * file.mass_kg)
+        };
+        let mut pads_m_s2 = self.wagons.iter().zip(seconds).map(pads).collect();
+        self.most_order =
+            orders.iter().copied().filter(|order| order.is_finite()).fold(self.most_order, f64::max);
+        match self.braking.take(self.time_s, SECOND_S, &orders, &mut pads_m_s2) {
+            Turn::Began => {
+                self.most_order = 0.0;
+                self.falls_due_s = self.falls_due_s.min(self.time_s);
+                self.end_rolls(true);
+                self.end_rolls_beside(true);
+            }
+            Turn::Ended => self.end_application(),
+            Turn::Same => {}
+        }
+    }
+
+    /// Speed and acceleration of the train: means of what agrees among the wagons.
+    pub(super) fn train_speed(&mut self, seconds: &[WagonSecond]) -> (f64, f64) {
+        let sound = |wagon: &usize| self.book.open(*wagon) != Some(Cause::SpeedSensor);
+        let all = seconds.len();
+        let usable: Vec<usize> = (0..all).filter(|wagon| all < 3 || sound(wagon)).collect();
+        let mut speeds = usable.iter().map(|wagon| seconds[*wagon].v.mean).collect();
+        let middle = median(&mut speeds);
+        let v_m_s = trimmed_mean(&mut speeds, 0.12 + 0.004 * middle.abs());
+        let mut slopes = usable.iter().map(|wagon| seconds[*wagon].v.slope).collect();
+        (v_m_s, median(&mut slopes))
+    }
+
+    pub(super) fn follow_wheels(&mut self, seconds: &[WagonSecond], v_m_s: f64, a_m_s2: f64, samples: f64) {
+        let pass = Pass {
+            since_s: self.braking.since_s().map(|since_s| self.time_s - since_s),
+            quiet: self.braking.released_s > 4.0,
+            // Jerks: a second that begins at another acceleration than it ends is no straight line.
+            steady: (v_m_s - self.before_m_s - a_m_s2).abs() < 0.35,
+            v_m_s,
+            a_m_s2,
+            samples,
+            wagons: self.wagons.len() as f64,
+        };
+        self.before_m_s = v_m_s;
+        for (wagon, second) in self.wagons.iter_mut().zip(seconds) {
+            wagon.follow(second, &pass);
+        }
+        if pass.rolls() {
+            if pass.since_s.is_none() {
+                self.end_rolls(false);
+                self.end_rolls_beside(false);
+            }
+            self.judge_slides();
+        }
+    }
+}
+
+/// A second of the train, as all wheelsets need it.
+#[derive(Debug, Clone, Copy)]
+struct Pass {
+    /// Since when it brakes, s.
+    since_s: Option<f64>,
+    /// The brakes have been released for some seconds.
+    quiet: bool,
+    /// Speed runs along a straight line.
+    steady: bool,
+    v_m_s: f64,
+    a_m_s2: f64,
+    samples: f64,
+    wagons: f64,
+}
+
+impl Pass {
+    fn rolls(&self) -> bool {
+        self.v_m_s > LEAST_SPEED_M_S
+    }
+}
+
+/// What a wheelset did in a second.
+#[derive(Debug, Clone, Copy, Default)]
+struct Turned {
+    slides: bool,
+    driven: bool,
+    /// Creepage, where it tells of pads and drag.
+    creep: Option<Creep>,
+}
+
+impl Wagon {
+    /// Takes a second of all that this wagon measures.
+    fn follow(&mut self, second: &WagonSecond, pass: &Pass) {
+        let wheelsets = self.wheel.len();
+        let (mut slides, mut driven) = (false, false);
+        let mut creeps: Creeps = [None; MAX_WHEELSETS];
+        let full_n = self.pressure.full_n.max(1.0);
+        for (k, wheel) in self.wheel.iter_mut().enumerate() {
+            let turned = wheel.follow(&second.wheel[k], &self.file, pass, full_n);
+            slides |= turned.slides;
+            driven |= turned.driven;
+            creeps[k] = turned.creep;
+        }
+        let is_trusted: Vec<bool> = self.wheel.iter().map(|wheel| wheel.trusted).collect();
+        for (wheel, creep) in self.wheel.iter_mut().zip(within::beside(&creeps, &is_trusted)) {
+            if let Some(creep) = creep {
+                wheel.beside.take(&creep, pass.since_s.unwrap_or(0.0));
+            }
+        }
+        let slid = slides || self.wheel.iter().any(|wheel| wheel.slid_ago_s < 4.0);
+        let grip_m = self.file.pad_friction * self.file.pad_radius_m;
+        self.pressure.take(second, wheelsets, pass.since_s, pass.quiet, slid, grip_m);
+        if pass.rolls() {
+            self.follow_speed(second, pass, driven);
+            if let Some(balance_of) = self.balance.as_mut().filter(|_| pass.steady && !slid)
+                && let Some(creep) = balance(&self.file, second, pass.v_m_s, pass.a_m_s2, pass.samples)
+            {
+                balance_of.take(&creep, pass.since_s.unwrap_or(0.0));
+            }
+        }
+    }
+
+    /// Speed and load of a wagon that rolls.
+    fn follow_speed(&mut self, second: &WagonSecond, pass: &Pass, driven: bool) {
+        // Its wheels tell of its speed only while nothing drives them; both are asked of the same seconds.
+        if second.v.mean.is_finite() && !driven {
+            self.speed.take(second.v.mean / pass.v_m_s - 1.0, pass.a_m_s2 / pass.v_m_s, 0.0);
+        }
+        if second.load_kg.is_finite() {
+            let (mean, count) = &mut self.load_kg;
+            *count += 1.0;
+            *mean += (second.load_kg - *mean) / *count;
+        }
+    }
+}
+
+impl Wheel {
+    /// Takes a second of this wheelset; `full_n` is the largest force that its wagon ever pressed with.
+    fn follow(&mut self, seen: &WheelSecond, file: &WagonFile, pass: &Pass, full_n: f64) -> Turned {
+        let Pass { v_m_s, since_s, .. } = *pass;
+        let mut turned = Turned::default();
+        let drive = seen.drive_nm / file.radius_m * file.compliance_per_n;
+        // What pads and slides do to a wheel is no fault of its tread.
+        let coasts = drive.abs() < COASTING && since_s.is_none() && self.slid_ago_s > 20.0;
+        self.tachometer.take(seen, file.radius_m, v_m_s, file.wheel_speed_sigma_rad_s, coasts);
+        self.slid_ago_s += SECOND_S;
+        let creepage = seen.omega.mean * file.radius_m / v_m_s - 1.0;
+        if !pass.rolls() || !creepage.is_finite() {
+            return turned;
+        }
+        turned.slides = (creepage - self.idle) * v_m_s < -(0.4 + 0.03 * v_m_s);
+        if turned.slides && since_s.is_some() {
+            self.slid_ago_s = 0.0;
+            let stuck = seen.press_n > 0.75 * full_n && (creepage - self.idle) < -0.25;
+            self.stuck_s = if stuck { self.stuck_s + SECOND_S } else { self.stuck_s };
+            return turned;
+        }
+        if since_s.is_none() && pass.quiet {
+            self.idle += 0.1 * (creepage - self.idle);
+        }
+        if !pass.steady || !seen.press_n.is_finite() {
+            return turned;
+        }
+        let creep = creep(seen, file, pass, creepage);
+        turned.driven = creep.drive.abs() >= DRIVEN;
+        if !turned.driven && self.slid_ago_s > 10.0 {
+            let forced = creep.drive - creep.brake;
+            self.rim.take(creepage - forced, creep.rate, forced);
+        }
+        // Beyond the straight part of the curve the equation does not hold; a driven wheel is there first.
+        let straight = creep.drive.abs() < COASTING && creep.brake < 0.003;
+        if creepage.abs() < 0.012 + self.idle.abs() && straight {
+            self.creepage.take(&creep, since_s.unwrap_or(0.0));
+            turned.creep = Some(creep);
+        }
+        turned
+    }
+}
+
+/// Creepage of a wheelset in a second, beside what should cause it.
+fn creep(seen: &WheelSecond, file: &WagonFile, pass: &Pass, creepage: f64) -> Creep {
+    let Pass { v_m_s, a_m_s2, samples, wagons, .. } = *pass;
+    let force = |newton: f64| newton * file.compliance_per_n;
+    let turning_nm = file.inertia_kg_m2 * a_m_s2 / file.radius_m;
+    Creep {
+        creepage,
+        brake: force(file.pad_friction * seen.press_n * file.pad_radius_m / file.radius_m),
+        drive: force((seen.drive_nm - turning_nm) / file.radius_m),
+        rate: a_m_s2 / v_m_s,
+        variance: Creepage::of_mean(file.wheel_speed_sigma_rad_s / seen.omega.mean, samples)
+            + Creepage::of_mean(file.speed_sigma_m_s / v_m_s, samples * wagons),
+    }
+}
