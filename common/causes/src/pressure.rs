@@ -16,6 +16,14 @@ const AGED_S: f64 = 12.0;
 /// From here on a wheelset differs from the others; and forces of several applications tell a share from a constant.
 const DIFFERS: f64 = 0.07;
 const FORCES_APART: f64 = 0.1;
+/// A share or a constant is told from the other when it leaves so much less, beyond what noise of a transducer leaves, N
+/// (hand-set).
+const CLEAR: f64 = 0.6;
+const NOISE_N: f64 = 60.0;
+/// While the others move between these shares of what they were held at, a share and a constant differ.
+const MOVES: (f64, f64) = (0.15, 0.8);
+/// So many values tell it.
+const MOVED: f64 = 5.0;
 /// An order must have stood for so many seconds before pressure is owed.
 const STANDS: usize = 6;
 /// And the pads owe something from this share of a full brake on.
@@ -40,6 +48,19 @@ struct Pair {
     runs: [f64; 6],
 }
 
+/// Forces of a wheelset and of the others while they held still last, and how well a share and a constant by that foretold what
+/// it did while the others moved.
+#[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
+struct Moving {
+    /// Force of the others and of this wheelset while held, N; 0 before.
+    held_n: (f64, f64),
+    /// Forces of the second before, N.
+    before_n: (f64, f64),
+    /// Values taken, and sums of squares that a share and a constant leave, N².
+    count: f64,
+    left: (f64, f64),
+}
+
 /// How the force of one wheelset lies beside those of its wagon.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Beside {
@@ -53,6 +74,20 @@ pub(crate) struct Beside {
     pub left_n: (f64, f64),
     /// Ratio in the first seconds under pressure, and later.
     pub over_time: Option<(f64, f64)>,
+    /// What the difference is by these.
+    pub looks: Looks,
+}
+
+/// What a difference between two pressing forces looks like.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) enum Looks {
+    /// Like a share of the others' force.
+    Share,
+    /// Like the same force throughout.
+    Constant,
+    /// Forces were too much alike to say.
+    #[default]
+    Either,
 }
 
 /// Pressing forces of one wagon.
@@ -61,6 +96,7 @@ pub(crate) struct Pressure {
     /// Largest force of the middle wheelset seen, N.
     pub full_n: f64,
     pair: [Pair; MAX_WHEELSETS],
+    moving: [Moving; MAX_WHEELSETS],
     /// Force of each wheelset while released, N: fading mean, and for how long.
     released_n: [f64; MAX_WHEELSETS],
     /// Seconds released so far in this pause.
@@ -126,6 +162,18 @@ impl Pressure {
             let others_n = median(&mut others.collect());
             if own_n.is_finite() && others_n > 0.12 * self.full_n && others_n > 500.0 {
                 self.pair[k].add(others_n, own_n);
+                self.moving[k].hold(others_n, own_n);
+            }
+        }
+    }
+
+    /// Takes forces of one instant: what a wheelset does while the others come and go.
+    pub(crate) fn trace(&mut self, forces_n: &[f64]) {
+        for (k, own_n) in forces_n.iter().enumerate() {
+            let others = forces_n.iter().enumerate().filter(|(other, _)| *other != k);
+            let others_n = median(&mut others.map(|(_, force_n)| *force_n).collect());
+            if own_n.is_finite() && others_n.is_finite() {
+                self.moving[k].take(others_n, *own_n);
             }
         }
     }
@@ -182,11 +230,22 @@ impl Pressure {
 
     /// Each wheelset beside the others, over the latest application that tells.
     pub(crate) fn beside(&self, k: usize) -> Option<Beside> {
-        self.pair[k].read()
+        let mut beside = self.pair[k].read()?;
+        let looks = |(by_share_n, by_constant_n): (f64, f64)| match () {
+            () if by_constant_n.hypot(NOISE_N) < CLEAR * by_share_n.hypot(NOISE_N) => Looks::Constant,
+            () if by_share_n.hypot(NOISE_N) < CLEAR * by_constant_n.hypot(NOISE_N) => Looks::Share,
+            () => Looks::Either,
+        };
+        beside.looks = match looks(beside.left_n) {
+            Looks::Either => self.moving[k].left_n().map_or(Looks::Either, looks),
+            clear => clear,
+        };
+        Some(beside)
     }
 
     /// The application or pause that runs is forgotten.
     pub(crate) fn abandon(&mut self) {
+        self.moving = Default::default();
         (self.peak_n, self.electric, self.before_n, self.released_s) = (0.0, false, 0.0, 0.0);
         self.orders.clear();
         self.owed = (0.0, 0.0);
@@ -194,11 +253,44 @@ impl Pressure {
 
     /// The application is over.
     pub(crate) fn end(&mut self) {
-        for pair in &mut self.pair {
-            pair.end();
-        }
+        self.pair.iter_mut().for_each(Pair::end);
+        self.moving.iter_mut().for_each(Moving::fade);
         (self.peak_n, self.electric, self.owed) = (0.0, false, (0.0, 0.0));
         self.orders.clear();
+    }
+}
+
+impl Moving {
+    /// Takes forces of a second under pressure, N: those of a brake that is held are what a fall is foretold by.
+    fn hold(&mut self, others_n: f64, own_n: f64) {
+        let (others_before_n, own_before_n) = std::mem::replace(&mut self.before_n, (others_n, own_n));
+        let still = |now_n: f64, before_n: f64| (now_n - before_n).abs() < 0.03 * others_n;
+        if still(others_n, others_before_n) && still(own_n, own_before_n) {
+            self.held_n = (others_n, own_n);
+        }
+    }
+
+    fn take(&mut self, others_n: f64, own_n: f64) {
+        let (held_n, own_held_n) = self.held_n;
+        if held_n <= 0.0 || !(MOVES.0 * held_n..MOVES.1 * held_n).contains(&others_n) {
+            return;
+        }
+        let by_share_n = own_n - others_n * own_held_n / held_n;
+        // A transducer that reads too little shows nothing, or less than that, before its cylinder is empty.
+        let by_constant_n = own_n.max(0.0) - (others_n - (held_n - own_held_n)).max(0.0);
+        self.count += 1.0;
+        self.left = (self.left.0 + by_share_n * by_share_n, self.left.1 + by_constant_n * by_constant_n);
+    }
+
+    /// An application is over: older ones count for less.
+    fn fade(&mut self) {
+        self.count *= 0.5;
+        self.left = (0.5 * self.left.0, 0.5 * self.left.1);
+    }
+
+    /// What a share and a constant leave, root mean square, N; `None` while too little has moved.
+    fn left_n(&self) -> Option<(f64, f64)> {
+        (self.count >= MOVED).then(|| ((self.left.0 / self.count).sqrt(), (self.left.1 / self.count).sqrt()))
     }
 }
 
@@ -260,6 +352,7 @@ impl Pair {
             offset_n,
             left_n: self.left_over_runs_n().unwrap_or((by_share.sqrt(), by_constant.max(0.0).sqrt())),
             over_time: tells.then(|| (self.fresh.1 / self.fresh.0, self.aged.1 / self.aged.0)),
+            looks: Looks::Either,
         })
     }
 }
@@ -333,6 +426,31 @@ mod tests {
         assert!(by_share_n < 1.0 && by_constant_n > 500.0);
         let (by_share_n, by_constant_n) = left_n(|order| 1.0 - 3e3 / (30e3 * order));
         assert!(by_constant_n < 1.0 && by_share_n > 100.0, "{by_share_n} {by_constant_n}");
+    }
+
+    /// At a platform a railcar always presses equally hard; what a wheelset does while the brake lets go tells a share from a constant,
+    /// and from a transducer that shows nothing where it reads less.
+    #[test]
+    fn what_moves_tells_a_share_from_a_constant_where_all_applications_are_alike() {
+        let looks = |moves: bool, own: fn(f64) -> f64| {
+            let mut pressure = Pressure::default();
+            for _ in 0..2 {
+                brakes(&mut pressure, 0.4, 20, |_| own(12e3) / 12e3);
+                for step in 0..20 {
+                    let others_n = 12e3 * (1.0 - 0.05 * f64::from(step));
+                    if moves {
+                        pressure.trace(&[others_n, own(others_n), others_n, others_n]);
+                    }
+                }
+                pressure.end();
+            }
+            brakes(&mut pressure, 0.4, 20, |_| own(12e3) / 12e3);
+            pressure.beside(1).expect("it tells").looks
+        };
+        assert_eq!(looks(true, |others_n| 0.5 * others_n), Looks::Share);
+        assert_eq!(looks(true, |others_n| others_n - 6e3), Looks::Constant);
+        assert_eq!(looks(true, |others_n| (others_n - 6e3).max(0.0)), Looks::Constant);
+        assert_eq!(looks(false, |others_n| 0.5 * others_n), Looks::Either);
     }
 
     /// A wagon whose electric brake does all that is ordered owes nothing with its pads until it stands.

@@ -42,6 +42,17 @@ struct Falling {
     upper_s: Option<f64>,
 }
 
+/// Which end of an application.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum End {
+    /// The rise of the pressing force.
+    Rise,
+    /// The rise of pads and electric brake together.
+    Blended,
+    /// The fall of the pressing force.
+    Fall,
+}
+
 /// What rises and falls of one wagon were like so far.
 #[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Usual {
@@ -64,30 +75,47 @@ impl Usual {
     }
 }
 
+/// A value of the trace of an application.
+#[derive(Debug, Clone, Copy, serde::Serialize, serde::Deserialize)]
+struct Traced {
+    order: f64,
+    /// Force of the middle wheelset, N.
+    force_n: f64,
+    /// The same with what the electric brake does instead of the pads, N.
+    together_n: f64,
+}
+
 /// Traces of one wagon.
 #[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Timing {
-    trace: Vec<(f64, f64)>,
+    trace: Vec<Traced>,
     recent: Vec<(f64, f64)>,
     falling: Option<Falling>,
     /// The latest fall, until it is judged.
     fallen: Option<Stroke>,
-    pub rises: Usual,
-    pub falls: Usual,
+    rises: Usual,
+    falls: Usual,
+    blended: Usual,
     /// Evidence for a late distributor and for a slow cylinder: natural logarithm of what the looks so far make of the odds.
     pub late: f64,
     pub slow: f64,
 }
 
 impl Timing {
-    /// Takes a value of the traces: the order, and the force of the middle wheelset; `full_n` is the largest ever, `electric`
-    /// whether an electric brake takes part now.
-    pub(crate) fn trace(&mut self, order: f64, force_n: f64, braking: bool, (full_n, electric): (f64, bool)) {
+    /// Takes a value of the traces: the order, and the force of the middle wheelset with what the electric brake does instead of
+    /// it; `full_n` is the largest ever, `electric` whether an electric brake takes part now.
+    pub(crate) fn trace(
+        &mut self,
+        order: f64,
+        (force_n, electric_n): (f64, f64),
+        braking: bool,
+        (full_n, electric): (f64, bool),
+    ) {
         if !braking && self.trace.len() >= BEFORE {
             self.trace.remove(0);
         }
         if self.trace.len() < LONGEST {
-            self.trace.push((order, force_n));
+            self.trace.push(Traced { order, force_n, together_n: force_n + electric_n });
         }
         self.follow_fall(order, force_n, full_n, electric);
         if self.recent.len() == STEADY.0 {
@@ -139,6 +167,15 @@ impl Timing {
         }
     }
 
+    /// What strokes of that kind were like so far.
+    pub(crate) const fn usual(&mut self, end: End) -> &mut Usual {
+        match end {
+            End::Rise => &mut self.rises,
+            End::Blended => &mut self.blended,
+            End::Fall => &mut self.falls,
+        }
+    }
+
     /// The latest fall, once.
     pub(crate) fn fallen(&mut self) -> Option<Stroke> {
         self.fallen.take()
@@ -146,19 +183,29 @@ impl Timing {
 
     /// The rise of the latest application; `None` if it does not tell it. `orders` stand in where none is told.
     pub(crate) fn rise(&self, orders: Option<&[f64]>, full_n: f64) -> Option<Stroke> {
-        let order = |index: usize| orders.map_or(self.trace[index].0, |orders| orders[index]);
+        self.rise_of(orders, full_n, |at| at.force_n)
+    }
+
+    /// The same of pads and electric brake together: both hear of the order by the distributor.
+    pub(crate) fn blended_rise(&self, full_n: f64) -> Option<Stroke> {
+        self.rise_of(None, full_n, |at| at.together_n)
+    }
+
+    fn rise_of(&self, orders: Option<&[f64]>, full_n: f64, force: fn(&Traced) -> f64) -> Option<Stroke> {
+        let order = |index: usize| orders.map_or(self.trace[index].order, |orders| orders[index]);
+        let force_n = |index: usize| force(&self.trace[index]);
         // Orders that stand in may be of fewer values than this wagon's own.
         let count = orders.map_or(usize::MAX, <[f64]>::len).min(self.trace.len());
         let most = (0..count).map(order).fold(f64::NAN, f64::max);
-        let peak_n = self.trace.iter().map(|(_, force_n)| *force_n).fold(f64::NAN, f64::max);
+        let peak_n = self.trace.iter().map(force).fold(f64::NAN, f64::max);
         if !(most > 0.1 && peak_n > 0.15 * full_n && peak_n > 1000.0) {
             return None;
         }
         let ordered = (0..count).find(|index| order(*index) > 0.04)?;
-        let rises = (0..count).find(|index| self.trace[*index].1 > 0.04 * full_n + 150.0)?;
-        let level = (0..count).find(|index| self.trace[*index].1 > 0.95 * peak_n)?;
+        let rises = (0..count).find(|index| force_n(*index) > 0.04 * full_n + 150.0)?;
+        let level = (0..count).find(|index| force_n(*index) > 0.95 * peak_n)?;
         let area = (ordered..level.max(ordered))
-            .map(|index| (order(index) / most - self.trace[index].1 / peak_n) * TRACE_S)
+            .map(|index| (order(index) / most - force_n(index) / peak_n) * TRACE_S)
             .sum();
         Some(Stroke { start_s: (rises as f64 - ordered as f64) * TRACE_S, slow: area })
     }
@@ -178,8 +225,8 @@ impl Timing {
 
     /// Forces of the trace over the largest of them, to stand for an order that nobody tells.
     pub(crate) fn shape(&self) -> Vec<f64> {
-        let peak_n = self.trace.iter().map(|(_, force_n)| *force_n).fold(1.0, f64::max);
-        self.trace.iter().map(|(_, force_n)| force_n / peak_n).collect()
+        let peak_n = self.trace.iter().map(|at| at.force_n).fold(1.0, f64::max);
+        self.trace.iter().map(|at| at.force_n / peak_n).collect()
     }
 }
 
@@ -199,7 +246,7 @@ mod tests {
             let wanted_n = FULL_N * order_at(t - late_s);
             let most_n = TRACE_S * FULL_N / slow / if wanted_n > force_n { 4.0 } else { 12.0 };
             force_n += (wanted_n - force_n).clamp(-most_n, most_n);
-            timing.trace(order_at(t), force_n, t > 2.0 && t < 22.0, (FULL_N, false));
+            timing.trace(order_at(t), (force_n, 0.0), t > 2.0 && t < 22.0, (FULL_N, false));
             if step == 219 {
                 rise = timing.rise(None, FULL_N);
             }
@@ -225,6 +272,26 @@ mod tests {
         assert!((slow_fall.start_s - fall.start_s).abs() < 0.2 && slow_rise.slow > rise.slow + 1.0);
     }
 
+    /// Of a locomotive that brakes electrically the pads come when its electric brake fades; both together come with the order.
+    #[test]
+    fn pads_and_electric_brake_together_begin_when_the_distributor_hears() {
+        let start_s = |late_s: f64| {
+            let mut timing = Timing::default();
+            for step in 0..300 {
+                let t = TRACE_S * f64::from(step);
+                let order = if t >= 2.0 { 0.5 } else { 0.0 };
+                let heard = if t >= 2.0 + late_s { 0.5 } else { 0.0 };
+                let electric_n = if t < 20.0 { heard * FULL_N } else { 0.0 };
+                let pads_n = if t < 20.0 { 0.0 } else { heard * FULL_N };
+                timing.trace(order, (pads_n, electric_n), t > 2.0, (FULL_N, true));
+            }
+            (timing.rise(None, FULL_N), timing.blended_rise(FULL_N).expect("it rises").start_s)
+        };
+        let (pads, usual_s) = start_s(0.4);
+        assert!(pads.is_some_and(|pads| pads.start_s > 17.0), "{pads:?}");
+        assert!((start_s(3.4).1 - usual_s - 3.0).abs() < 0.15);
+    }
+
     #[test]
     fn what_still_fills_or_brakes_electrically_tells_no_fall() {
         for (electric, steady) in [(true, true), (false, false)] {
@@ -234,7 +301,7 @@ mod tests {
                 let fills_n = if steady { 15e3 } else { 100.0 * f64::from(step) };
                 let force_n =
                     if order > 0.0 { fills_n } else { (fills_n - 300.0 * f64::from(step - 120)).max(0.0) };
-                timing.trace(order, force_n, order > 0.0, (FULL_N, electric));
+                timing.trace(order, (force_n, 0.0), order > 0.0, (FULL_N, electric));
             }
             assert_eq!(timing.fallen(), None);
         }
@@ -246,7 +313,7 @@ mod tests {
         for value in 0..200 {
             let order = if value < 100 { f64::NAN } else { 0.0 };
             let force_n = if value < 100 { 20e3 } else { 20e3 * (-0.1 * f64::from(value - 100)).exp() };
-            timing.trace(order, force_n, true, (20e3, false));
+            timing.trace(order, (force_n, 0.0), true, (20e3, false));
         }
         assert_eq!(timing.fallen(), None);
         assert_eq!(timing.rise(Some(&[1.0; 3]), 20e3).map(|rise| rise.start_s), Some(0.0));

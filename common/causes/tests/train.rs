@@ -210,6 +210,22 @@ fn brakes_that_weigh_tell_a_wrong_load() {
     assert_eq!(weighs([1.3, 0.8, 0.75, 1.1, 0.6]), Vec::<Vec<usize>>::new());
 }
 
+/// A transducer without clipping that reads a tenth too little shows less than none when the brake is released: it is named, and not
+/// the three that show none.
+#[test]
+fn a_transducer_that_shows_less_than_none_is_named() {
+    let watch = day_that_says(Wrong::Nothing, &[], |step, readings| {
+        if step as f64 * DT_S > 450.0 {
+            readings[2].pressing_force_n[1] -= 0.1 * FULL_N;
+        }
+    });
+    let [alert] = watch.alerts() else { panic!("{:?}", watch.alerts()) };
+    assert_eq!(
+        (alert.cause, &alert.wagons[..], &alert.wheelsets[..]),
+        (Cause::PressureSensor, &[2][..], &[1][..])
+    );
+}
+
 /// Successors in a roll, in an application and while the brakes are applied: one application at most goes unseen for each.
 #[test]
 fn what_was_learnt_outlives_the_watch() {

@@ -5,9 +5,9 @@ use super::limits::{
     SLOW_FALL, SLOW_RISE, TELLING, TOLD_LATER,
 };
 use crate::cause::{Cause, Grade};
-use crate::pressure::Beside;
+use crate::pressure::{Beside, Looks};
 use crate::robust::median;
-use crate::timing::Stroke;
+use crate::timing::{End, Stroke};
 use crate::watch::{TrainWatch, Wagon};
 
 impl TrainWatch {
@@ -18,7 +18,18 @@ impl TrainWatch {
             let full_n = wagon.pressure.full_n;
             let Some(left_n) = wagon.pressure.released_n().filter(|_| full_n > 1000.0) else { continue };
             let wheelsets = wagon.wheel.len();
-            let least_n = left_n[..wheelsets].iter().copied().fold(f64::INFINITY, f64::min);
+            // Cylinders do not pull: one that reads less than nothing has a transducer that does.
+            let below_n = -(LEFT * full_n).max(250.0);
+            let sound = || left_n[..wheelsets].iter().copied().filter(|one_n| *one_n > below_n);
+            let least_n = sound().fold(f64::INFINITY, f64::min);
+            for k in (0..wheelsets).filter(|k| left_n[*k] <= below_n) {
+                let percent = -100.0 * left_n[k] / full_n;
+                let reason = format!("pressure transducer shows {percent:.0} % of full force less than none");
+                self.suspect(Cause::PressureSensor, (index, vec![k]), (Grade::Watch, 0.9, 3), &[], reason);
+            }
+            if !least_n.is_finite() {
+                continue;
+            }
             let share = least_n / full_n;
             if share > LEFT {
                 let rolls = self.v_m_s > 3.0;
@@ -133,7 +144,7 @@ impl TrainWatch {
             let Some(beside) = beside.filter(|beside| beside.offset_n.abs() > OFFSET_N) else { continue };
             let at = (index, vec![k]);
             let percent = 100.0 * beside.ratio;
-            let constant = beside.left_n.1 < 0.6 * beside.left_n.0;
+            let constant = beside.looks == Looks::Constant;
             let offset = beside.offset_n / full_n.max(1.0);
             let leaks = beside
                 .over_time
@@ -147,7 +158,7 @@ impl TrainWatch {
                 );
                 let instead = [(Cause::WspValve, 0.2)];
                 self.suspect(Cause::SlowCylinder, at, (Grade::Watch, 0.75, 2), &instead, reason);
-            } else if beside.ratio < NO_FORCE {
+            } else if beside.ratio < NO_FORCE && !constant {
                 let reason = format!("pressing force is {percent:.0} % of that of the other wheelsets");
                 let instead = [(Cause::WspValve, 0.08)];
                 let needed = if beside.seconds >= OWED_S { 1 } else { 2 };
@@ -159,8 +170,12 @@ impl TrainWatch {
                 self.suspect(Cause::PressureSensor, at, (Grade::Watch, 0.75, 2), &instead, reason);
             } else if beside.ratio < BESIDE.0 && !(wheelsets == 2 && self.reads_high(index, 1 - k)) {
                 let reason = format!("pressing force is {percent:.0} % of that of the other wheelsets");
-                let instead = [(Cause::PressureSensor, 0.2), (Cause::SlowCylinder, 0.2)];
-                self.suspect(Cause::WspValve, at, (Grade::Watch, 0.6, 2), &instead, reason);
+                if beside.looks == Looks::Share {
+                    let instead = [(Cause::PressureSensor, 0.2), (Cause::SlowCylinder, 0.2)];
+                    self.suspect(Cause::WspValve, at, (Grade::Watch, 0.6, 2), &instead, reason);
+                } else {
+                    self.suspect_either(Cause::WspValve, Cause::PressureSensor, at, reason);
+                }
             } else if beside.ratio > BESIDE.1 && wheelsets > 2 && offset > LEFT {
                 let reason = format!("pressing force reads {:.0} % of full force too high", 100.0 * offset);
                 self.suspect(Cause::PressureSensor, at, (Grade::Watch, 0.8, 2), &[], reason);
@@ -171,52 +186,62 @@ impl TrainWatch {
     /// Whether a wheelset shows force while released.
     fn reads_high(&self, index: usize, k: usize) -> bool {
         let pressure = &self.wagons[index].pressure;
-        let beside = pressure.beside(k).is_some_and(|beside| beside.left_n.1 < 0.6 * beside.left_n.0);
+        let beside = pressure.beside(k).is_some_and(|beside| beside.looks == Looks::Constant);
         beside && pressure.released_n().is_some_and(|left_n| left_n[k] > 0.5 * LEFT * pressure.full_n)
     }
 
-    /// When the forces rose.
+    /// When the forces rose. Where an electric brake takes part, pads and electric brake together begin when the distributor hears.
     fn judge_rises(&mut self) {
         let stand_in: Option<Vec<f64>> = (self.most_order <= 0.0).then(|| self.middle_shape());
-        let rise = |wagon: &Wagon| match wagon.pressure.electric {
-            true => None,
-            false => wagon.timing.rise(stand_in.as_deref(), wagon.pressure.full_n),
+        let rise = |wagon: &Wagon| {
+            let (electric, full_n) = (wagon.pressure.electric, wagon.pressure.full_n);
+            match electric {
+                true => wagon.timing.blended_rise(full_n).map(|rise| (End::Blended, rise)),
+                false => wagon.timing.rise(stand_in.as_deref(), full_n).map(|rise| (End::Rise, rise)),
+            }
         };
-        let rises: Vec<Option<Stroke>> = self.wagons.iter().map(rise).collect();
-        self.judge_strokes(&rises, false);
+        let rises: Vec<Option<(End, Stroke)>> = self.wagons.iter().map(rise).collect();
+        self.judge_strokes(&rises);
     }
 
     /// When the forces fell after the latest release.
     pub(crate) fn judge_falls(&mut self) {
-        let falls: Vec<Option<Stroke>> = self.wagons.iter_mut().map(|wagon| wagon.timing.fallen()).collect();
-        self.judge_strokes(&falls, true);
+        let fall = |wagon: &mut Wagon| wagon.timing.fallen().map(|fall| (End::Fall, fall));
+        let falls: Vec<Option<(End, Stroke)>> = self.wagons.iter_mut().map(fall).collect();
+        self.judge_strokes(&falls);
     }
 
     /// Rises, or falls, of all wagons, each against its own past with what is common removed.
-    fn judge_strokes(&mut self, strokes: &[Option<Stroke>], falls: bool) {
+    fn judge_strokes(&mut self, strokes: &[Option<(End, Stroke)>]) {
         let told = strokes.iter().flatten().count();
         // Beside too few others it is not known what is common.
         if told < 4 && self.wagons.len() >= 4 {
             return;
         }
-        let middle = |of: fn(&Stroke) -> f64| {
-            if told < 4 { 0.0 } else { median(&mut strokes.iter().flatten().map(of).collect()) }
+        let middle = |of: fn(&Stroke) -> f64, tells: fn(&End) -> bool| {
+            let strokes = strokes.iter().flatten().filter(|(end, _)| tells(end));
+            let mut values: Vec<f64> = strokes.map(|(_, stroke)| of(stroke)).collect();
+            if values.len() < 4 { 0.0 } else { median(&mut values) }
         };
-        let (start_s, slow) = (middle(|stroke| stroke.start_s), middle(|stroke| stroke.slow));
-        let mut looks: Vec<(usize, Stroke, Option<Later>)> = Vec::new();
+        let start_s = middle(|stroke| stroke.start_s, |_| true);
+        let slow = middle(|stroke| stroke.slow, |end| *end != End::Blended);
+        let mut looks: Vec<(usize, End, Stroke, Option<Later>)> = Vec::new();
         for (index, stroke) in strokes.iter().enumerate() {
-            let Some(stroke) = stroke else { continue };
+            let Some((end, stroke)) = stroke else { continue };
             let own = Stroke { start_s: stroke.start_s - start_s, slow: stroke.slow - slow };
-            let timing = &self.wagons[index].timing;
-            let usual = if falls { timing.falls.told() } else { timing.rises.told() };
-            let later = usual.map(|usual| if falls { fell(&own, &usual) } else { rose(&own, &usual, slow) });
-            looks.push((index, own, later));
+            let usual = self.wagons[index].timing.usual(*end).told();
+            let later = usual.map(|usual| match end {
+                End::Fall => fell(&own, &usual),
+                End::Rise => rose(&own, &usual, slow),
+                End::Blended => began(&own, &usual),
+            });
+            looks.push((index, *end, own, later));
         }
         // Several at once: the order came otherwise, or the electric brake did. That is nobody's distributor.
         let accuses = |later: &Later| later.late.max(later.slow) > 1.0;
         let accused = looks.iter().filter(|(.., later)| later.as_ref().is_some_and(accuses)).count();
         let several = accused as f64 > 1.0_f64.max(SEVERAL * told as f64);
-        for (index, own, later) in looks {
+        for (index, end, own, later) in looks {
             let timing = &mut self.wagons[index].timing;
             let alone = later.filter(|_| !several);
             if let Some(later) = alone {
@@ -224,11 +249,10 @@ impl TrainWatch {
                 timing.slow = (timing.slow + later.slow).max(0.0);
             }
             if !later.as_ref().is_some_and(accuses) || (several && timing.late.max(timing.slow) < 1.0) {
-                let usual = if falls { &mut timing.falls } else { &mut timing.rises };
-                usual.remember(own);
+                timing.usual(end).remember(own);
             }
             if let Some(later) = alone {
-                self.tell_later(index, &later, falls);
+                self.tell_later(index, &later, end == End::Fall);
             }
         }
     }
@@ -297,6 +321,12 @@ fn rose(own: &Stroke, (usual, scatter): &(Stroke, Stroke), common_s: f64) -> Lat
     let late = odds(by_s - 0.3 * more.max(0.0), LATE.0, scatter.start_s.max(LATE.1));
     // The shape of the order does more to a rise than its scatter so far may say.
     Later { by_s, more, late, slow: slow.min(0.5 * MOST_ODDS) }
+}
+
+/// The beginning of pads and electric brake together: how fast they grow is no cylinder's.
+fn began(own: &Stroke, (usual, scatter): &(Stroke, Stroke)) -> Later {
+    let by_s = own.start_s - usual.start_s;
+    Later { by_s, more: 0.0, late: odds(by_s, LATE.0, scatter.start_s.max(LATE.1)), slow: 0.0 }
 }
 
 /// A fall against what is usual.

@@ -39,12 +39,18 @@ pub(super) const LOAD_ALONE: f64 = 0.075;
 pub(super) const PRESSED_APART: f64 = 0.03;
 pub(super) const LOAD_PRESSED: (f64, f64) = (0.105, 3.5);
 
+/// Wagons that drive are locomotives where they are fewer than this share of the train; hand-set.
+pub(super) const LOCOMOTIVES: f64 = 0.3;
+
 /// Pressing force left while released, over the largest: a transducer's offset, or a wagon that does not release.
 pub(super) const LEFT: f64 = 0.03;
 /// Pressing force over that of the others of its wagon: cylinders of one distributor agree within some percent.
 pub(super) const BESIDE: (f64, f64) = (0.90, 1.10);
 /// And within this, N: of healthy wheelsets (development seed 7104) two read 250 N too low.
 pub(super) const OFFSET_N: f64 = 450.0;
+/// Probabilities of two causes that what was seen does not tell apart: of what makes a force too small throughout, vents and
+/// transducers; hand-set.
+pub(super) const EITHER: (f64, f64) = (0.55, 0.4);
 /// Below this it is without a brake.
 pub(super) const NO_FORCE: f64 = 0.22;
 /// The share sinks by at least this from the first seconds under pressure to later ones, and by so much of what is missing

@@ -1,6 +1,6 @@
 //! Load: by its sensors, by acceleration of a wagon that runs alone, and by brakes that press as the load asks.
 
-use super::limits::{LOAD, LOAD_ALONE, LOAD_PRESSED, PRESSED_APART};
+use super::limits::{LOAD, LOAD_ALONE, LOAD_PRESSED, LOCOMOTIVES, PRESSED_APART};
 use crate::cause::{Cause, Grade};
 use crate::robust::spread;
 use crate::watch::{TrainWatch, Wagon};
@@ -27,7 +27,16 @@ impl TrainWatch {
     /// By pressing forces. Brakes that weigh their wagon press in proportion to what it really weighs, so that force over the
     /// mass in the file is alike along the train; where it is not, as with brakes that do not weigh, nothing is said.
     pub(crate) fn judge_pressed(&mut self) {
-        let pressed: Vec<(usize, f64, f64)> = self.wagons.iter().enumerate().filter_map(pressed).collect();
+        // A few that drive among many that do not are locomotives, whose brakes are of another kind.
+        let driving = self.wagons.iter().filter(|wagon| wagon.drives).count();
+        let locomotives = (driving as f64) < LOCOMOTIVES * self.wagons.len() as f64;
+        let pressed: Vec<(usize, f64, f64)> = self
+            .wagons
+            .iter()
+            .enumerate()
+            .filter(|(_, wagon)| !(locomotives && wagon.drives))
+            .filter_map(pressed)
+            .collect();
         // A few wagons say little of what is usual.
         if pressed.len() < 4 {
             return;

@@ -61,7 +61,31 @@ impl TrainWatch {
         self.suspect_wagons(cause, (vec![wagon], wheelsets), (grade, probability, needed), instead, reason);
     }
 
+    /// Two causes that what was seen does not tell from one another, the first no less likely; neither was counted by itself.
+    fn suspect_either(
+        &mut self,
+        cause: Cause,
+        other: Cause,
+        (wagon, wheelsets): (usize, Vec<usize>),
+        reason: String,
+    ) {
+        let (first, second) = limits::EITHER;
+        self.raise(cause, (vec![wagon], wheelsets), (Grade::Watch, first, 2), &[(other, second)], reason);
+    }
+
     fn suspect_wagons(
+        &mut self,
+        cause: Cause,
+        place: (Vec<usize>, Vec<usize>),
+        (grade, probability, needed): (Grade, f64, u32),
+        instead: &[(Cause, f64)],
+        reason: String,
+    ) {
+        let probability = calibration::probability(cause).unwrap_or(probability);
+        self.raise(cause, place, (grade, probability, needed), instead, reason);
+    }
+
+    fn raise(
         &mut self,
         cause: Cause,
         (wagons, wheelsets): (Vec<usize>, Vec<usize>),
@@ -69,7 +93,6 @@ impl TrainWatch {
         instead: &[(Cause, f64)],
         reason: String,
     ) {
-        let probability = calibration::probability(cause).unwrap_or(probability);
         // What it may be instead shares what is left.
         let all: f64 = instead.iter().map(|(_, probability)| probability).sum();
         let part = ((1.0 - probability) / all.max(1e-9)).min(1.0);

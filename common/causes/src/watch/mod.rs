@@ -64,6 +64,8 @@ pub(crate) struct Wagon {
     pub balance_braked: Vec<Braked>,
     pub balance_rolled: Vec<Change>,
     pub load_kg: (f64, f64),
+    /// Whether it has ever driven the train.
+    pub drives: bool,
     pub silent_s: f64,
     #[serde(skip)]
     buffer: Buffer,
@@ -105,6 +107,7 @@ impl TrainWatch {
             balance_braked: Vec::new(),
             balance_rolled: Vec::new(),
             load_kg: (0.0, 0.0),
+            drives: false,
             silent_s: 0.0,
             buffer: Buffer::default(),
             file,
@@ -212,11 +215,7 @@ impl TrainWatch {
             self.doubted += reading.doubt();
             wagon.buffer.push(&reading);
             if trace {
-                let wheelsets = wagon.wheel.len();
-                let force_n = median(&mut reading.pressing_force_n[..wheelsets].to_vec());
-                let force_n = if force_n.is_finite() { force_n } else { 0.0 };
-                let state = (wagon.pressure.full_n, wagon.pressure.electric_now);
-                wagon.timing.trace(reading.brake_demand, force_n, braking, state);
+                wagon.trace(&reading, braking);
             }
         }
     }
@@ -246,6 +245,21 @@ impl TrainWatch {
             self.judge_running();
             self.book.settle(self.time_s);
         }
+    }
+}
+
+impl Wagon {
+    /// Takes a value of the traces of its pressing forces.
+    fn trace(&mut self, reading: &Reading, braking: bool) {
+        let wheelsets = self.wheel.len();
+        let forces_n = &reading.pressing_force_n[..wheelsets];
+        let known = |value: f64| if value.is_finite() { value } else { 0.0 };
+        let force_n = known(median(&mut forces_n.to_vec()));
+        let drive_nm = known(median(&mut reading.drive_torque_nm[..wheelsets].to_vec()));
+        let electric_n = (-drive_nm).max(0.0) / (self.file.pad_friction * self.file.pad_radius_m);
+        let state = (self.pressure.full_n, self.pressure.electric_now);
+        self.timing.trace(reading.brake_demand, (force_n, electric_n), braking, state);
+        self.pressure.trace(forces_n);
     }
 }
 

@@ -16,6 +16,12 @@ const LEAST_SPEED_M_S: f64 = 3.5;
 const COASTING: f64 = 4e-4;
 /// Creepage of a drive torque up to which scale and lag of a tachometer show beside it.
 const DRIVEN: f64 = 1.2e-3;
+/// Creepage of an electric brake up to which wheelsets are compared within their wagon, and the share of it in which they differ for
+/// their loads, one sigma; both hand-set.
+const ELECTRIC: f64 = 2.5e-3;
+const BENDS: f64 = 0.03;
+/// Torque of a wheelset that drives the train, N m.
+const DRIVES_NM: f64 = 500.0;
 
 impl TrainWatch {
     pub(super) fn follow_braking(&mut self, seconds: &[WagonSecond]) {
@@ -111,6 +117,7 @@ impl Wagon {
     /// Takes a second of all that this wagon measures.
     fn follow(&mut self, second: &WagonSecond, pass: &Pass) {
         let wheelsets = self.wheel.len();
+        self.drives |= second.wheel[..wheelsets].iter().any(|wheel| wheel.drive_nm > DRIVES_NM);
         let (mut slides, mut driven) = (false, false);
         let mut creeps: Creeps = [None; MAX_WHEELSETS];
         let full_n = self.pressure.full_n.max(1.0);
@@ -191,9 +198,19 @@ impl Wheel {
         if creepage.abs() < 0.012 + self.idle.abs() && straight {
             self.creepage.take(&creep, since_s.unwrap_or(0.0));
             turned.creep = Some(creep);
+        } else if creepage.abs() < 0.012 + self.idle.abs() && creep.brake < 0.003 {
+            turned.creep = braked_electrically(creep, since_s.is_some());
         }
         turned
     }
+}
+
+/// What a second under the electric brake says beside the other wheelsets of the wagon: all of them brake so alike, so that what the
+/// curve bends for is common to them but for their loads.
+fn braked_electrically(creep: Creep, brakes: bool) -> Option<Creep> {
+    let bends = BENDS * creep.drive;
+    let electric = brakes && creep.drive <= 0.0 && creep.drive > -ELECTRIC;
+    electric.then_some(Creep { variance: creep.variance + bends * bends, ..creep })
 }
 
 /// Creepage of a wheelset in a second, beside what should cause it.
