@@ -39,17 +39,22 @@ impl TrainWatch {
         }
         ended.retain(|(.., change)| change.variance <= 1e-6);
         ended.iter_mut().for_each(|(.., change)| change.value -= common);
-        // A tachometer that is late or rings says nothing of the others of its wagon either.
-        let (sound, doubtful): (Vec<_>, Vec<_>) =
-            ended.into_iter().partition(|(i, k, _)| self.trusts(*i, *k));
-        for (index, k, _) in doubtful {
-            self.wagons[index].wheel[k].creepage.settle(true);
-        }
-        for (index, k, own) in &sound {
+        for (index, k, own) in &self.of_trusted(ended) {
             let wheel = &mut self.wagons[*index].wheel[*k];
             let small = own.value.abs() < 4.0 * own.variance.sqrt() || wheel.applications < 1;
             wheel.creepage.settle(small);
         }
+    }
+
+    /// What wheelsets tell whose tachometers can be trusted; one that is late or rings says nothing of the others of its wagon
+    /// either.
+    fn of_trusted<T>(&mut self, ended: Vec<(usize, usize, T)>) -> Vec<(usize, usize, T)> {
+        let (trusted, doubtful): (Vec<_>, Vec<_>) =
+            ended.into_iter().partition(|(index, k, _)| self.trusts(*index, *k));
+        for (index, k, _) in doubtful {
+            self.wagons[index].wheel[k].creepage.settle(true);
+        }
+        trusted
     }
 
     /// The same of each wheelset beside the others of its wagon.
@@ -173,12 +178,7 @@ impl TrainWatch {
             braked.level.variance += wet * wet;
             braked.trend.value -= trend;
         }
-        let (ended, doubtful): (Vec<_>, Vec<_>) =
-            ended.into_iter().partition(|(i, k, _)| self.trusts(*i, *k));
-        for (index, k, _) in doubtful {
-            self.wagons[index].wheel[k].creepage.settle(true);
-        }
-        for (index, k, own) in &ended {
+        for (index, k, own) in &self.of_trusted(ended) {
             let wheel = &mut self.wagons[*index].wheel[*k];
             keep(&mut wheel.braked, *own);
             wheel.applications += 1;

@@ -26,14 +26,23 @@ use rayon::prelude::*;
 pub(crate) fn first(case: &Case, selection: &Selection, criteria: &Criteria) -> Option<usize> {
     let share = |faint: &FrozenFit| {
         let models = Models::fit(case, &selection.base.fitted, Some(&faint.fitted));
-        let fit = predictions::predict(case, &case.fit, models.build().each_ref());
-        let [calibrated, extended] = predictions::robust_gaps(&fit);
-        predictions::reduction(calibrated, extended).min(predictions::shrinks(&fit))
+        shrunk_by(
+            &windows::tallies(case, &models.nominal, &models.calibrated),
+            &windows::tallies(case, &models.extended_shape, &models.extended),
+        )
     };
     let shares: Vec<f64> = selection.faint.par_iter().map(share).collect();
     let cost = |index: usize| selection.faint[index].evidence_cost();
     let shown = (0..shares.len()).filter(|index| shares[*index] > criteria.acceptance.faint_share);
     shown.min_by(|a, b| cost(*a).total_cmp(&cost(*b)))
+}
+
+/// By how much windows shrink the gap of those before them, relative: with all windows alike, and with those on the wrong side
+/// between holding and sliding counting little; the smaller of both.
+fn shrunk_by(before: &[Tally], after: &[Tally]) -> f64 {
+    let all = |windows: &[Tally]| Tally::total(windows).gap();
+    let robustly = predictions::reduction(robust(before), robust(after));
+    robustly.min(predictions::reduction(all(before), all(after)))
 }
 
 /// Where effects are looked for: the recordings as they are, and what the library leaves out.
@@ -60,34 +69,58 @@ impl<'a> Search<'_, 'a> {
         if number == 0 || number >= self.criteria.acceptance.most_effects {
             return None;
         }
-        let gap = Gap::new(self.case, selection);
-        let (shape, theta) = self.one_more(&gap)?;
-        let mends = gap.mends(self.case, selection, (&shape, &theta), self.criteria);
-        if mends { None } else { self.frozen(best, &shape, &theta) }
+        let shape = best.fitted.shape.on_recordings();
+        let theta = windows::fit(self.case, &shape, std::slice::from_ref(&best.fitted.fit.theta));
+        let now = Fit::new(self.case, shape, theta);
+        let more = self.one_more(&now)?;
+        if self.mends(selection, &now, &more) { None } else { self.frozen(best, &more) }
     }
 
-    /// The effect that shrinks a gap most, if it does so beyond a limit: every candidate is tried open loop on the windows, and
-    /// those that promise most are fitted to the end.
-    fn one_more(&self, gap: &Gap) -> Option<(Shape, Vec<f64>)> {
+    /// The effect that shrinks the gap of `now` most, if it does so beyond a limit: every candidate is tried open loop on the
+    /// windows, and of those that promise most the ones that already come half as far are fitted to the end.
+    fn one_more(&self, now: &Fit) -> Option<Fit> {
         let Self { case, without, criteria, .. } = *self;
-        let held = |c: &Candidate| gap.shape.effects.iter().any(|effect| effect.spec.id == c.spec.id);
+        let (count, least) = (criteria.pursuit.finalists, criteria.acceptance.further_share);
+        let held = |c: &Candidate| now.shape.effects.iter().any(|effect| effect.spec.id == c.spec.id);
         let library = candidates::all(case, without).into_iter();
         let library: Vec<Candidate> = library.filter(|candidate| !held(candidate)).collect();
-        let count = criteria.pursuit.finalists;
-        let model = (&gap.shape, &gap.theta[..]);
+        let model = (&now.shape, &now.theta[..]);
         let trials = frozen::open_loop_trials(case, model, &library, &[], count, &|_, _| false);
         let polish = |(_, shape, theta): (usize, Shape, Vec<f64>)| {
-            let theta = windows::fit(case, &shape, &[theta]);
-            (gap.shrunk_by(case, &shape, &theta), shape, theta)
+            let tried = Fit::new(case, shape, theta);
+            if shrunk_by(&now.windows, &tried.windows) < 0.5 * least {
+                return None;
+            }
+            let theta = windows::fit(case, &tried.shape, &[tried.theta]);
+            let more = Fit::new(case, tried.shape, theta);
+            Some((shrunk_by(&now.windows, &more.windows), more))
         };
-        let polished: Vec<(f64, Shape, Vec<f64>)> = trials.into_par_iter().map(polish).collect();
+        let polished: Vec<(f64, Fit)> = trials.into_par_iter().filter_map(polish).collect();
         let best = polished.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
-        let shown = best.filter(|(shrunk, ..)| *shrunk >= criteria.acceptance.further_share);
-        shown.map(|(_, shape, theta)| (shape, theta))
+        best.filter(|(shrunk, _)| *shrunk >= least).map(|(_, more)| more)
+    }
+
+    /// Whether the last effect of `more` only mends the form of those of `now` at its place: in squares of the gap, of which
+    /// each effect has closed as much as the evidence lost without it is of all.
+    fn mends(&self, selection: &Selection, now: &Fit, more: &Fit) -> bool {
+        let Models { nominal, calibrated, .. } = Models::fit(self.case, &selection.base.fitted, None);
+        let square = |windows: &[Tally]| robust(windows).powi(2);
+        let left = square(&now.windows);
+        let closed = (square(&windows::tallies(self.case, &nominal, &calibrated)) - left).max(0.0);
+        let lost = |e: usize| selection.lost_without.get(e).copied().filter(|lost| lost.is_finite());
+        let lost: Vec<f64> = (0..now.shape.effects.len()).map(|e| lost(e).unwrap_or(1.0)).collect();
+        let all: f64 = lost.iter().sum();
+        let terms = now.shape.effects.iter().map(|effect| effect.spec.term);
+        let closed_by: Vec<(Term, f64)> =
+            terms.zip(&lost).map(|(term, lost)| (term, closed * lost / all)).collect();
+        let gain = left - square(&more.windows);
+        more.shape.effects.last().is_some_and(|last| {
+            mending::relation(last.spec.term, gain, &closed_by, &self.criteria.acceptance) == Relation::Mends
+        })
     }
 
     /// A model with a filter frozen at it; `None` where that finds it no likelier than `before`.
-    fn frozen(&self, before: &FrozenFit<'a>, shape: &Shape, theta: &[f64]) -> Option<FrozenFit<'a>> {
+    fn frozen(&self, before: &FrozenFit<'a>, Fit { shape, theta, .. }: &Fit) -> Option<FrozenFit<'a>> {
         let (disturbances, tolerance) = (DisturbanceModel::default(), before.tolerance);
         let next = aligned::freeze(self.case, self.alignments, shape, &disturbances, theta, tolerance)
             .unwrap_or_else(|| frozen::freeze(self.case, shape, &disturbances, theta, tolerance));
@@ -96,62 +129,17 @@ impl<'a> Search<'_, 'a> {
     }
 }
 
-/// The gap of the fitted runs as effects leave it.
-struct Gap {
-    /// The model with them, fitted on the windows.
+/// A model fitted on the windows, and what it leaves of each.
+struct Fit {
     shape: Shape,
     theta: Vec<f64>,
-    /// Robust gap with tolerances alone.
-    calibrated: f64,
-    /// Each window with the effects.
     windows: Vec<Tally>,
 }
 
-impl Gap {
-    fn new(case: &Case, selection: &Selection) -> Self {
-        let models = Models::fit(case, &selection.base.fitted, Some(&selection.best.fitted));
-        let calibrated = robust(&windows::tallies(case, &models.nominal, &models.calibrated));
-        let (shape, theta) = (models.extended_shape, models.extended);
+impl Fit {
+    fn new(case: &Case, shape: Shape, theta: Vec<f64>) -> Self {
         let windows = windows::tallies(case, &shape, &theta);
-        Self { shape, theta, calibrated, windows }
-    }
-
-    /// By how much a model with one more effect shrinks the gap, relative: with all windows alike, and with those on the wrong
-    /// side between holding and sliding counting little; the smaller of both.
-    fn shrunk_by(&self, case: &Case, shape: &Shape, theta: &[f64]) -> f64 {
-        let more = windows::tallies(case, shape, theta);
-        let all = [&self.windows, &more].map(|windows| Tally::total(windows).gap());
-        let robust = [&self.windows, &more].map(|windows| robust(windows));
-        [all, robust]
-            .map(|[before, after]| predictions::reduction(before, after))
-            .into_iter()
-            .fold(1.0, f64::min)
-    }
-
-    /// Whether one more effect only mends the form of those at its place: in squares of the gap, of which each
-    /// effect has closed what the evidence lost without it is of all.
-    fn mends(
-        &self,
-        case: &Case,
-        selection: &Selection,
-        (shape, theta): (&Shape, &[f64]),
-        criteria: &Criteria,
-    ) -> bool {
-        let before = robust(&self.windows).powi(2);
-        let gain = before - robust(&windows::tallies(case, shape, theta)).powi(2);
-        let closed = (self.calibrated.powi(2) - before).max(0.0);
-        let lost =
-            |e: usize| selection.lost_without.get(e).copied().filter(|lost| lost.is_finite()).unwrap_or(1.0);
-        let effects = &selection.best.fitted.shape.effects;
-        let all: f64 = (0..effects.len()).map(lost).sum();
-        let closed_by: Vec<(Term, f64)> = effects
-            .iter()
-            .enumerate()
-            .map(|(e, effect)| (effect.spec.term, closed * lost(e) / all))
-            .collect();
-        shape.effects.last().is_some_and(|last| {
-            mending::relation(last.spec.term, gain, &closed_by, &criteria.acceptance) == Relation::Mends
-        })
+        Self { shape, theta, windows }
     }
 }
 

@@ -118,10 +118,11 @@ fn is_unchanged([calibrated, extended]: [f64; 2], limits: &VerdictLimits) -> boo
 
 /// The decision in view of what the effects do to the gap.
 pub fn in_practice(decision: Decision, practice: &Practice, criteria: &Criteria) -> Decision {
-    let asked = RULES.iter().filter(|(revised, _, _)| *revised == decision.verdict);
-    let rule =
-        asked.map(|(_, rule, holds)| (rule, holds)).find(|(_, holds)| holds(practice, &criteria.verdict));
-    rule.map_or(decision, |(rule, _)| Decision { verdict: rule.verdict, rule })
+    let decides = |(revised, _, holds): &&(Verdict, Rule, Holds)| {
+        *revised == decision.verdict && holds(practice, &criteria.verdict)
+    };
+    let rule = RULES.iter().find(decides);
+    rule.map_or(decision, |(_, rule, _)| Decision { verdict: rule.verdict, rule })
 }
 
 /// The decision that something is missing without a name, in view of what the curve that shows it does to the gap.
@@ -137,9 +138,8 @@ pub fn in_practice_of_curve(decision: Decision, practice: &Practice, criteria: &
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::decide::verdict::Evidence;
-    use crate::decide::verdict::decide;
     use crate::decide::verdict::tests::{EXPLAINED, NOTHING, beside};
+    use crate::decide::verdict::{Evidence, decide};
 
     #[test]
     fn effects_that_do_next_to_nothing_are_none() {

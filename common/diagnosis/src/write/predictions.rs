@@ -50,12 +50,6 @@ pub fn totals(predicted: &[Predicted]) -> [Tally; 3] {
     std::array::from_fn(|m| Tally::total(predicted.iter().flat_map(|p| &p.tallies[m])))
 }
 
-/// By how much the extended model shrinks the calibrated one's gap over these runs, relative.
-pub fn shrinks(predicted: &[Predicted]) -> f64 {
-    let [_, calibrated, extended] = totals(predicted);
-    reduction(calibrated.gap(), extended.gap())
-}
-
 /// Gaps of the calibrated and the extended model over these runs, see [`robust`](crate::fit::windows::robust).
 pub fn robust_gaps(predicted: &[Predicted]) -> [f64; 2] {
     [1, 2].map(|model| {
