@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::Thread;
 
 use railgrip_settings::TrainSettings;
 
@@ -15,6 +16,7 @@ pub struct Lifecycle {
     ready: Arc<AtomicBool>,
     beats: Arc<AtomicU64>,
     offered: Arc<Mutex<Option<Box<TrainSettings>>>>,
+    waiting: Arc<Mutex<Option<Thread>>>,
 }
 
 impl Lifecycle {
@@ -44,6 +46,14 @@ impl Lifecycle {
     /// The service has its ports (and its socket) and starts to work.
     pub fn ready(&self) {
         self.ready.store(true, Ordering::Release);
+        if let Some(thread) = self.waiting.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            thread.unpark();
+        }
+    }
+
+    /// Has [`Lifecycle::ready`] wake a parked thread, once.
+    pub fn wake_when_ready(&self, thread: Thread) {
+        *self.waiting.lock().unwrap_or_else(PoisonError::into_inner) = Some(thread);
     }
 
     /// True once the service works.

@@ -14,7 +14,7 @@ use crate::CliError;
 use crate::reload::{Follower, Member};
 use crate::supervisor::{SUPERVISOR_VARIABLE, is_supervised};
 
-/// How often readiness and beats are looked at, at least.
+/// How often the end, beats and a changed config are looked at, at least.
 const NOTIFY_PERIOD: Duration = Duration::from_millis(100);
 
 /// Runs `work` until it ends by itself or a signal asks it to. A second signal ends the process at once. A `member` of a train
@@ -109,6 +109,7 @@ fn attend(lifecycle: &Lifecycle, until: &Lifecycle, mut follower: Option<Followe
     let watchdog = sd_notify::watchdog_enabled();
     let beat_period = watchdog.map(|limit| limit / 4);
     let period = beat_period.map_or(NOTIFY_PERIOD, |period| period.min(NOTIFY_PERIOD));
+    lifecycle.wake_when_ready(std::thread::current());
     let (mut ready, mut stopping, mut beats) = (false, false, 0);
     let mut beaten = Instant::now();
     while !until.should_stop() {

@@ -1,5 +1,6 @@
 //! All processes of one train, in the order in which they depend on each other.
 
+use std::os::fd::BorrowedFd;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -74,25 +75,39 @@ impl Fleet {
         })
     }
 
-    /// Looks at every process once and starts what is due.
-    pub(super) fn look(&mut self) -> Result<(), CliError> {
-        match self.holder.look()? {
+    /// Looks at every process once and starts what is due by `now`.
+    pub(super) fn look(&mut self, now: Instant) -> Result<(), CliError> {
+        match self.holder.look(now)? {
             News::Refused => return Err(refused(&self.holder)),
             News::Died | News::Finished => self.start_over(),
             News::None => {}
         }
-        self.holder.start_if_due(&self.program)?;
+        self.holder.start_if_due(now, &self.program)?;
         let held = self.holder.pid().is_some() && holder_pid(&self.bus) == self.holder.pid();
         for unit in &mut self.others {
-            if unit.look()? == News::Refused {
+            if unit.look(now)? == News::Refused {
                 return Err(refused(unit));
             }
             if held {
-                unit.start_if_due(&self.program)?;
+                unit.start_if_due(now, &self.program)?;
             }
         }
         self.renew_next();
         Ok(())
+    }
+
+    /// When the next process is due after `now`. One that is due already waits for the holder, whose word will wake us.
+    pub(super) fn due_after(&self, now: Instant) -> Option<Instant> {
+        self.units().filter_map(Unit::due).filter(|due| *due > now).min()
+    }
+
+    /// Where the processes say how they are.
+    pub(super) fn sockets(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
+        self.units().map(Unit::socket)
+    }
+
+    fn units(&self) -> impl Iterator<Item = &Unit> {
+        std::iter::once(&self.holder).chain(&self.others)
     }
 
     /// Has everybody follow another config: at once who can, the others one after another.
@@ -116,13 +131,11 @@ impl Fleet {
         }
     }
 
-    /// The channels are gone with their holder: everybody stops and starts again on new ones.
+    /// The channels are gone with their holder: everybody stops and starts again on new ones. Who is slow to stop holds up
+    /// nobody else: a new holder waits itself until the old channels have no users.
     fn start_over(&mut self) {
         tracing::warn!("the channels are gone with their holder; every process starts again");
-        self.stop_others(&AtomicBool::new(false));
-        for unit in &mut self.others {
-            unit.make_due();
-        }
+        self.others.iter_mut().rev().for_each(Unit::start_again);
     }
 
     /// Stops all in order, or at once as soon as `asked_again`; true if nobody had to be killed.
@@ -141,8 +154,8 @@ impl Fleet {
 
     /// Fails if a process keeps dying.
     pub(super) fn verdict(&self) -> Result<(), CliError> {
-        let crashing: Vec<String> = std::iter::once(&self.holder)
-            .chain(&self.others)
+        let crashing: Vec<String> = self
+            .units()
             .filter(|unit| unit.crashing())
             .map(|unit| format!("{} died {} times in a row", unit.name(), unit.deaths()))
             .collect();

@@ -1,16 +1,18 @@
 //! `railgrip up`: a whole train on one command.
 //!
-//! The holder comes first and leaves last. A process that dies is started again after a pause that grows while it keeps
-//! dying, and so is one that hangs (its watchdog hears nothing for ten seconds); if the holder dies, its channels are gone, so all others are stopped and everything starts anew. A process
+//! The holder comes first and leaves last. The death of a process wakes the supervisor, which starts it again at once; while it keeps
+//! dying, after a pause that grows. So is one that hangs (its watchdog hears nothing for ten seconds); if the holder dies, its channels are gone, so all others are stopped and everything starts anew. A process
 //! that refuses its config (exit code 2) ends the whole: starting it again would change nothing.
 //!
 //! On SIGHUP the config is read again ([`crate::reload`]). Processes start by what was accepted last, not by what the file says
 //! at the moment: one that dies while somebody edits comes back as it was.
 //!
 //! # Glossary
+//! * **bell**: what wakes the supervisor ([`bell::Bell`]).
 //! * **unit**: one supervised process ([`unit::Unit`]).
 //! * **fleet**: all units of a train ([`fleet::Fleet`]).
 
+mod bell;
 mod config;
 mod fleet;
 mod restart;
@@ -30,14 +32,16 @@ use railgrip_settings::{Source, TrainSettings};
 use crate::output::say;
 use crate::train::TrainArgs;
 use crate::{CliError, runner};
+use bell::Bell;
 use config::{Config, check_address};
 use fleet::Fleet;
 
-/// How often the supervisor looks at its children.
-const LOOK_PERIOD: Duration = Duration::from_millis(20);
+/// The supervisor looks at its children at least this often, for what does not ring: one that hangs.
+const LONGEST_WAIT: Duration = Duration::from_millis(250);
 
 /// How long a second `up` of the same train waits for the first to be gone.
 const CLAIM_PATIENCE: Duration = Duration::from_millis(500);
+const CLAIM_RETRY: Duration = Duration::from_millis(20);
 
 /// Start a whole train.
 #[derive(Debug, clap::Args)]
@@ -64,8 +68,10 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     settings.instance.begin_session().map_err(CliError::failed)?;
     let (lifecycle, asked_again) = runner::prepare_to_supervise()?;
     let mut config = Config::accept(&args.train, &train)?;
+    // After everybody who acts on a signal, so that whoever is woken finds that it has been acted on.
+    let bell = Bell::hang().map_err(|error| CliError::failed(format!("cannot handle signals ({error})")))?;
     let mut fleet = Fleet::new(&train.bus, settings, &args.train.to_options())?;
-    let result = supervise(&mut fleet, &mut config, settings, &lifecycle, deadline);
+    let result = supervise(&mut fleet, &mut config, settings, &bell, &lifecycle, deadline);
     asked_again.store(false, Ordering::Release);
     let clean = fleet.stop(&asked_again);
     drop(config);
@@ -78,13 +84,15 @@ fn supervise(
     fleet: &mut Fleet,
     config: &mut Config<'_>,
     settings: &TrainSettings,
+    bell: &Bell,
     lifecycle: &Lifecycle,
     deadline: Option<Instant>,
 ) -> Result<(), CliError> {
     let address_file = settings.instance.http_address_file();
     let mut shown = false;
     while !lifecycle.should_stop() && deadline.is_none_or(|deadline| Instant::now() < deadline) {
-        fleet.look()?;
+        let now = Instant::now();
+        fleet.look(now)?;
         config.look(fleet, lifecycle);
         if !shown && let Some(address) = http_address(&address_file) {
             shown = true;
@@ -92,7 +100,9 @@ fn supervise(
             lifecycle.ready();
         }
         lifecycle.beat();
-        std::thread::sleep(LOOK_PERIOD);
+        let next = fleet.due_after(now).into_iter().chain(deadline).min();
+        let patience = next.map_or(LONGEST_WAIT, |next| next.saturating_duration_since(Instant::now()));
+        bell.wait(fleet.sockets(), patience.min(LONGEST_WAIT)).map_err(CliError::failed)?;
     }
     fleet.verdict()
 }
@@ -150,7 +160,7 @@ fn claim(settings: &TrainSettings) -> Result<File, CliError> {
     loop {
         match file.try_lock() {
             Ok(()) => break,
-            Err(TryLockError::WouldBlock) if Instant::now() < deadline => std::thread::sleep(LOOK_PERIOD),
+            Err(TryLockError::WouldBlock) if Instant::now() < deadline => std::thread::sleep(CLAIM_RETRY),
             Err(TryLockError::WouldBlock) => return Err(already_up(settings, &mut file)),
             Err(TryLockError::Error(error)) => return Err(failed(error)),
         }

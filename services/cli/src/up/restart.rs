@@ -1,7 +1,7 @@
 //! When a dead process is started again, and when its deaths are worth a loud word.
 //!
-//! Who dies at work is back at once. Who dies while it starts waits longer each time, because starting it costs time that the
-//! others need; who dies at work again and again waits a little.
+//! Who dies at work is back at once, and so is who dies while it starts for the first time. Who dies so again waits longer each
+//! time, because starting it costs time that the others need; who dies at work again and again waits a little.
 
 use std::time::{Duration, Instant};
 
@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 const AT_WORK_AFTER: Duration = Duration::from_secs(1);
 /// The pause of one that dies at work again and again.
 const PAUSE_AT_WORK: Duration = Duration::from_millis(250);
-/// The pause after a first death at the start.
+/// The pause after a second death at the start.
 const SHORTEST_PAUSE: Duration = Duration::from_millis(50);
 /// The pause that repeated deaths at the start lead to.
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
@@ -38,7 +38,10 @@ impl Restarts {
             return if self.crash_loop() { PAUSE_AT_WORK } else { Duration::ZERO };
         }
         self.failed_starts += 1;
-        SHORTEST_PAUSE.saturating_mul(1 << (self.failed_starts - 1).min(16)).min(LONGEST_PAUSE)
+        match self.failed_starts.checked_sub(2) {
+            None => Duration::ZERO,
+            Some(doublings) => SHORTEST_PAUSE.saturating_mul(1 << doublings.min(16)).min(LONGEST_PAUSE),
+        }
     }
 
     /// Deaths in a row, without recovery in between.
@@ -67,10 +70,10 @@ mod tests {
     fn pauses_grow_to_a_limit_and_a_long_life_resets_them() {
         let mut restarts = Restarts::default();
         let pauses: Vec<u128> =
-            (0..9).map(|_| restarts.died(Duration::from_secs(1), NO_TIME).as_millis()).collect();
-        assert_eq!(pauses, [50, 100, 200, 400, 800, 1600, 3200, 5000, 5000]);
+            (0..10).map(|_| restarts.died(Duration::from_secs(1), NO_TIME).as_millis()).collect();
+        assert_eq!(pauses, [0, 50, 100, 200, 400, 800, 1600, 3200, 5000, 5000]);
         assert!(restarts.crash_loop());
-        assert_eq!(restarts.died(Duration::from_secs(11), NO_TIME).as_millis(), 50);
+        assert_eq!(restarts.died(Duration::from_secs(11), NO_TIME), NO_TIME);
         assert!(!restarts.crash_loop());
     }
 
@@ -82,7 +85,8 @@ mod tests {
             (0..6).map(|_| restarts.died(Duration::from_secs(3), worked).as_millis()).collect();
         assert_eq!(pauses, [0, 0, 0, 0, 250, 250]);
         assert!(restarts.crash_loop(), "that is worth a loud word all the same");
-        assert_eq!(restarts.died(Duration::from_secs(2), NO_TIME).as_millis(), 50, "the first failed start");
+        assert_eq!(restarts.died(Duration::from_secs(2), NO_TIME), NO_TIME, "the first failed start");
+        assert_eq!(restarts.died(Duration::from_secs(2), NO_TIME).as_millis(), 50, "the second");
         assert_eq!(restarts.died(Duration::from_secs(20), worked), NO_TIME);
         assert!(!restarts.crash_loop());
     }

@@ -1,5 +1,6 @@
 //! One supervised process.
 
+use std::os::fd::BorrowedFd;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -37,10 +38,8 @@ enum Renewal {
     None,
     /// Its turn has not come.
     Waits,
-    /// It was asked to end, then.
-    Stops(Instant),
-    /// It has been started on the new config and is not ready yet.
-    Starts,
+    /// Its turn has come, and it is not ready by the new config yet.
+    Runs,
 }
 
 /// One process, started again when it dies.
@@ -60,6 +59,8 @@ pub(super) struct Unit {
     /// It has been ready once: its config and input were sound.
     worked: bool,
     renewal: Renewal,
+    /// When it was asked to end in order to start again.
+    leaves: Option<Instant>,
     /// It shall read the config again as soon as it can.
     tell: bool,
 }
@@ -80,6 +81,7 @@ impl Unit {
             restarts: Restarts::default(),
             worked: false,
             renewal: Renewal::None,
+            leaves: None,
             tell: false,
         }
     }
@@ -120,8 +122,8 @@ impl Unit {
 
     /// Starts the process if it is due. It leads a process group of its own, so that Ctrl-C in a terminal reaches the
     /// supervisor only, which then stops all in order.
-    pub(super) fn start_if_due(&mut self, program: &Path) -> Result<(), CliError> {
-        if self.child.is_some() || self.next_start.is_none_or(|due| Instant::now() < due) {
+    pub(super) fn start_if_due(&mut self, now: Instant, program: &Path) -> Result<(), CliError> {
+        if self.child.is_some() || self.next_start.is_none_or(|due| now < due) {
             return Ok(());
         }
         self.watchdog.begin();
@@ -145,13 +147,13 @@ impl Unit {
         // What it reads as it starts is the newest.
         self.tell = false;
         if self.renewal != Renewal::None {
-            self.renewal = Renewal::Starts;
+            self.renewal = Renewal::Runs;
         }
         Ok(())
     }
 
     /// Looks whether the process still runs. One that hangs is killed, and has died at the next look.
-    pub(super) fn look(&mut self) -> Result<News, CliError> {
+    pub(super) fn look(&mut self, now: Instant) -> Result<News, CliError> {
         let Some(child) = &mut self.child else { return Ok(News::None) };
         self.watchdog.listen_now();
         if self.watchdog.ready().is_some() {
@@ -159,14 +161,12 @@ impl Unit {
             if std::mem::take(&mut self.tell) {
                 let _ = kill_process(Pid::from_child(child), Signal::HUP);
             }
-            if self.renewal == Renewal::Starts {
+            if self.renewal == Renewal::Runs && self.leaves.is_none() {
                 self.renewal = Renewal::None;
                 tracing::info!(process = self.name, "works by the new config");
             }
         }
-        if let Renewal::Stops(asked) = self.renewal
-            && asked.elapsed() > STOP_PATIENCE
-        {
+        if self.leaves.is_some_and(|asked| asked.elapsed() > STOP_PATIENCE) {
             tracing::warn!(process = self.name, "does not stop; killed");
             let _ = child.kill();
         }
@@ -177,8 +177,8 @@ impl Unit {
         }
         let Some(status) = child.try_wait().map_err(CliError::failed)? else { return Ok(News::None) };
         self.child = None;
-        if matches!(self.renewal, Renewal::Stops(_)) {
-            (self.renewal, self.next_start) = (Renewal::Starts, Some(Instant::now()));
+        if self.leaves.take().is_some() {
+            self.next_start = Some(now);
             return Ok(News::None);
         }
         if status.success() && self.may_finish {
@@ -196,15 +196,15 @@ impl Unit {
                 "refuses its input or config, which it took before; see above"
             );
         }
-        self.report(status);
+        self.report(status, now);
         Ok(News::Died)
     }
 
-    fn report(&mut self, status: ExitStatus) {
+    fn report(&mut self, status: ExitStatus, now: Instant) {
         let lived = self.started.map_or(Duration::ZERO, |started| started.elapsed());
         let worked = self.watchdog.ready().map_or(Duration::ZERO, |ready| ready.elapsed());
         let pause = self.restarts.died(lived, worked);
-        self.next_start = Some(Instant::now() + pause);
+        self.next_start = Some(now + pause);
         let (process, lived_s, pause_s) = (&self.name, lived.as_secs_f64(), pause.as_secs_f64());
         if self.restarts.crash_loop() {
             let deaths = self.restarts.deaths();
@@ -240,24 +240,35 @@ impl Unit {
 
     /// True while it is being started again.
     pub(super) fn is_renewed(&self) -> bool {
-        matches!(self.renewal, Renewal::Stops(_) | Renewal::Starts)
+        self.renewal == Renewal::Runs
     }
 
     /// Its turn has come.
     pub(super) fn renew(&mut self) {
         tracing::info!(process = self.name, "starts again, by the new config");
+        self.renewal = Renewal::Runs;
+        self.start_again();
+    }
+
+    /// Asks the process to end, and has it started again as soon as it has, or if it does not run.
+    pub(super) fn start_again(&mut self) {
         match &self.child {
             Some(child) => {
-                self.renewal = Renewal::Stops(Instant::now());
+                self.leaves.get_or_insert_with(Instant::now);
                 let _ = kill_process(Pid::from_child(child), Signal::TERM);
             }
-            None => (self.renewal, self.next_start) = (Renewal::Starts, Some(Instant::now())),
+            None => self.next_start = Some(Instant::now()),
         }
     }
 
-    /// Has the process started again at the next look, if it does not run.
-    pub(super) fn make_due(&mut self) {
-        self.next_start = Some(Instant::now());
+    /// When the process is to be started, if it does not run and is to be.
+    pub(super) fn due(&self) -> Option<Instant> {
+        self.next_start
+    }
+
+    /// Can be read as soon as the process has said something.
+    pub(super) fn socket(&self) -> BorrowedFd<'_> {
+        self.watchdog.socket()
     }
 
     /// True once the process is gone.

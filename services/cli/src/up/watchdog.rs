@@ -2,6 +2,7 @@
 //! (`WATCHDOG_USEC`), says `READY=1` when it works, and then `WATCHDOG=1` while its loop goes round.
 
 use std::io;
+use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixDatagram;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -35,6 +36,11 @@ impl Watchdog {
     /// Where the process shall report.
     pub(super) fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Can be read as soon as the process has said something.
+    pub(super) fn socket(&self) -> BorrowedFd<'_> {
+        self.socket.as_fd()
     }
 
     /// A new process begins: it hangs only after it has said that it works.
