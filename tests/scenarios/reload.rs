@@ -75,7 +75,7 @@ fn nothing_is_left(train: &TrainUnderTest) {
     assert_eq!(train.shared_memory(), Vec::<String>::new(), "no shared memory left");
     let files = std::fs::read_dir(train.instance()).expect("the folder").flatten();
     let names: Vec<String> = files.map(|file| file.file_name().to_string_lossy().into_owned()).collect();
-    let living = ["notify-", "config.accepted", "http.address", "ipc", "holder.new"];
+    let living = ["notify-", "config.accepted", "http.address", "holder.new"];
     let left = |name: &&String| living.iter().any(|word| name.starts_with(word));
     assert_eq!(names.iter().find(left), None, "{names:?}");
 }

@@ -272,7 +272,8 @@ impl Drop for TrainUnderTest {
         }
         let _ = within(Duration::from_secs(5), || self.processes().is_empty().then_some(()));
         for name in self.shared_memory() {
-            let _ = std::fs::remove_file(Path::new("/dev/shm").join(name));
+            let path = Path::new("/dev/shm").join(name);
+            let _ = std::fs::remove_file(&path).or_else(|_| std::fs::remove_dir_all(&path));
         }
     }
 }

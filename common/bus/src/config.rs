@@ -1,12 +1,13 @@
 //! Where a train lives on this machine, and how large its channels are.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use iceoryx2::prelude::{Config, FilePath, SemanticString};
 use railgrip_settings::TrainSettings;
 
 use crate::BusError;
+use crate::shared_memory::FOLDER;
 
 /// Characters of iceoryx2 root and prefix that fit into the path of a socket.
 const MAX_ROOT_AND_PREFIX: usize = 68;
@@ -34,7 +35,7 @@ impl Default for Limits {
 pub struct BusConfig {
     /// Name of the train, for people.
     pub train: String,
-    /// Folder of this instance: locks, configuration, sockets.
+    /// Folder of this instance: locks, configuration.
     pub dir: PathBuf,
     /// Start of the names of everything this instance has in `/dev/shm`; each folder needs its own.
     pub prefix: String,
@@ -60,8 +61,10 @@ impl BusConfig {
         }
     }
 
+    /// What iceoryx2 keeps of nodes and services, and its sockets. In memory as the data are: it syncs each of these files, two a
+    /// channel, and where the folder of the instance is on a disk, making the channels would wait for that and wear it.
     pub(crate) fn root(&self) -> PathBuf {
-        self.dir.join("ipc")
+        Path::new(FOLDER).join(format!("{}ipc", self.prefix))
     }
 
     pub(crate) fn transport_file(&self) -> PathBuf {
@@ -75,7 +78,11 @@ impl BusConfig {
     pub fn validate(&self) -> Result<(), BusError> {
         let length = self.root().as_os_str().len() + self.prefix.len();
         if length > MAX_ROOT_AND_PREFIX {
-            return Err(BusError::PathTooLong { folder: self.dir.clone(), length, max: MAX_ROOT_AND_PREFIX });
+            return Err(BusError::PrefixTooLong {
+                prefix: self.prefix.clone(),
+                length,
+                max: MAX_ROOT_AND_PREFIX,
+            });
         }
         self.validate_numbers()
     }
@@ -153,7 +160,7 @@ mod tests {
     fn refuses_paths_and_numbers_in_words() {
         config().validate().expect("good");
         let cases: [(BusConfig, &str); 4] = [
-            (BusConfig { dir: format!("/{}", "d".repeat(60)).into(), ..config() }, "at most 68"),
+            (BusConfig { prefix: "p".repeat(40), ..config() }, "at most 68"),
             (BusConfig { wagons: vec![], ..config() }, "1 to 256 wagons"),
             (BusConfig { wagons: vec![1, 2, 1], ..config() }, "each number once"),
             (BusConfig { limits: Limits { max_batch: 0, ..Limits::default() }, ..config() }, "max_batch = 0"),

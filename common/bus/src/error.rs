@@ -7,13 +7,13 @@ use std::path::PathBuf;
 pub enum BusError {
     /// Socket paths have little room.
     #[error(
-        "instance folder {folder} is too long: with the channel prefix it makes {length} characters, \
-         at most {max} fit into a socket path; choose a shorter folder"
+        "channel prefix {prefix} is too long: in the path of a socket it makes {length} characters, \
+         at most {max} fit; choose a shorter one"
     )]
-    PathTooLong {
-        /// The folder of the instance.
-        folder: PathBuf,
-        /// Characters of folder and prefix.
+    PrefixTooLong {
+        /// The prefix.
+        prefix: String,
+        /// Characters of root and prefix.
         length: usize,
         /// Characters that fit.
         max: usize,

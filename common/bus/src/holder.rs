@@ -49,10 +49,9 @@ impl Holder {
         let path = presence::holder_lock_file(config);
         let Some(_lock) = Lock::acquire(&path, Kind::Exclusive, Duration::ZERO)? else { return Ok(()) };
         remove_file(&presence::holder_file(config))?;
-        wipe_root(config)?;
         // Whoever uses the prefix now has files of its own under it.
         match PrefixClaim::take(config, Duration::ZERO) {
-            Ok(_claim) => shared_memory::wipe(&config.prefix),
+            Ok(_claim) => wipe(config),
             Err(BusError::PrefixTaken { .. }) => Ok(()),
             Err(error) => Err(error),
         }
@@ -78,6 +77,7 @@ impl Holder {
         let alone = alone(&config)?;
         wipe(&config)?;
         shared_memory::check_room(&config)?;
+        create_root(&config)?;
         write_file(&config.transport_file(), &config.transport_text())?;
         config.install()?;
         let node = node::create(&config, "holder")?;
@@ -197,6 +197,14 @@ fn wipe_root(config: &BusConfig) -> Result<(), BusError> {
         }
         _ => Ok(()),
     }
+}
+
+/// Makes the folder in which iceoryx2 puts its files. Others can write beside it: one that they made is not taken.
+fn create_root(config: &BusConfig) -> Result<(), BusError> {
+    use std::os::unix::fs::DirBuilderExt;
+    let root = config.root();
+    let made = std::fs::DirBuilder::new().mode(0o700).create(&root);
+    made.map_err(|source| BusError::File { path: root, source })
 }
 
 fn create_private_folder(folder: &Path) -> Result<(), BusError> {

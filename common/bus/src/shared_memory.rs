@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use crate::{BusConfig, BusError, CHANNELS, Channel, Limits, Scope};
 
 /// Where POSIX shared memory lives on Linux.
-const FOLDER: &str = "/dev/shm";
+pub(crate) const FOLDER: &str = "/dev/shm";
 /// iceoryx2 puts a checksum of so many hexadecimal digits behind the prefix.
 const CHECKSUM_DIGITS: usize = 40;
 /// What connections and the administration of channels take beside their data, as a share of it.

@@ -6,8 +6,8 @@ use crate::place::ConfigText;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
-/// Longest path of channels plus prefix; socket paths end there.
-const MAX_ROOT_AND_PREFIX: usize = 68;
+/// Longest path of the folder: with the names of the sockets in it, it fits into the 107 bytes of a socket path.
+const MAX_DIR: usize = 92;
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -31,12 +31,6 @@ pub struct Instance {
 }
 
 impl Instance {
-    /// Root of the channels; the holder wipes it.
-    #[must_use]
-    pub fn channel_root(&self) -> PathBuf {
-        self.dir.join("ipc")
-    }
-
     /// File with the address that the HTTP service listens on, for example `127.0.0.1:8080`.
     #[must_use]
     pub fn http_address_file(&self) -> PathBuf {
@@ -70,6 +64,12 @@ impl Instance {
             None => format!("wagon-{wagon}.snapshot"),
         };
         self.snapshot_dir.join(name)
+    }
+
+    /// Where a wagon's estimator notes how far it has come, for whoever comes after it.
+    #[must_use]
+    pub fn absence_file(&self, wagon: u32) -> PathBuf {
+        self.dir.join(format!("estimator-{wagon}.ledger"))
     }
 
     /// What the judge of the train has learnt.
@@ -124,9 +124,9 @@ impl Instance {
             None => dir.join("snapshots"),
         };
         let instance = Self { dir, prefix, snapshot_dir, state_dir: systemd_state(train) };
-        let length = instance.channel_root().as_os_str().len() + instance.prefix.len();
-        if length > MAX_ROOT_AND_PREFIX {
-            let allowed = format!("a path that is {} bytes shorter", length - MAX_ROOT_AND_PREFIX);
+        let length = instance.dir.as_os_str().len();
+        if length > MAX_DIR {
+            let allowed = format!("a path that is {} bytes shorter", length - MAX_DIR);
             return Err(at.refuse("instance.dir", instance.dir.display(), allowed));
         }
         Ok(instance)
@@ -182,7 +182,6 @@ mod tests {
             (instance(Some("/tmp/one"), None).unwrap(), instance(Some("/tmp/two"), None).unwrap());
         assert_ne!(one.prefix, two.prefix);
         assert_eq!(one, instance(Some("/tmp/one"), None).unwrap());
-        assert_eq!(one.channel_root(), Path::new("/tmp/one/ipc"));
         assert_eq!(one.snapshot_file(3, None), Path::new("/tmp/one/snapshots/wagon-3.snapshot"));
         let number = VehicleNumber::new("51 80-7");
         let file = Path::new("/tmp/one/snapshots/vehicle-51807.snapshot");
@@ -191,7 +190,7 @@ mod tests {
 
     #[test]
     fn a_path_too_long_for_sockets_is_refused_with_what_to_cut() {
-        let said = instance(Some(&format!("/tmp/{}", "x".repeat(80))), None).unwrap_err().to_string();
+        let said = instance(Some(&format!("/tmp/{}", "x".repeat(90))), None).unwrap_err().to_string();
         assert!(said.contains("instance.dir") && said.contains("shorter"), "{said}");
         let said = instance(None, Some("a/b")).unwrap_err().to_string();
         assert!(said.contains("instance.prefix"), "{said}");

@@ -111,7 +111,7 @@ impl From<BusError> for CliError {
     fn from(error: BusError) -> Self {
         match error {
             BusError::Limit { .. }
-            | BusError::PathTooLong { .. }
+            | BusError::PrefixTooLong { .. }
             | BusError::PrefixTaken { .. }
             | BusError::SharedMemoryFull { .. } => Self::bad_input(error),
             _ => Self::failed(error),
