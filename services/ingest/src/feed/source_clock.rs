@@ -8,6 +8,12 @@ const RESTART_S: f64 = 1.0;
 /// Of somebody who sends, it does so only after nothing else has come for so long, ns: what a broken connection still delivers,
 /// while another one goes on, is late and no new time base.
 const QUIET_NS: u64 = 500_000_000;
+/// A time that goes back by less begins one too, once this many samples have come in order behind it, at the pace of their times
+/// over so long, s, and none on the old one: the clock was set, or its owner has started again.
+const NEW_BASE_SAMPLES: u32 = 5;
+const NEW_BASE_S: f64 = 0.1;
+/// At the pace of their times: what was held up somewhere and comes in one go takes far less time than its times say.
+const PACE: std::ops::Range<f64> = 0.5..2.0;
 
 /// What the time of a sample means.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,6 +35,8 @@ pub struct SourceClock {
     least_ns: Option<i128>,
     stretch_began_ns: u64,
     drift_ppm: Option<f64>,
+    /// Late samples in order, nothing in between.
+    astray: Option<Astray>,
     /// A recording that is played: a time that goes back begins a new time base at once.
     played: bool,
 }
@@ -38,6 +46,31 @@ struct Last {
     t_s: f64,
     stamp_ns: u64,
     arrived_ns: u64,
+}
+
+/// A row of late samples that may be a new time base.
+#[derive(Debug, Clone, Copy)]
+struct Astray {
+    count: u32,
+    first_s: f64,
+    first_arrived_ns: u64,
+    last_s: f64,
+}
+
+impl Astray {
+    /// With one more; begins anew with one that is not behind the sample before.
+    fn and(row: Option<Self>, t_s: f64, arrived_ns: u64) -> Self {
+        match row.filter(|row| t_s > row.last_s) {
+            Some(row) => Self { count: row.count + 1, last_s: t_s, ..row },
+            None => Self { count: 1, first_s: t_s, first_arrived_ns: arrived_ns, last_s: t_s },
+        }
+    }
+
+    fn is_new_base(&self, arrived_ns: u64) -> bool {
+        let arrived_s = arrived_ns.saturating_sub(self.first_arrived_ns) as f64 * 1e-9;
+        let lasted_s = self.last_s - self.first_s;
+        self.count >= NEW_BASE_SAMPLES && lasted_s >= NEW_BASE_S && PACE.contains(&(arrived_s / lasted_s))
+    }
 }
 
 impl SourceClock {
@@ -83,20 +116,24 @@ impl SourceClock {
             least_ns: offset(least_ns),
             stretch_began_ns,
             drift_ppm: Some(f64::from_bits(drift_ppm)).filter(|ppm| ppm.is_finite()),
+            astray: None,
             played: false,
         }
     }
 
     /// Takes the next sample of a source: its time, s, and when it arrived here, ns of the monotonic clock.
     pub fn read(&mut self, t_s: f64, arrived_ns: u64) -> Reading {
-        let begins = self.last.is_some_and(|last| {
+        let astray = self.astray.take();
+        let mut begins = false;
+        if let Some(last) = self.last.filter(|last| t_s <= last.t_s) {
             let quiet = self.played || arrived_ns.saturating_sub(last.arrived_ns) >= QUIET_NS;
-            quiet && t_s < last.t_s - RESTART_S
-        });
-        if begins {
+            let astray = Astray::and(astray, t_s, arrived_ns);
+            begins = (quiet && t_s < last.t_s - RESTART_S) || astray.is_new_base(arrived_ns);
+            if !begins {
+                self.astray = Some(astray);
+                return Reading::Late;
+            }
             *self = Self::of_kind(!self.played);
-        } else if self.last.is_some_and(|last| t_s <= last.t_s) {
-            return Reading::Late;
         }
         let theirs_ns = (t_s * 1e9) as i128;
         let offset_ns = i128::from(arrived_ns) - theirs_ns;
@@ -201,6 +238,67 @@ mod tests {
                 assert_eq!(clock.read(96.0 + k as f64 * 0.01, arrived_ns + 1_000_000), Reading::Late, "{k}");
             }
         }
+    }
+
+    #[test]
+    fn a_clock_that_is_set_back_a_little_is_followed_soon_and_loses_no_more_than_it_must() {
+        for (period_s, back_s, packet) in [(0.01, 0.4, 1), (0.001, 0.3, 1), (0.01, 0.45, 10), (0.02, 0.2, 1)]
+        {
+            let mut clock = SourceClock::default();
+            let (mut late, mut begun) = (0, 0);
+            let step_ns = (period_s * 1e9) as u64;
+            for k in 0..4000_u64 {
+                // From the middle on its clock says less; the last of a packet comes when it is taken, the others wait for it.
+                let t_s = 7.003 + k as f64 * period_s - if k < 2000 { 0.0 } else { back_s };
+                let taken_ns = START_NS + k * step_ns;
+                let sent_ns = START_NS + (k / packet * packet + packet - 1) * step_ns;
+                let arrived_ns = sent_ns + delay_ns(k / packet);
+                match clock.read(t_s, arrived_ns) {
+                    Reading::Late => late += 1,
+                    Reading::At(stamp_ns) if k >= 2000 + 1000 => {
+                        let error_ns = stamp_ns.abs_diff(taken_ns);
+                        assert!(error_ns < 5_000_000, "{k}: {error_ns} ns wrong ({period_s}, {back_s})");
+                    }
+                    Reading::At(_) => {}
+                    Reading::Begins(_) => begun += 1,
+                }
+            }
+            println!("{period_s} s, back by {back_s} s, {packet} a packet: {late} late");
+            assert_eq!(begun, 1, "{period_s}, {back_s}");
+            let must = (NEW_BASE_S / period_s) as u64 + u64::from(NEW_BASE_SAMPLES) + 2 * packet;
+            assert!(late <= must, "{late} late ({period_s}, {back_s})");
+        }
+    }
+
+    #[test]
+    fn stragglers_are_never_a_new_time_base_in_whatever_row_they_come() {
+        // What was held up comes in one go, while nothing else comes.
+        let mut clock = SourceClock::default();
+        let on_time = |clock: &mut SourceClock, k: u64| {
+            clock.read(k as f64 * 0.001, START_NS + k * 1_000_000 + delay_ns(k) / 10)
+        };
+        for k in (0..1000).filter(|k| !(500..900).contains(k)) {
+            assert!(matches!(on_time(&mut clock, k), Reading::At(_)), "{k}");
+        }
+        for k in 500..900 {
+            let arrived_ns = START_NS + 1_000_000_000 + k * 20_000;
+            assert_eq!(clock.read(k as f64 * 0.001, arrived_ns), Reading::Late, "{k}");
+        }
+        // A second way that is slower says everything again at its own pace, and the first goes on, ten samples at a time.
+        let (mut taken, mut late) = (0, 0);
+        for packet in 110..400_u64 {
+            for k in packet * 10..packet * 10 + 10 {
+                match on_time(&mut clock, k) {
+                    Reading::At(_) => taken += 1,
+                    other => panic!("{k}: {other:?}"),
+                }
+            }
+            for k in packet * 10 - 100..packet * 10 - 90 {
+                let arrived_ns = START_NS + (k + 100) * 1_000_000 + 9_500_000;
+                late += usize::from(clock.read(k as f64 * 0.001, arrived_ns) == Reading::Late);
+            }
+        }
+        assert_eq!((taken, late), (2900, 2900));
     }
 
     #[test]
