@@ -13,7 +13,7 @@ fn config(name: &str, wagons: u32) -> String {
     format!(
         "schema = 1\n[train]\nname = \"{name}\"\nwagons = {wagons}\nvehicle = \"{vehicle}\"\n\
          [source]\nkind = \"simulate\"\nscenario = \"demo\"\nseed = 7\n\
-         [logging]\nlevel = \"info\"\nformat = \"text\"\n"
+         [logging]\nlevel = \"debug\"\nformat = \"text\"\n"
     )
 }
 
@@ -64,6 +64,82 @@ fn killed_children_come_back_and_nobody_else_notices() {
     assert!(status.success(), "{status}\n{}", train.log());
     assert_eq!(train.processes(), [], "no orphans");
     assert_eq!(train.shared_memory(), Vec::<String>::new(), "no shared memory left");
+}
+
+/// What `up` said of a process, in order: `died` with its pause, `started`.
+fn said_of(train: &TrainUnderTest, role: &str) -> Vec<String> {
+    let log = train.log();
+    let name = format!("process=\"{}\"", if role == "hold" { "holder" } else { role });
+    let of_role = log.lines().filter(|line| line.contains(&name));
+    let words = of_role.filter_map(|line| match line {
+        line if line.contains(" died; will be started again ") => {
+            Some(format!("died, {}", line.split(' ').find(|word| word.starts_with("pause_s"))?))
+        }
+        line if line.contains(" started ") => Some("started".to_owned()),
+        _ => None,
+    });
+    words.collect()
+}
+
+#[test]
+fn the_first_death_is_answered_by_a_start_at_once() {
+    let mut train = running("at-once", 2);
+    let roles = ["estimator 1", "health", "ingest", "diagnoser", "hold"];
+    for role in roles {
+        let victim = train.process(role);
+        victim.kill();
+        let _ = train.successor(&victim);
+        train.wait_ready(Duration::from_secs(15));
+    }
+    let said = said_of(&train, "hold");
+    assert_eq!(said, ["started", "died, pause_s=0.0", "started"], "{}", train.log());
+    for role in &roles[..4] {
+        // Once more when the channels went with their holder.
+        let expected = ["started", "died, pause_s=0.0", "started", "started"];
+        let started = within(Duration::from_secs(10), || (said_of(&train, role) == expected).then_some(()));
+        assert!(started.is_some(), "{role}: {:?}\n{}", said_of(&train, role), train.log());
+    }
+    assert!(train.stop().success(), "{}", train.log());
+}
+
+/// The heartbeat of an estimator as it is served.
+fn estimator(train: &TrainUnderTest, wagon: u64) -> Option<serde_json::Value> {
+    let view = train.http()?.json("/api/v1/train")?;
+    let processes = view["processes"].as_array()?;
+    let own = |one: &&serde_json::Value| one["process"] == "estimator" && one["wagon"] == wagon;
+    processes.iter().find(own).cloned()
+}
+
+#[test]
+fn what_is_sent_while_an_estimator_is_away_is_counted_under_a_name() {
+    let mut train = running("unseen", 2);
+    let taken = |wagon| estimator(&train, wagon)?["received"].as_u64();
+    let up = train.process("up");
+    let victim = train.process("estimator 2");
+    // Nobody starts it again as long as `up` sleeps.
+    up.signal(Signal::STOP);
+    victim.kill();
+    let before = within(Duration::from_secs(10), || taken(1)).expect("figures of wagon 1");
+    let later = within(Duration::from_secs(10), || taken(1).filter(|later| *later > before + 250));
+    up.signal(Signal::CONT);
+    assert!(later.is_some(), "{:?}", estimator(&train, 1));
+    let successor = train.successor(&victim);
+    let unseen = within(Duration::from_secs(10), || {
+        let heard = estimator(&train, 2).filter(|view| view["pid"] == successor.pid)?;
+        heard["received"].as_u64().filter(|received| *received > 0)?;
+        heard["unseen"].as_u64()
+    });
+    println!("unseen: {unseen:?}");
+    assert!(unseen.is_some_and(|unseen| unseen >= 50), "{unseen:?}\n{}", train.log());
+    assert_eq!(estimator(&train, 1).expect("wagon 1")["unseen"], 0);
+    let (_, metrics) = train.http().and_then(|http| http.get("/metrics")).expect("metrics");
+    let of_two = |line: &&str| {
+        line.starts_with("railgrip_process_unseen_total") && line.contains("estimator\",wagon=\"2\"")
+    };
+    let line = metrics.lines().find(of_two);
+    let shown = line.and_then(|line| line.rsplit(' ').next()?.parse::<f64>().ok());
+    assert!(shown.is_some_and(|shown| shown >= 50.0), "{line:?}");
+    assert!(train.stop().success(), "{}", train.log());
 }
 
 /// True if what is served of wagon 2 was measured well after that instant.

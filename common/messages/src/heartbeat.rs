@@ -22,8 +22,9 @@ pub struct Heartbeat {
     pub wagon: u32,
     /// Its process id.
     pub pid: u32,
-    /// Always 0.
-    pub reserved: u32,
+    /// Samples that were sent while nobody was there, from the last one of a predecessor to its own first one, over all processes of
+    /// its kind and wagon since the train has started.
+    pub unseen: u32,
     /// Samples taken in.
     pub received: u64,
     /// Samples that never arrived (gaps of the sequence).

@@ -4,6 +4,7 @@
 //! [`worker`] does the work and knows no channel; [`snapshot`] keeps its state for a successor; the loop here connects
 //! both to the bus. Nothing here waits for a reader.
 
+mod absence;
 pub mod convert;
 pub mod gap_record;
 pub mod gap_watch;
@@ -12,6 +13,7 @@ pub mod snapshot;
 pub mod timing;
 pub mod worker;
 
+use crate::absence::Absence;
 use crate::inlet::Inlet;
 use crate::snapshot::SnapshotError;
 use crate::timing::Histogram;
@@ -21,7 +23,7 @@ use railgrip_bus::{
     InnovationPublisher, KeptError, Lifecycle, monotonic_ns, now,
 };
 use railgrip_messages::{Event, EventKind, Heartbeat, NO_WHEELSET, ProcessKind, Text};
-use railgrip_settings::{ReportingSettings, TrainSettings};
+use railgrip_settings::{ReportingSettings, TrainSettings, VehicleNumber};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -64,6 +66,7 @@ pub fn run(settings: &TrainSettings, wagon: u32, lifecycle: &Lifecycle) -> Resul
         samples.wait(LONGEST_WAIT)?;
         samples.receive(&mut worker)?;
         service.publish(&mut worker)?;
+        service.absence.note(&worker);
         service.timers(&mut worker, &samples, &bus)?;
         if let Some(new) = lifecycle.offered() {
             worker.judge_by(new.indicators);
@@ -77,6 +80,7 @@ pub fn run(settings: &TrainSettings, wagon: u32, lifecycle: &Lifecycle) -> Resul
         taken = worker.taken,
         missed = samples.missed(),
         refused = samples.refused(),
+        unseen = service.absence.unseen(),
         not_newer = worker.not_newer,
         "estimator stops"
     );
@@ -117,6 +121,7 @@ struct Service {
     health: HealthPublisher,
     events: EventPublisher,
     heartbeats: HeartbeatPublisher,
+    absence: Absence,
     snapshot_file: PathBuf,
     snapshot_failing: bool,
     gap_folder: PathBuf,
@@ -149,6 +154,10 @@ impl Service {
             health: bus.health_publisher(wagon)?,
             events: bus.event_publisher()?,
             heartbeats: bus.heartbeat_publisher()?,
+            absence: Absence::open(
+                settings.instance.absence_file(wagon),
+                &(settings.instance.session(), own.map(VehicleNumber::key)),
+            ),
             snapshot_file: settings.instance.snapshot_file(wagon, own),
             snapshot_failing: false,
             gap_folder: settings.instance.gap_folder(),
@@ -339,7 +348,7 @@ impl Service {
             process: ProcessKind::Estimator.code(),
             wagon: self.wagon,
             pid: std::process::id(),
-            reserved: 0,
+            unseen: u32::try_from(self.absence.unseen()).unwrap_or(u32::MAX),
             received: worker.taken,
             missed: samples.missed(),
             rejected: samples.refused(),

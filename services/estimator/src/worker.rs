@@ -28,6 +28,8 @@ pub struct Worker {
     pub(crate) estimator: Box<dyn Estimator>,
     pub(crate) indicators: WagonIndicators,
     pub(crate) last: Option<(u64, Stamp)>,
+    /// The first sample that this process got.
+    pub(crate) first: Option<(u64, Stamp)>,
     /// The filter knows something: it took a sample, or goes on from a snapshot.
     pub(crate) has_state: bool,
     /// Samples estimated whose estimates have not gone into the indicators yet, the latest of `estimates`.
@@ -113,6 +115,7 @@ impl Worker {
             vehicle,
             indicators: WagonIndicators::new(wagon, indicators, nominal),
             last: None,
+            first: None,
             has_state: false,
             undigested: Vec::new(),
             estimates: Vec::new(),
@@ -167,6 +170,7 @@ impl Worker {
     }
 
     fn estimate_input(&mut self, sample: &Sample, input: &EstimatorInput) {
+        self.first.get_or_insert((sample.sequence, sample.acquired));
         if let Some((sequence, stamp)) = self.last
             && sample.acquired.monotonic_ns <= stamp.monotonic_ns
         {

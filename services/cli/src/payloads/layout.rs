@@ -263,7 +263,7 @@ fn layouts() -> Vec<Layout> {
             process,
             wagon,
             pid,
-            reserved,
+            unseen,
             received,
             missed,
             rejected,

@@ -313,6 +313,7 @@ where
 
 struct OfProcesses {
     uptime: Gauges<OfProcess>,
+    unseen: Counters<OfProcess>,
     rejected: Counters<OfProcess>,
     late: Counters<OfProcess>,
     published: Counters<OfProcess>,
@@ -324,6 +325,7 @@ impl OfProcesses {
     fn register(registry: &mut Registry) -> Self {
         let all = Self {
             uptime: Family::default(),
+            unseen: Family::default(),
             rejected: Family::default(),
             late: Family::default(),
             published: Family::default(),
@@ -331,6 +333,11 @@ impl OfProcesses {
             latency: Family::default(),
         };
         registry.register("process_uptime_seconds", "Since the process started", all.uptime.clone());
+        registry.register(
+            "process_unseen",
+            "Samples that were sent while no process of this kind and wagon was there, since the train has started",
+            all.unseen.clone(),
+        );
         registry.register(
             "process_rejected",
             "Samples or values refused by validation",
@@ -352,6 +359,7 @@ impl OfProcesses {
         let wagon = view.wagon.unwrap_or(0);
         let label = OfProcess { process: view.process.clone(), wagon };
         self.uptime.get_or_create(&label).set(view.uptime_s);
+        self.unseen.get_or_create(&label).inc_by(view.unseen as f64);
         self.rejected.get_or_create(&label).inc_by(view.rejected as f64);
         self.late.get_or_create(&label).inc_by(view.late as f64);
         self.published.get_or_create(&label).inc_by(view.published as f64);

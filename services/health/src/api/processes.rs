@@ -22,6 +22,8 @@ pub struct ProcessView {
     pub received: u64,
     /// Samples that never arrived.
     pub missed: u64,
+    /// Samples that were sent while no process of this kind and wagon was there, since the train has started.
+    pub unseen: u64,
     /// Samples or values refused.
     pub rejected: u64,
     /// Samples dropped because their time is not after that of the sample before.
@@ -49,6 +51,7 @@ pub(crate) fn process(beat: &Heartbeat, now_ns: u64) -> ProcessView {
         uptime_s: rounded(beat.uptime_s),
         received: beat.received,
         missed: beat.missed,
+        unseen: u64::from(beat.unseen),
         rejected: beat.rejected,
         late: beat.late,
         published: beat.published,
