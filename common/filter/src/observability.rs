@@ -11,14 +11,20 @@ use nalgebra::SMatrix;
 /// Pivot below which a direction cannot be seen.
 const LEAST_PIVOT: f64 = 0.1;
 
-/// Number of directions that a scaled derivative tells apart.
-pub fn scaled_rank<const R: usize, const C: usize>(mut scaled: SMatrix<f64, R, C>) -> u32 {
+/// Number of directions that a scaled derivative tells apart. Only so many rows and columns of it are looked at, no more than it
+/// has; the others are zero.
+pub fn scaled_rank<const R: usize, const C: usize>(
+    mut scaled: SMatrix<f64, R, C>,
+    rows: usize,
+    columns: usize,
+) -> u32 {
+    let (rows, columns) = (rows.min(R), columns.min(C));
     let mut rank = 0;
     let mut used = [false; R];
-    for _ in 0..R.min(C) {
+    for _ in 0..rows.min(columns) {
         let mut best = (0, 0, 0.0_f64);
-        for column in 0..C {
-            for row in (0..R).filter(|&row| !used[row]) {
+        for column in 0..columns {
+            for row in (0..rows).filter(|&row| !used[row]) {
                 if scaled[(row, column)].abs() > best.2 {
                     best = (row, column, scaled[(row, column)].abs());
                 }
@@ -30,9 +36,9 @@ pub fn scaled_rank<const R: usize, const C: usize>(mut scaled: SMatrix<f64, R, C
         }
         used[pivot_row] = true;
         rank += 1;
-        for row in (0..R).filter(|&row| !used[row]) {
+        for row in (0..rows).filter(|&row| !used[row]) {
             let factor = scaled[(row, pivot_column)] / scaled[(pivot_row, pivot_column)];
-            for column in 0..C {
+            for column in 0..columns {
                 scaled[(row, column)] -= factor * scaled[(pivot_row, column)];
             }
         }
@@ -47,8 +53,9 @@ mod tests {
     #[test]
     fn rank_counts_what_is_large_and_independent() {
         let two = SMatrix::<f64, 3, 3>::new(100.0, 50.0, 0.0, 0.0, 20.0, 0.0, 100.0, 70.05, 0.03);
-        assert_eq!(scaled_rank(two), 2);
-        assert_eq!(scaled_rank(SMatrix::<f64, 2, 4>::repeat(0.05)), 0);
-        assert_eq!(scaled_rank(SMatrix::<f64, 2, 2>::identity() * 5.0), 2);
+        assert_eq!(scaled_rank(two, 3, 3), 2);
+        assert_eq!(scaled_rank(two.fixed_resize::<5, 8>(0.0), 3, 3), 2);
+        assert_eq!(scaled_rank(SMatrix::<f64, 2, 4>::repeat(0.05), 2, 4), 0);
+        assert_eq!(scaled_rank(SMatrix::<f64, 2, 2>::identity() * 5.0, 2, 2), 2);
     }
 }

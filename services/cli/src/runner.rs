@@ -15,7 +15,7 @@ use crate::reload::{Follower, Member};
 use crate::supervisor::{SUPERVISOR_VARIABLE, is_supervised};
 
 /// How often the end, beats and a changed config are looked at, at least.
-const NOTIFY_PERIOD: Duration = Duration::from_millis(100);
+const NOTIFY_PERIOD: Duration = Duration::from_millis(250);
 
 /// Runs `work` until it ends by itself or a signal asks it to. A second signal ends the process at once. A `member` of a train
 /// reads its config again on SIGHUP.

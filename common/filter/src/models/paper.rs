@@ -338,7 +338,7 @@ impl<const W: usize, const N: usize> WagonFilter for PaperFilter<W, N> {
                 let sigma = self.variance(if row == W { 0 } else { row + 1 }).sqrt();
                 self.sensitivity[(row, column)] * range / self.step_s / sigma
             });
-            out.observability_rank = 1 + W as u32 + scaled_rank(scaled);
+            out.observability_rank = 1 + W as u32 + scaled_rank(scaled, N, N);
         }
     }
 

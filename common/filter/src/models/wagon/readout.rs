@@ -79,6 +79,6 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
         }
         let all_brake = (0..W).all(|i| scaled[(1 + i, W + i)] > 1.0);
         let tied = if all_brake { self.tied } else { 0 };
-        1 + W as u32 + scaled_rank(scaled) + tied
+        1 + W as u32 + scaled_rank(scaled, 1 + W, 2 * W) + tied
     }
 }
