@@ -7,8 +7,9 @@ use iceoryx2::prelude::{Config, FilePath, SemanticString};
 use railgrip_settings::TrainSettings;
 
 use crate::BusError;
-use crate::shared_memory::FOLDER;
 
+/// Where POSIX shared memory lives on Linux.
+pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
 /// Characters of iceoryx2 root and prefix that fit into the path of a socket.
 const MAX_ROOT_AND_PREFIX: usize = 68;
 /// Sizes of the channels; the holder's count, the others find the channels as they are.
@@ -64,7 +65,7 @@ impl BusConfig {
     /// What iceoryx2 keeps of nodes and services, and its sockets. In memory as the data are: it syncs each of these files, two a
     /// channel, and where the folder of the instance is on a disk, making the channels would wait for that and wear it.
     pub(crate) fn root(&self) -> PathBuf {
-        Path::new(FOLDER).join(format!("{}ipc", self.prefix))
+        Path::new(SHARED_MEMORY).join(format!("{}ipc", self.prefix))
     }
 
     pub(crate) fn transport_file(&self) -> PathBuf {

@@ -5,10 +5,9 @@ use std::os::unix::net::{SocketAddr, UnixListener};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use crate::config::SHARED_MEMORY;
 use crate::{BusConfig, BusError, CHANNELS, Channel, Limits, Scope};
 
-/// Where POSIX shared memory lives on Linux.
-pub(crate) const FOLDER: &str = "/dev/shm";
 /// iceoryx2 puts a checksum of so many hexadecimal digits behind the prefix.
 const CHECKSUM_DIGITS: usize = 40;
 /// What connections and the administration of channels take beside their data, as a share of it.
@@ -47,7 +46,7 @@ impl PrefixClaim {
 
 /// Removes the files of a prefix, and of no other that merely begins with the same letters.
 pub(crate) fn wipe(prefix: &str) -> Result<(), BusError> {
-    let folder = Path::new(FOLDER);
+    let folder = Path::new(SHARED_MEMORY);
     let entries =
         std::fs::read_dir(folder).map_err(|source| BusError::File { path: folder.to_owned(), source })?;
     for entry in entries.flatten() {
@@ -81,8 +80,8 @@ fn is_of(prefix: &str, name: &str) -> bool {
 /// Fails unless everything that the channels can take fits: a page of shared memory that is not there kills whoever
 /// writes to it, without a word.
 pub(crate) fn check_room(config: &BusConfig) -> Result<(), BusError> {
-    let free = rustix::fs::statvfs(FOLDER)
-        .map_err(|error| BusError::File { path: FOLDER.into(), source: error.into() })?;
+    let free = rustix::fs::statvfs(SHARED_MEMORY)
+        .map_err(|error| BusError::File { path: SHARED_MEMORY.into(), source: error.into() })?;
     let (free, needed) = (free.f_bavail.saturating_mul(free.f_frsize), needed_bytes(config));
     if free >= needed {
         return Ok(());
@@ -90,7 +89,7 @@ pub(crate) fn check_room(config: &BusConfig) -> Result<(), BusError> {
     let megabytes = |bytes: u64| bytes.div_ceil(1_000_000);
     Err(BusError::SharedMemoryFull {
         train: config.train.clone(),
-        folder: FOLDER,
+        folder: SHARED_MEMORY,
         free_mb: free / 1_000_000,
         needed_mb: megabytes(needed),
     })
