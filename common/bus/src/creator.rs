@@ -81,8 +81,6 @@ impl Creator<'_> {
             .node
             .service_builder(&node::service_name(name)?)
             .event()
-            // There is but one, and a reader that wakes looks through all.
-            .event_id_max_value(0)
             .max_notifiers(service.publishers)
             .max_listeners(limits.subscribers)
             .max_nodes(service.publishers + limits.subscribers + SPARE_NODES)
