@@ -22,7 +22,7 @@ pub struct Practice {
 type Holds = fn(&Practice, &VerdictLimits) -> bool;
 
 /// The rules in their order: the verdict that each revises, the rule, and when it does.
-pub static RULES: [(Verdict, Rule, Holds); 4] = [
+pub static RULES: [(Verdict, Rule, Holds); 5] = [
     (
         Verdict::None,
         Rule {
@@ -40,6 +40,16 @@ pub static RULES: [(Verdict, Rule, Holds); 4] = [
             words: "The best candidate gains more than chance, but the gap is next to nothing smaller with it than without.",
             verdict: Verdict::None,
             missing: Missing::Nothing,
+        },
+        Practice::does_nothing,
+    ),
+    (
+        Verdict::EffectsAndUnknown,
+        Rule {
+            name: "names_do_nothing",
+            words: "The candidates that were found gain more than chance, but the gap is next to nothing smaller with them, so none of them is named.",
+            verdict: Verdict::Unknown,
+            missing: Missing::InsteadOfEffects,
         },
         Practice::does_nothing,
     ),
@@ -79,9 +89,12 @@ impl Practice {
         [Some(self.fitted), self.held_out].into_iter().flatten()
     }
 
-    /// Gap with tolerances alone, the smaller of the fitted runs' and of those only predicted.
+    /// Gap with tolerances alone, RMS of the fitted runs' and of those only predicted: an effect may show in either.
     pub fn calibrated(&self) -> f64 {
-        self.sets().map(|[calibrated, _]| calibrated).fold(f64::INFINITY, f64::min)
+        let (sum, count) = self
+            .sets()
+            .fold((0.0, 0.0), |(sum, count), [calibrated, _]| (sum + calibrated.powi(2), count + 1.0));
+        f64::sqrt(sum / count)
     }
 
     /// Whether effects shrink next to nothing even the gap of the runs that they were fitted to.
@@ -153,6 +166,9 @@ mod tests {
         assert_eq!(asked([0.001, 0.002]), "next_to_nothing");
         assert_eq!(asked([0.001, 0.02]), "next_to_nothing", "fitted runs are no better");
         assert_eq!(asked([0.05, 0.001]), "effects_explain_gap");
+        let in_part = decide(&beside(300.0), &criteria);
+        let practice = Practice { fitted: [8.0, 8.1], held_out: Some([24.0, 50.0]), predicted: None };
+        assert_eq!(in_practice(in_part, &practice, &criteria).rule.name, "names_do_nothing");
         let unknown = decide(&beside(700.0), &criteria);
         let practice = Practice { fitted: [2.0; 2], held_out: None, predicted: None };
         assert_eq!(in_practice(unknown, &practice, &criteria).rule.name, unknown.rule.name);
