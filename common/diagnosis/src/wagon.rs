@@ -92,7 +92,7 @@ fn diagnose_and<T>(
 
     let alignments = Alignments::default();
 
-    // Thin: what is to be found shows at a hundred samples a second. The gap is that of all samples.
+    // Thin: what is to be found shows at fifty samples a second. The gap is that of all samples.
     let recorded = case;
     let thinned = case.thinned(criteria.pursuit.rate_hz);
     let case = thinned.as_ref().unwrap_or(case);
@@ -136,10 +136,6 @@ fn diagnose_and<T>(
 
     // Fit once more, on the windows by which the gap is defined: the verdict stands, the numbers of the report are these.
     progress("fit on windows");
-    let selected = case;
-    let dense =
-        thinned.is_some().then(|| Case { noise: case.noise, notes: case.notes.clone(), ..recorded.clone() });
-    let case = dense.as_ref().unwrap_or(case);
     let fitted = |judgement: &Judgement, selection: &Selection| {
         let named = judgement.decision.names_effects().then_some(&selection.best.fitted);
         Models::fit(case, &selection.base.fitted, named)
@@ -148,12 +144,17 @@ fn diagnose_and<T>(
     // A further effect whose strength may be none and without which the gap is the same is none, however sure a filter is.
     while !case.is_coupled()
         && let Some(idle) = in_gap::idle(case, &selection, &models, &criteria)
-        && selection.drop_effect((selected, &alignments), idle, &criteria)
+        && selection.drop_effect((case, &alignments), idle, &criteria)
     {
         judgement = evidence::judge(&selection, &criteria, options.seed);
         models = fitted(&judgement, &selection);
     }
     let mut named = judgement.decision.names_effects().then_some(&selection.best.fitted);
+    // What is predicted and reported is the gap of all samples.
+    let thin = case;
+    let dense =
+        thinned.is_some().then(|| Case { noise: case.noise, notes: case.notes.clone(), ..recorded.clone() });
+    let case = dense.as_ref().unwrap_or(case);
     let mut built = models.build();
     let predict = |built: &[Built; 3], runs: &[Run]| predictions::predict(case, runs, built.each_ref());
     let (mut fit, mut holdout) = (predict(&built, &case.fit), predict(&built, &case.holdout));
@@ -164,7 +165,7 @@ fn diagnose_and<T>(
         judgement.decision = in_practice(judgement.decision, &practice(&fit, &holdout), &criteria);
         let is_unnamed = judgement.decision.verdict == Verdict::Unknown;
         if is_unnamed && let Some(missing) = &judgement.missing {
-            let models = Models::fit(case, &selection.base.fitted, Some(&missing.fitted));
+            let models = Models::fit(thin, &selection.base.fitted, Some(&missing.fitted));
             let built = models.build();
             let practice = practice(&predict(&built, &case.fit), &predict(&built, &case.holdout));
             judgement.decision = in_practice_of_curve(judgement.decision, &practice, &criteria);
@@ -173,7 +174,7 @@ fn diagnose_and<T>(
         judgement.look_beside();
         if named.is_some() && !judgement.decision.names_effects() {
             named = None;
-            models = Models::fit(case, &selection.base.fitted, named);
+            models = Models::fit(thin, &selection.base.fitted, named);
             built = models.build();
             (fit, holdout) = (predict(&built, &case.fit), predict(&built, &case.holdout));
         }

@@ -15,6 +15,7 @@ railgrip_requirements::tests! {
     what_tolerances_stand_in_for_is_no_third_effect: [LABELLED_CASES],
     a_slow_fade_that_a_filter_takes_for_drifting_pads_is_found: [HARD_CASES],
     a_second_effect_that_filters_make_little_of_is_found_in_the_gap: [HARD_CASES],
+    a_stretch_of_low_adhesion_is_found_to_the_metre_beside_a_worn_wheel: [HARD_CASES],
 }
 
 fn whole_case(of: &Requirement, name: &str, change: impl Fn(&mut VehicleParameters)) -> Case {
@@ -103,4 +104,24 @@ fn a_second_effect_that_filters_make_little_of_is_found_in_the_gap() {
     let gap = &report.gap;
     assert!(gap.fit.extended < 0.5 * gap.fit.calibrated, "{:?}", gap.fit);
     assert!(gap.holdout.extended < 0.85 * gap.holdout.calibrated, "{:?}", gap.holdout);
+}
+
+/// Each recording shows the stretch at a place of its own, and under all wheelsets at once: a stretch with sharp edges at one
+/// place left eight ninths of the gap, and the worn wheel beside it was named alone or with a wrong stretch.
+fn a_stretch_of_low_adhesion_is_found_to_the_metre_beside_a_worn_wheel() {
+    let report = report(&whole_case(&HARD_CASES, "case39", |_| ()), 2);
+    println!("{:?} {} {:?} {:?}", report.verdict, report.rule, report.effects, report.gap);
+    let mut named: Vec<&str> = report.effects.iter().map(|effect| effect.id.as_str()).collect();
+    named.sort_unstable();
+    assert_eq!(named, ["low_adhesion_patch", "wheel_radius"]);
+    // Offsets of single recordings are no property of the stretch.
+    let of_runs = |name: &String| name.contains("offset");
+    assert!(
+        report.effects.iter().all(|effect| !effect.parameters.keys().any(of_runs)),
+        "{:?}",
+        report.effects
+    );
+    let gap = &report.gap;
+    assert!(gap.fit.extended < 0.15 * gap.fit.calibrated, "{:?}", gap.fit);
+    assert!(gap.holdout.extended < 0.5 * gap.holdout.calibrated, "{:?}", gap.holdout);
 }

@@ -49,7 +49,10 @@ pub fn load(folder: &Path, vehicle: VehicleParameters) -> Result<Case, CaseError
     let mut notes = Vec::new();
     let fit = read(folder, "fit", &vehicle, &mut notes)?;
     let holdout = read(folder, "holdout", &vehicle, &mut notes)?;
-    let [fit, holdout] = [fit, holdout].map(|parts| parts.iter().map(run).collect::<Vec<Run>>());
+    let [mut fit, holdout] = [fit, holdout].map(|parts| parts.iter().map(run).collect::<Vec<Run>>());
+    for (number, run) in (1..).zip(&mut fit) {
+        run.samples.iter_mut().for_each(|sample| sample.input.recording = number);
+    }
     if fit.iter().chain(&holdout).any(|run| run.rail == RailClass::Undeclared) {
         notes.push(
             "runs whose names declare no rail (dry, wet, low) are taken to be on one rail of their own; its adhesion is \

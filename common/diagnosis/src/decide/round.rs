@@ -84,11 +84,14 @@ impl Gain {
     }
 }
 
-/// Later rounds start from where a candidate ended before, and from its first start.
+/// Later rounds start from where a candidate ended before, and from its first start; a stretch of track, which another effect
+/// may have drawn to a wrong place before, from all of them.
 pub(crate) fn start_from(candidate: &mut Candidate, before: &Round) {
     let ended = before.gains.iter().find(|gain| gain.id == candidate.spec.id);
     let Some(effect) = ended.and_then(Gain::led) else { return };
-    candidate.starts.truncate(1);
+    if !candidate.is_stretch() {
+        candidate.starts.truncate(1);
+    }
     candidate.starts.push(effect);
 }
 
@@ -240,7 +243,7 @@ fn cost(current: &FrozenFit, frozen: &FrozenFit, criteria: &Criteria) -> f64 {
     let acceptance = &criteria.acceptance;
     let effects = &frozen.fitted.shape.effects;
     let last = effects.len().saturating_sub(1);
-    let adjusted = effects.last().map_or(0, |effect| effect.parameters.len());
+    let adjusted = effects.last().map_or(0, FittedEffect::own_parameters);
     let imitates = last > 0 && frozen.fitted.is_on_bound(last);
     let gain = (current.evidence_cost() - frozen.evidence_cost()).max(0.0);
     frozen.evidence_cost()

@@ -109,7 +109,9 @@ impl Problem for Innovations<'_> {
         range: std::ops::Range<usize>,
     ) -> Vec<Vec<f64>> {
         if !self.whitening.is_tolerant() {
-            return solver::differences(parameters, theta, base, range, |theta| self.residuals(theta));
+            let all = |theta: &[f64]| self.residuals(theta);
+            let of = |theta: &[f64], block: usize| self.block_residuals(theta, block);
+            return solver::differences(parameters, theta, (base, self.block_ends()), range, all, of);
         }
         if range.is_empty() {
             return Vec::new();
@@ -121,7 +123,12 @@ impl Problem for Innovations<'_> {
             paths.iter().for_each(|path| path.residuals(&built, &mut out));
             out
         };
-        solver::differences(parameters, theta, base, range, along)
+        let of = |theta: &[f64], block: usize| {
+            let mut out = Vec::new();
+            paths[block].residuals(&self.shape.build(theta), &mut out);
+            out
+        };
+        solver::differences(parameters, theta, (base, self.block_ends()), range, along, of)
     }
 
     fn residuals(&self, theta: &[f64]) -> Vec<f64> {
@@ -215,6 +222,23 @@ impl<'a> Windows<'a> {
     }
 }
 
+impl Windows<'_> {
+    /// Appends the weighted errors of one run.
+    fn errors(&self, built: &Built, block: usize, out: &mut Vec<f64>) {
+        let (run, weights) = (&self.runs[block], &self.weights[block]);
+        for (window, weight) in open_loop::predict(built, run).iter().zip(weights) {
+            let root = (weight * INDEPENDENT_SHARE).sqrt();
+            for (k, predicted) in window.range.clone().zip(&window.outputs) {
+                let innovation = run.samples[k].innovation(predicted);
+                for j in 0..run.outputs() {
+                    let error = -root * innovation[j] / self.sigma[j];
+                    out.push(if error.is_finite() { error.clamp(-1e5, 1e5) } else { 1e5 });
+                }
+            }
+        }
+    }
+}
+
 /// Share of the samples of a window that count as independent: open-loop errors drift slowly, and a gap of two is clutter.
 const INDEPENDENT_SHARE: f64 = 0.01;
 
@@ -225,24 +249,14 @@ impl Problem for Windows<'_> {
     fn residuals(&self, theta: &[f64]) -> Vec<f64> {
         let built = self.shape.build(theta);
         let mut out = Vec::with_capacity(self.ends.last().copied().unwrap_or(0));
-        for (run, weights) in self.runs.iter().zip(&self.weights) {
-            for (window, weight) in open_loop::predict(&built, run).iter().zip(weights) {
-                let root = (weight * INDEPENDENT_SHARE).sqrt();
-                for (k, predicted) in window.range.clone().zip(&window.outputs) {
-                    let innovation = run.samples[k].innovation(predicted);
-                    for j in 0..run.outputs() {
-                        let error = -root * innovation[j] / self.sigma[j];
-                        out.push(if error.is_finite() { error.clamp(-1e5, 1e5) } else { 1e5 });
-                    }
-                }
-            }
-        }
+        (0..self.runs.len()).for_each(|block| self.errors(&built, block, &mut out));
         out
     }
 
     fn block_residuals(&self, theta: &[f64], block: usize) -> Vec<f64> {
-        let from = if block == 0 { 0 } else { self.ends[block - 1] };
-        self.residuals(theta)[from..self.ends[block]].to_vec()
+        let mut out = Vec::new();
+        self.errors(&self.shape.build(theta), block, &mut out);
+        out
     }
 
     fn block_ends(&self) -> &[usize] {

@@ -5,10 +5,11 @@
 
 use crate::model::parameters::Parameter;
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use std::borrow::Cow;
 
 /// A problem: residuals in blocks as functions of the parameters.
-pub trait Problem {
+pub trait Problem: Sync {
     /// Residuals, block after block; the blocks' lengths never change.
     fn residuals(&self, theta: &[f64]) -> Vec<f64>;
     /// End of each block in the vector of residuals.
@@ -25,7 +26,9 @@ pub trait Problem {
         base: &[f64],
         range: std::ops::Range<usize>,
     ) -> Vec<Vec<f64>> {
-        differences(parameters, theta, base, range, |theta| self.residuals(theta))
+        let (all, of) =
+            (|theta: &[f64]| self.residuals(theta), |theta: &[f64], b| self.block_residuals(theta, b));
+        differences(parameters, theta, (base, self.block_ends()), range, all, of)
     }
 }
 
@@ -82,15 +85,18 @@ fn prior_cost(parameters: &[Parameter], theta: &[f64]) -> f64 {
     parameters.iter().zip(theta).map(term).sum()
 }
 
-/// Derivatives of `residuals`, whose value at `theta` is `base`, with respect to the parameters `which`, by differences.
+/// Derivatives of `residuals`, whose value at `theta` is `base` with blocks that end at `ends`, with respect to the parameters
+/// `which`, by differences. `of_block` are the residuals of one block alone, for parameters that concern no other.
 pub fn differences(
     parameters: &[Parameter],
     theta: &[f64],
-    base: &[f64],
+    (base, ends): (&[f64], &[usize]),
     which: std::ops::Range<usize>,
-    residuals: impl Fn(&[f64]) -> Vec<f64>,
+    residuals: impl Fn(&[f64]) -> Vec<f64> + Sync,
+    of_block: impl Fn(&[f64], usize) -> Vec<f64> + Sync,
 ) -> Vec<Vec<f64>> {
     which
+        .into_par_iter()
         .map(|j| {
             let p = &parameters[j];
             let mut by = DIFFERENCE * p.scale;
@@ -99,8 +105,17 @@ pub fn differences(
             }
             let mut moved = theta.to_vec();
             moved[j] += by;
-            let mut column = residuals(&moved);
-            column.iter_mut().zip(base).for_each(|(c, b)| *c = (*c - b) / by);
+            let slope = |(there, here): (&mut f64, &f64)| *there = (*there - here) / by;
+            let Some(block) = p.run.filter(|block| *block < ends.len()) else {
+                let mut column = residuals(&moved);
+                column.iter_mut().zip(base).for_each(slope);
+                return column;
+            };
+            let own = if block == 0 { 0 } else { ends[block - 1] }..ends[block];
+            let mut part = of_block(&moved, block);
+            part.iter_mut().zip(&base[own.clone()]).for_each(slope);
+            let mut column = vec![0.0; base.len()];
+            column[own].copy_from_slice(&part);
             column
         })
         .collect()

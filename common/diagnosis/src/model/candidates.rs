@@ -2,6 +2,7 @@
 
 use crate::data::case::Case;
 use crate::model::parameters::FittedEffect;
+use crate::model::track_offset;
 use railgrip_vehicle::effects::{self, Constructor, EffectSpec, ParameterSpec, Term};
 
 /// A candidate: one effect, its forms (values of discrete parameters) and starts.
@@ -11,6 +12,18 @@ pub struct Candidate {
     pub spec: &'static EffectSpec,
     /// One entry for each start of a fit.
     pub starts: Vec<FittedEffect>,
+}
+
+impl Candidate {
+    /// Whether it acts on a stretch of track, which is to be found.
+    pub(crate) fn is_stretch(&self) -> bool {
+        start_of_stretch(self.spec).is_some()
+    }
+}
+
+/// Index of the parameter that says where a stretch of track begins.
+fn start_of_stretch(spec: &EffectSpec) -> Option<usize> {
+    spec.parameters.iter().position(|parameter| parameter.name == "start_m")
 }
 
 /// All candidates but those in `without`: the catalogue in its order, then own effects. What only pushes the body of a
@@ -24,19 +37,23 @@ pub fn all(case: &Case, without: &[String]) -> Vec<Candidate> {
 
 fn candidate(case: &Case, spec: &'static EffectSpec, constructor: Constructor) -> Candidate {
     let track = track(case);
-    let values: Vec<Vec<f64>> = match spec.parameters.iter().position(|p| p.name == "start_m") {
+    let values: Vec<Vec<f64>> = match start_of_stretch(spec) {
         Some(start) => stretches(spec, start, track),
-        None => grid(spec, case.wheelsets()),
+        None => grid(spec),
     };
-    let starts = values.iter().map(|v| FittedEffect::of_catalogue(spec, constructor, v)).collect();
-    Candidate { spec, starts }
+    let values = with_discrete(spec, case.wheelsets(), values);
+    let start = |values: &Vec<f64>| {
+        let effect = FittedEffect::of_catalogue(spec, constructor, values);
+        if track_offset::matters(spec) { effect.with_track_offsets(case.fit.len()) } else { effect }
+    };
+    Candidate { spec, starts: values.iter().map(start).collect() }
 }
 
 /// The parameter that numbers a wheelset.
 const WHEELSET: &str = "wheelset";
 
-/// The defaults, each parameter's further starts one at a time, all of it for each discrete value.
-fn grid(spec: &EffectSpec, wheelsets: usize) -> Vec<Vec<f64>> {
+/// The defaults, and each parameter's further starts one at a time.
+fn grid(spec: &EffectSpec) -> Vec<Vec<f64>> {
     let default = |p: &ParameterSpec| p.default;
     let mut starts = vec![spec.parameters.iter().map(default).collect::<Vec<f64>>()];
     for (i, p) in spec.parameters.iter().enumerate().filter(|(_, p)| !p.discrete) {
@@ -46,6 +63,11 @@ fn grid(spec: &EffectSpec, wheelsets: usize) -> Vec<Vec<f64>> {
             starts.push(start);
         }
     }
+    starts
+}
+
+/// All of `starts` for each value of each discrete parameter.
+fn with_discrete(spec: &EffectSpec, wheelsets: usize, mut starts: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     for (i, p) in spec.parameters.iter().enumerate().filter(|(_, p)| p.discrete) {
         // Wheelsets that the wagon has not got are not to blame.
         let exists = |value: &&f64| p.name != WHEELSET || **value <= wheelsets as f64;
@@ -75,11 +97,18 @@ fn stretches(spec: &EffectSpec, start: usize, (from, to): (f64, f64)) -> Vec<Vec
             let mut values: Vec<f64> = spec.parameters.iter().map(|p| p.default).collect();
             values[start] = from + begin * length;
             values[start + 1] = share * length;
+            // Wide edges lead a fit to its place from afar.
+            if let Some(edge) = spec.parameters.iter().position(|p| p.name == "edge_m") {
+                values[edge] = EDGE_SHARE * share * length;
+            }
             let clamp = |(v, p): (&f64, &ParameterSpec)| v.clamp(p.lower, p.upper);
             values.iter().zip(spec.parameters).map(clamp).collect()
         })
         .collect()
 }
+
+/// Length of the edges from which a fit starts, as a share of the stretch.
+const EDGE_SHARE: f64 = 0.3;
 
 /// Begin and length of the stretches tried, as shares of the track.
 const STRETCHES: [(f64, f64); 6] =

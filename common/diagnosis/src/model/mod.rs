@@ -4,3 +4,4 @@ pub mod candidates;
 pub mod discrepancy;
 pub mod parameters;
 pub mod places;
+pub mod track_offset;

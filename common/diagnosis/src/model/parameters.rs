@@ -1,6 +1,7 @@
 //! What is fitted: nuisances, which differ from case to case and are never the answer, and parameters of effects.
 
 use crate::data::case::Case;
+use crate::model::track_offset;
 use railgrip_vehicle::effects::{Constructor, Effect, EffectSpec};
 use railgrip_vehicle::{Constants, MAX_WHEELSETS, PerWheelset, RailClass, VehicleParameters, WagonModel};
 use std::sync::Arc;
@@ -22,6 +23,8 @@ pub struct Parameter {
     pub prior_mean: f64,
     /// One-sigma width of the prior, infinite where nothing is known.
     pub prior_sigma: f64,
+    /// The run to fit on that alone it concerns; `None` for what concerns all.
+    pub run: Option<usize>,
 }
 
 /// A quantity of the nominal model that a case may have otherwise.
@@ -97,6 +100,7 @@ impl Nuisance {
             scale: (prior_sigma / 6.0).min(0.02),
             prior_mean: 0.0,
             prior_sigma,
+            run: None,
         }
     }
 }
@@ -138,7 +142,8 @@ impl FittedEffect {
                 continue;
             }
             let away = p.default - p.neutral.unwrap_or(0.0);
-            let scale = if away != 0.0 { away.abs() } else { 0.01 * (p.upper - p.lower) };
+            let far = if away != 0.0 { away.abs() } else { 0.01 * (p.upper - p.lower) };
+            let scale = p.scale.unwrap_or(far);
             parameters.push(Parameter {
                 name: p.name.into(),
                 start: start[i],
@@ -147,11 +152,31 @@ impl FittedEffect {
                 scale,
                 prior_mean: p.default,
                 prior_sigma: p.prior_sigma,
+                run: None,
             });
         }
         let held = fixed.clone();
         let builder = move |values: &[f64]| constructor(&merge(&held, values));
         Self { spec, fixed, parameters, builder: Arc::new(builder), aligned: false }
+    }
+
+    /// This effect at positions that each of so many runs shows shifted by an offset of its own, see
+    /// [`track_offset`](crate::model::track_offset). The offsets come after the parameters of the spec.
+    pub fn with_track_offsets(&self, runs: usize) -> Self {
+        let mut shifted = self.clone();
+        let own = shifted.parameters.len();
+        shifted.parameters.extend((0..runs).map(track_offset::parameter));
+        let inner = Arc::clone(&self.builder);
+        shifted.builder = Arc::new(move |values: &[f64]| {
+            let (own, offsets_m) = values.split_at(own.min(values.len()));
+            Box::new(track_offset::Shifted::new(inner(own), offsets_m.to_vec()))
+        });
+        shifted
+    }
+
+    /// The continuous parameters of its spec, without offsets of single runs.
+    pub fn own_parameters(&self) -> usize {
+        self.parameters.iter().filter(|parameter| parameter.run.is_none()).count()
     }
 
     /// A flexible discrepancy.

@@ -7,6 +7,7 @@ use crate::predict::open_loop::{self, Prediction, Tally, sigmas};
 use railgrip_recording::{RecordingError, Table};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
 use std::path::Path;
 
 /// The three models of a report.
@@ -26,7 +27,7 @@ pub struct Predicted {
 /// Predicts runs with three models. Outputs are rounded as the files hold them, so that the gaps follow from the files.
 pub fn predict(case: &Case, runs: &[Run], models: [&Built; 3]) -> Vec<Predicted> {
     let sigma = sigmas(&case.vehicle.sensors);
-    runs.iter()
+    runs.par_iter()
         .map(|run| {
             let windows = models.map(|built| {
                 let mut windows = open_loop::predict(built, run);

@@ -22,6 +22,7 @@ use crate::words::findings::AMBIENT_C;
 use crate::words::format::{plain, term};
 use crate::write::details;
 use crate::write::predictions::{self, Predicted};
+use rayon::prelude::*;
 
 /// Rivals of an effect that are listed.
 const RIVALS: usize = 4;
@@ -138,7 +139,9 @@ fn effects(
             let gain = round.and_then(|round| round.own_filter_gain(spec.id)).unwrap_or(total);
             let range = shape.range_of(e);
             let intervals = details::intervals(selection, models, criteria.report.widening);
-            let fitted = shape.effects[e].parameters.iter().zip(range).map(|(p, i)| {
+            // Offsets of single runs belong to these recordings and not to the effect.
+            let own = shape.effects[e].parameters.iter().zip(range).filter(|(p, _)| p.run.is_none());
+            let fitted = own.map(|(p, i)| {
                 (p.name.clone(), ParameterEstimate { value: models.extended[i], ci95: intervals[i] })
             });
             // Which wheelset, which form: chosen, not estimated.
@@ -198,7 +201,7 @@ fn candidates(
         false => acceptance::counted_gain(&selection.base, g, criteria),
     };
     order
-        .into_iter()
+        .into_par_iter()
         .map(|g| {
             let built = g.fitted.shape.build(&g.fitted.fit.theta);
             let tallies: Vec<Tally> =

@@ -123,7 +123,7 @@ impl Effect for SelfCleaning {
 pub static PATCH: EffectSpec = EffectSpec {
     id: "low_adhesion_patch",
     term: Term::Adhesion,
-    equation: "mu0 times 1 - d for x in [x0, x0 + L], at each wheelset's own position",
+    equation: "mu0 times 1 - d for x in [x0, x0 + L] with edges of length e, at each wheelset's own position",
     source: "leaves and oil leave 0.02 to 0.08 over 10 to 200 m; general knowledge",
     parameters: &[
         ParameterSpec {
@@ -133,6 +133,8 @@ pub static PATCH: EffectSpec = EffectSpec {
             upper: 20000.0,
             default: 150.0,
             starts: &[50.0, 300.0, 500.0],
+            // A wheelset feels where a stretch begins to less than a metre.
+            scale: Some(25.0),
             ..ParameterSpec::PLAIN
         },
         ParameterSpec {
@@ -152,6 +154,26 @@ pub static PATCH: EffectSpec = EffectSpec {
             neutral: Some(0.0),
             ..ParameterSpec::PLAIN
         },
+        // How sharply leaves or oil begin is not known.
+        ParameterSpec {
+            name: "edge_m",
+            unit: "m",
+            lower: 1.0,
+            upper: 100.0,
+            default: 3.0,
+            starts: &[],
+            ..ParameterSpec::PLAIN
+        },
+        // Who keeps one position for a whole wagon, as some simulators do, finds the stretch under all wheelsets at once.
+        ParameterSpec {
+            name: "spread",
+            lower: 0.0,
+            upper: 1.0,
+            default: 1.0,
+            starts: &[1.0, 0.0],
+            discrete: true,
+            ..ParameterSpec::PLAIN
+        },
     ],
     hidden: &[],
     twins: &[Twin::look_alike("grade")],
@@ -164,15 +186,21 @@ pub struct Patch {
     start_m: f64,
     length_m: f64,
     loss: f64,
+    edge_m: f64,
+    /// How far wheelsets are from the position of the wagon, relative to where they are: one, or zero for one position for all.
+    spread: f64,
 }
-
-/// Width over which a stretch of track sets in, m.
-const EDGE_M: f64 = 3.0;
 
 impl Patch {
     /// From the values of the spec's parameters.
     pub fn boxed(values: &[f64]) -> Box<dyn Effect> {
-        Box::new(Self { start_m: values[0], length_m: values[1], loss: values[2] })
+        Box::new(Self {
+            start_m: values[0],
+            length_m: values[1],
+            loss: values[2],
+            edge_m: values[3],
+            spread: values[4],
+        })
     }
 }
 
@@ -182,8 +210,8 @@ impl Effect for Patch {
     }
 
     fn adhesion_peak(&self, wheelset: usize, at: &Operating, _hidden: &[f64], peak: f64) -> f64 {
-        let position_m = at.position_m + at.wheelset_position_m[wheelset];
-        let inside = window_share(position_m, self.start_m, self.length_m, EDGE_M);
+        let position_m = at.position_m + self.spread * at.wheelset_position_m[wheelset];
+        let inside = window_share(position_m, self.start_m, self.length_m, self.edge_m);
         peak * (1.0 - self.loss * inside)
     }
 }

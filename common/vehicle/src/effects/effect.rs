@@ -85,6 +85,8 @@ pub struct ParameterSpec {
     pub starts: &'static [f64],
     /// Whether only the values of `starts` make sense (the number of a wheelset, say).
     pub discrete: bool,
+    /// Size of a change that matters, where the distance between default and neutral value does not tell.
+    pub scale: Option<f64>,
 }
 
 impl ParameterSpec {
@@ -99,6 +101,7 @@ impl ParameterSpec {
         prior_sigma: f64::INFINITY,
         starts: &[],
         discrete: false,
+        scale: None,
     };
 }
 
@@ -166,6 +169,8 @@ pub struct Operating {
     pub acceleration_m_s2: f64,
     /// Position along the track, m.
     pub position_m: f64,
+    /// Number of the recording, from one, for what differs from one to the next; 0 where nobody said.
+    pub recording: usize,
     /// How far each wheelset is ahead of that position, m.
     pub wheelset_position_m: PerWheelset,
     /// Sanding demand, 0 to 1.

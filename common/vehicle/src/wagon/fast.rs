@@ -30,6 +30,8 @@ pub struct SampleInput {
     pub sanding: f64,
     /// Position along the track, m.
     pub position_m: f64,
+    /// Number of the recording that this sample belongs to, from one; 0 where it is of none that is told apart.
+    pub recording: usize,
     /// Angle of each wheelset since the start of the run, rad: the integral of its recorded speed.
     pub wheel_angle_rad: PerWheelset,
 }
@@ -118,6 +120,7 @@ impl<'a> FastWagon<'a> {
             v_m_s: motion.state[0],
             acceleration_m_s2: motion.acceleration_m_s2,
             position_m: input.position_m,
+            recording: input.recording,
             wheelset_position_m: self.model.constants().wheelset_positions_m,
             sanding: input.sanding,
             grade_rad: input.grade_rad,

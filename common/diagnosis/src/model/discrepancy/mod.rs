@@ -160,6 +160,7 @@ fn discrepancy(case: &Case, (place, scope, covariate, term): Tried) -> Option<Di
         scale,
         prior_mean: 0.0,
         prior_sigma: 30.0 * scale,
+        run: None,
     };
     let parameters = knots.iter().filter(|x| is_free(covariate, **x)).map(parameter).collect();
     let spec = spec_of(term);

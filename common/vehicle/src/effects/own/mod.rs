@@ -243,6 +243,7 @@ fn publish(written: OwnEffect, law: Compiled) -> Known {
             prior_sigma: p.prior_sigma.unwrap_or(f64::INFINITY),
             starts: Vec::leak(p.starts.clone()),
             discrete: false,
+            scale: None,
         })
         .collect();
     let twins: Vec<Twin> = written.twins.iter().map(|id| Twin::look_alike(kept(id))).collect();
