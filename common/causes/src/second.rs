@@ -166,24 +166,26 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
     sum / count
 }
 
-/// Mean and slope of equally spaced values.
+/// Value in the middle and slope of the line through equally spaced values, by least squares. Where some are missing, the middle of
+/// those that are there is not the middle of the second: without that, one gap in fifty turns 45 rad/s into a slope of 5 rad/s².
 fn line(values: impl Iterator<Item = f64>, count: usize, dt_s: f64) -> Line {
     let middle = 0.5 * (count as f64 - 1.0);
-    let (mut sum, mut moment, mut weight, mut present) = (0.0, 0.0, 0.0, 0.0);
+    let (mut sum, mut moment, mut times, mut squares, mut present) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for (index, value) in values.enumerate().filter(|(_, value)| value.is_finite()) {
         let t = (index as f64 - middle) * dt_s;
         sum += value;
         moment += t * value;
-        weight += t * t;
+        times += t;
+        squares += t * t;
         present += 1.0;
     }
     let share = if count > 0 { present / count as f64 } else { 0.0 };
-    let known = share >= WHOLE_SHARE && weight > 0.0;
-    Line {
-        mean: if known { sum / present } else { f64::NAN },
-        slope: if known { moment / weight } else { f64::NAN },
-        present: share,
+    let weight = squares - times * times / present;
+    if share < WHOLE_SHARE || weight.is_nan() || weight <= 0.0 {
+        return Line { mean: f64::NAN, slope: f64::NAN, present: share };
     }
+    let slope = (moment - times * sum / present) / weight;
+    Line { mean: (sum - slope * times) / present, slope, present: share }
 }
 
 #[cfg(test)]
@@ -208,6 +210,21 @@ mod tests {
         let wobbling = second(|t| 44.0 + 0.5 * (44.0 * t).sin());
         assert!((wobbling.once_a_turn - 0.5).abs() < 0.03, "{}", wobbling.once_a_turn);
         assert!(wobbling.scatter < 0.1 * wobbling.once_a_turn);
+    }
+
+    #[test]
+    fn one_missing_value_changes_neither_mean_nor_slope() {
+        let whole = second(|t| 44.0 - 2.0 * t);
+        for missing in [0.0, 0.5, 0.98] {
+            let gappy = second(|t| if (t - missing).abs() < 1e-9 { f64::NAN } else { 44.0 - 2.0 * t });
+            assert!((gappy.omega.slope + 2.0).abs() < 1e-9, "{} without {missing} s", gappy.omega.slope);
+            assert!(
+                (gappy.omega.mean - whole.omega.mean).abs() < 1e-9,
+                "{} without {missing} s",
+                gappy.omega.mean
+            );
+            assert!(gappy.largest < 1e-9, "rings by {} without {missing} s", gappy.largest);
+        }
     }
 
     #[test]
