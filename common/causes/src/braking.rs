@@ -5,8 +5,8 @@ use crate::robust::median;
 /// An application begins above this order and ends below that.
 const BEGINS_ABOVE: f64 = 0.05;
 const ENDS_BELOW: f64 = 0.03;
-/// Nominal retardation of the pads that counts as braking where no order is known, m/s².
-const PRESSED_M_S2: f64 = 0.04;
+/// Nominal retardation of pads and electric brake that counts as braking where no order is known, m/s².
+const HELD_M_S2: f64 = 0.04;
 
 /// Whether the train brakes, and since when.
 #[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
@@ -30,14 +30,15 @@ pub(crate) enum Turn {
 }
 
 impl Braking {
-    /// Takes a second: orders that the wagons heard (NaN where unknown) and nominal retardations of their pads.
-    pub(crate) fn take(&mut self, time_s: f64, dt_s: f64, orders: &[f64], pads_m_s2: &mut Vec<f64>) -> Turn {
+    /// Takes a second: orders that the wagons heard (NaN where unknown) and nominal retardations of their
+    /// pads and electric brakes, m/s².
+    pub(crate) fn take(&mut self, time_s: f64, dt_s: f64, orders: &[f64], held_m_s2: &mut Vec<f64>) -> Turn {
         let order = orders.iter().copied().filter(|order| order.is_finite()).fold(f64::NAN, f64::max);
-        let pressed = median(pads_m_s2);
+        let held = median(held_m_s2);
         let (on, off) = if order.is_finite() {
             (order > BEGINS_ABOVE, order < ENDS_BELOW)
         } else {
-            (pressed > PRESSED_M_S2, pressed.is_nan() || pressed < 0.5 * PRESSED_M_S2)
+            (held > HELD_M_S2, held.is_nan() || held < 0.5 * HELD_M_S2)
         };
         self.released_s += dt_s;
         match self.since_s {

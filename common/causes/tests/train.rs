@@ -210,6 +210,44 @@ fn brakes_that_weigh_tell_a_wrong_load() {
     assert_eq!(weighs([1.3, 0.8, 0.75, 1.1, 0.6]), Vec::<Vec<usize>>::new());
 }
 
+/// Two driven wagons brake nearly twice as hard for their mass as the others, because they brake for them: that says nothing of what
+/// they weigh. A wagon that is not driven is still told beside its own kind.
+#[test]
+fn driven_wagons_that_brake_for_the_others_are_not_heavier() {
+    let said = |shares: [f64; WAGONS]| {
+        let watch = day_that_says(Wrong::Nothing, &[], |step, readings| {
+            let driving = timetable(step as f64 * DT_S).0 > 0.0;
+            for (index, (reading, share)) in readings.iter_mut().zip(shares).enumerate() {
+                reading.pressing_force_n.iter_mut().for_each(|force_n| *force_n *= share);
+                let torque_nm = if driving && index < 2 { 4000.0 } else { 0.0 };
+                reading.drive_torque_nm = [torque_nm; 4];
+            }
+        });
+        let payload = watch.alerts().iter().filter(|alert| alert.cause == Cause::Payload);
+        payload.map(|alert| alert.wagons.clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(said([1.9, 1.88, 1.0, 0.99, 1.01]), Vec::<Vec<usize>>::new());
+    assert_eq!(said([1.0, 1.01, 1.0, 0.7, 0.99]), vec![vec![3]]);
+}
+
+/// Most wagons brake electrically until shortly before they stand, the others with their pads, and nobody tells the order: pads that
+/// press meanwhile do not drag.
+#[test]
+fn pads_beside_an_electric_brake_do_not_drag_where_no_order_is_known() {
+    let watch = day_that_says(Wrong::Nothing, &[], |step, readings| {
+        let electric = (step as f64 * DT_S) % 150.0 < 128.0;
+        for (index, reading) in readings.iter_mut().enumerate() {
+            reading.brake_demand = f64::NAN;
+            for k in (0..4).filter(|_| index < 3 && electric) {
+                reading.drive_torque_nm[k] = -0.35 * 0.25 * reading.pressing_force_n[k];
+                reading.pressing_force_n[k] = 0.0;
+            }
+        }
+    });
+    let drag = watch.alerts().iter().filter(|alert| alert.cause == Cause::Dragging);
+    assert_eq!(drag.collect::<Vec<_>>(), Vec::<&Alert>::new());
+}
+
 /// A transducer without clipping that reads a tenth too little shows less than none when the brake is released: it is named, and not
 /// the three that show none.
 #[test]

@@ -2,7 +2,7 @@
 
 use super::limits::{LOAD, LOAD_ALONE, LOAD_PRESSED, LOCOMOTIVES, PRESSED_APART};
 use crate::cause::{Cause, Grade};
-use crate::robust::spread;
+use crate::robust::{median, spread};
 use crate::watch::{TrainWatch, Wagon};
 
 impl TrainWatch {
@@ -52,16 +52,36 @@ impl TrainWatch {
         let apart: Vec<(usize, f64, f64)> = pressed.iter().map(beside).collect();
         // How far wagons lie from one another in sigmas of their entries: brakes that do not weigh show here.
         let beyond = spread(apart.iter().map(|(_, off, sigma)| off / sigma), 4).max(1.0);
-        let far = |(_, off, sigma): &&(usize, f64, f64)| {
-            off.abs() > LOAD_PRESSED.0.max(LOAD_PRESSED.1 * beyond * sigma)
+        // Driven wagons may brake electrically for those that are not, so that a wagon must stand out among its own kind, too.
+        let among_alike = |index: usize, share: f64| {
+            let alike = pressed.iter().filter(|(other, ..)| {
+                *other != index && self.wagons[*other].drives == self.wagons[index].drives
+            });
+            let mut shares: Vec<f64> = alike.map(|(_, share, _)| *share).collect();
+            if shares.len() < 2 { 0.0 } else { share / median(&mut shares) - 1.0 }
+        };
+        let far = |&(index, off, sigma): &(usize, f64, f64)| {
+            let share = pressed.iter().find(|(other, ..)| *other == index)?.1;
+            let off = nearer(off, among_alike(index, share));
+            let beyond = LOAD_PRESSED.0.max(LOAD_PRESSED.1 * beyond * sigma);
+            (off.abs() > beyond).then_some((index, off, sigma))
         };
         let Some((index, off, _)) =
-            apart.iter().filter(far).max_by(|a, b| (a.1.abs() / a.2).total_cmp(&(b.1.abs() / b.2)))
+            apart.iter().filter_map(far).max_by(|a, b| (a.1.abs() / a.2).total_cmp(&(b.1.abs() / b.2)))
         else {
             return;
         };
         let reason = format!("its brakes press as if it weighed {:+.0} % of what was entered", 100.0 * off);
-        self.suspect(Cause::Payload, (*index, vec![]), (Grade::Watch, 0.9, 2), &[], reason);
+        self.suspect(Cause::Payload, (index, vec![]), (Grade::Watch, 0.9, 2), &[], reason);
+    }
+}
+
+/// The one that is nearer to nothing, and nothing where they differ in sign.
+fn nearer(a: f64, b: f64) -> f64 {
+    match () {
+        () if a * b <= 0.0 => 0.0,
+        () if a.abs() < b.abs() => a,
+        () => b,
     }
 }
 

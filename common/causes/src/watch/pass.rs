@@ -26,15 +26,19 @@ const DRIVES_NM: f64 = 500.0;
 impl TrainWatch {
     pub(super) fn follow_braking(&mut self, seconds: &[WagonSecond]) {
         let orders: Vec<f64> = seconds.iter().map(|second| second.demand).collect();
-        let pads = |(wagon, second): (&Wagon, &WagonSecond)| {
+        let held = |(wagon, second): (&Wagon, &WagonSecond)| {
             let file = &wagon.file;
-            let force_n: f64 = second.wheel[..wagon.wheel.len()].iter().map(|wheel| wheel.press_n).sum();
-            file.pad_friction * force_n * file.pad_radius_m / (file.radius_m * file.mass_kg)
+            let wheels = &second.wheel[..wagon.wheel.len()];
+            let force_n: f64 = wheels.iter().map(|wheel| wheel.press_n).sum();
+            // Where no order is known, a train whose driven wagons brake electrically has not released the pads of the others.
+            let electric_nm: f64 = wheels.iter().map(|wheel| (-wheel.drive_nm).max(0.0)).sum();
+            let pads_nm = file.pad_friction * force_n * file.pad_radius_m;
+            (pads_nm + electric_nm) / (file.radius_m * file.mass_kg)
         };
-        let mut pads_m_s2 = self.wagons.iter().zip(seconds).map(pads).collect();
+        let mut held_m_s2 = self.wagons.iter().zip(seconds).map(held).collect();
         self.most_order =
             orders.iter().copied().filter(|order| order.is_finite()).fold(self.most_order, f64::max);
-        match self.braking.take(self.time_s, SECOND_S, &orders, &mut pads_m_s2) {
+        match self.braking.take(self.time_s, SECOND_S, &orders, &mut held_m_s2) {
             Turn::Began => {
                 self.most_order = 0.0;
                 self.falls_due_s = self.falls_due_s.min(self.time_s);
