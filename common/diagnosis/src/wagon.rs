@@ -104,7 +104,7 @@ fn diagnose_and<T>(
     let heard = selection::heard(&base, &criteria);
     let case = heard.as_ref().unwrap_or(case);
     if heard.is_some() {
-        base = selection::calibrate(case);
+        base = selection::calibrate_again(case, &base);
     }
 
     // Localise: let one place of the equations err after the other. Where that gains most, the model is wrong, whatever the
@@ -118,10 +118,17 @@ fn diagnose_and<T>(
 
     // A filter takes what is slow for pads that drift. On the windows of the gap it is told from them: effects that gained too
     // little are looked at there, and further ones.
-    let search = Search { case, alignments: &alignments, without: &options.without, criteria: &criteria };
+    let calibrated = Models::calibrated(case, &selection.base.fitted);
+    let search = Search {
+        case,
+        alignments: &alignments,
+        calibrated: &calibrated,
+        without: &options.without,
+        criteria: &criteria,
+    };
     if !case.is_coupled() {
         progress("gap");
-        if let Some(faint) = in_gap::first(case, &selection, &criteria) {
+        if let Some(faint) = in_gap::first(case, &selection, &calibrated, &criteria) {
             selection.take_faint(faint, &criteria);
         }
         while let Some(further) = search.further(&selection)
@@ -138,7 +145,7 @@ fn diagnose_and<T>(
     progress("fit on windows");
     let fitted = |judgement: &Judgement, selection: &Selection| {
         let named = judgement.decision.names_effects().then_some(&selection.best.fitted);
-        Models::fit(case, &selection.base.fitted, named)
+        calibrated.extended_by(case, named)
     };
     let mut models = fitted(&judgement, &selection);
     // A further effect whose strength may be none and without which the gap is the same is none, however sure a filter is.
@@ -165,7 +172,7 @@ fn diagnose_and<T>(
         judgement.decision = in_practice(judgement.decision, &practice(&fit, &holdout), &criteria);
         let is_unnamed = judgement.decision.verdict == Verdict::Unknown;
         if is_unnamed && let Some(missing) = &judgement.missing {
-            let models = Models::fit(thin, &selection.base.fitted, Some(&missing.fitted));
+            let models = calibrated.extended_by(thin, Some(&missing.fitted));
             let built = models.build();
             let practice = practice(&predict(&built, &case.fit), &predict(&built, &case.holdout));
             judgement.decision = in_practice_of_curve(judgement.decision, &practice, &criteria);
@@ -174,7 +181,7 @@ fn diagnose_and<T>(
         judgement.look_beside();
         if named.is_some() && !judgement.decision.names_effects() {
             named = None;
-            models = Models::fit(thin, &selection.base.fitted, named);
+            models = calibrated.clone();
             built = models.build();
             (fit, holdout) = (predict(&built, &case.fit), predict(&built, &case.holdout));
         }

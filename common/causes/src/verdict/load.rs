@@ -71,17 +71,20 @@ impl TrainWatch {
         else {
             return;
         };
-        let reason = format!("its brakes press as if it weighed {:+.0} % of what was entered", 100.0 * off);
+        let reason =
+            format!("its brakes press as if it weighed {:.0} % of what was entered", 100.0 * (1.0 + off));
         self.suspect(Cause::Payload, (index, vec![]), (Grade::Watch, 0.9, 2), &[], reason);
     }
 }
 
 /// The one that is nearer to nothing, and nothing where they differ in sign.
 fn nearer(a: f64, b: f64) -> f64 {
-    match () {
-        () if a * b <= 0.0 => 0.0,
-        () if a.abs() < b.abs() => a,
-        () => b,
+    if a * b <= 0.0 {
+        0.0
+    } else if a.abs() < b.abs() {
+        a
+    } else {
+        b
     }
 }
 

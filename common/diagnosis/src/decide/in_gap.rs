@@ -23,13 +23,16 @@ use rayon::prelude::*;
 /// The likeliest effect, of those that gain little by a filter, that shrinks the gap of the fitted runs beyond a limit: with all
 /// windows alike, and with those on the wrong side between holding and sliding counting little. How far it shrinks is no
 /// measure beyond that, since a law that can follow many windows shrinks it in the fitted runs alone.
-pub(crate) fn first(case: &Case, selection: &Selection, criteria: &Criteria) -> Option<usize> {
+pub(crate) fn first(
+    case: &Case,
+    selection: &Selection,
+    calibrated: &Models,
+    criteria: &Criteria,
+) -> Option<usize> {
+    let before = windows::tallies(case, &calibrated.nominal, &calibrated.calibrated);
     let share = |faint: &FrozenFit| {
-        let models = Models::fit(case, &selection.base.fitted, Some(&faint.fitted));
-        shrunk_by(
-            &windows::tallies(case, &models.nominal, &models.calibrated),
-            &windows::tallies(case, &models.extended_shape, &models.extended),
-        )
+        let models = calibrated.extended_by(case, Some(&faint.fitted));
+        shrunk_by(&before, &windows::tallies(case, &models.extended_shape, &models.extended))
     };
     let shares: Vec<f64> = selection.faint.par_iter().map(share).collect();
     let cost = |index: usize| selection.faint[index].evidence_cost();
@@ -52,6 +55,8 @@ pub(crate) struct Search<'s, 'a> {
     pub(crate) case: &'a Case,
     /// Where it is kept put right for late sensors.
     pub(crate) alignments: &'a Alignments,
+    /// The calibrated model.
+    pub(crate) calibrated: &'s Models,
     /// Ids to leave out.
     pub(crate) without: &'s [String],
     /// Limits.
@@ -103,10 +108,10 @@ impl<'a> Search<'_, 'a> {
     /// Whether the last effect of `more` only mends the form of those of `now` at its place: in squares of the gap, of which
     /// each effect has closed as much as the evidence lost without it is of all.
     fn mends(&self, selection: &Selection, now: &Fit, more: &Fit) -> bool {
-        let Models { nominal, calibrated, .. } = Models::fit(self.case, &selection.base.fitted, None);
+        let Models { nominal, calibrated, .. } = self.calibrated;
         let square = |windows: &[Tally]| robust(windows).powi(2);
         let left = square(&now.windows);
-        let closed = (square(&windows::tallies(self.case, &nominal, &calibrated)) - left).max(0.0);
+        let closed = (square(&windows::tallies(self.case, nominal, calibrated)) - left).max(0.0);
         let lost = |e: usize| selection.lost_without.get(e).copied().filter(|lost| lost.is_finite());
         let lost: Vec<f64> = (0..now.shape.effects.len()).map(|e| lost(e).unwrap_or(1.0)).collect();
         let all: f64 = lost.iter().sum();

@@ -22,7 +22,7 @@ pub struct Practice {
 type Holds = fn(&Practice, &VerdictLimits) -> bool;
 
 /// The rules in their order: the verdict that each revises, the rule, and when it does.
-pub static RULES: [(Verdict, Rule, Holds); 5] = [
+pub static RULES: [(Verdict, Rule, Holds); 6] = [
     (
         Verdict::None,
         Rule {
@@ -33,16 +33,10 @@ pub static RULES: [(Verdict, Rule, Holds); 5] = [
         },
         |practice, limits| practice.calibrated() > limits.unnatural_gap,
     ),
-    (
-        Verdict::Effects,
-        Rule {
-            name: "next_to_nothing",
-            words: "The best candidate gains more than chance, but the gap is next to nothing smaller with it than without.",
-            verdict: Verdict::None,
-            missing: Missing::Nothing,
-        },
-        Practice::does_nothing,
-    ),
+    (Verdict::Effects, NEXT_TO_NOTHING, Practice::does_nothing),
+    (Verdict::EffectsAndUnknown, NEXT_TO_NOTHING, |practice, limits| {
+        practice.does_nothing(limits) && practice.calibrated() < limits.noticeable_gap
+    }),
     (
         Verdict::EffectsAndUnknown,
         Rule {
@@ -74,6 +68,14 @@ pub static RULES: [(Verdict, Rule, Holds); 5] = [
         Practice::leaves_most,
     ),
 ];
+
+/// Candidates that are beyond chance and do next to nothing to the gap.
+const NEXT_TO_NOTHING: Rule = Rule {
+    name: "next_to_nothing",
+    words: "The best candidate gains more than chance, but the gap is next to nothing smaller with it than without.",
+    verdict: Verdict::None,
+    missing: Missing::Nothing,
+};
 
 /// A free curve that is beyond chance and does next to nothing to the gap.
 pub static CURVE_NEXT_TO_NOTHING: Rule = Rule {
@@ -169,6 +171,8 @@ mod tests {
         let in_part = decide(&beside(300.0), &criteria);
         let practice = Practice { fitted: [8.0, 8.1], held_out: Some([24.0, 50.0]), predicted: None };
         assert_eq!(in_practice(in_part, &practice, &criteria).rule.name, "names_do_nothing");
+        let small = Practice { fitted: [1.4, 1.4], held_out: Some([1.5, 1.5]), predicted: None };
+        assert_eq!(in_practice(in_part, &small, &criteria).rule.name, "next_to_nothing");
         let unknown = decide(&beside(700.0), &criteria);
         let practice = Practice { fitted: [2.0; 2], held_out: None, predicted: None };
         assert_eq!(in_practice(unknown, &practice, &criteria).rule.name, unknown.rule.name);

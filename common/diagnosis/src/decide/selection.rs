@@ -103,6 +103,14 @@ pub fn calibrate(case: &Case) -> FrozenFit<'_> {
     frozen::freeze(case, &shape, &DisturbanceModel::default(), &shape.start(), TOLERANCES.len() - 1)
 }
 
+/// Fits the nuisances again on recordings whose noise was heard, from where `base` ended with the noise of the vehicle file and
+/// from one tolerance above its own.
+pub fn calibrate_again<'a>(case: &'a Case, base: &FrozenFit) -> FrozenFit<'a> {
+    let (shape, start) = (&base.fitted.shape, &base.fitted.fit.theta);
+    let from = (base.tolerance + 1).min(TOLERANCES.len() - 1);
+    frozen::freeze(case, shape, &DisturbanceModel::default(), start, from)
+}
+
 /// The case with the noise of its sensors as the recordings show it, where the vehicle file says something less likely and
 /// the calibrated model `base` is right enough to tell.
 pub fn heard(base: &FrozenFit, criteria: &Criteria) -> Option<Case> {

@@ -17,7 +17,7 @@ const EFFORT: Effort = Effort { iterations: 6, slow_columns: 0, refresh: 1, tole
 const NO_STEP: Effort = Effort { iterations: 0, slow_columns: 0, refresh: 1, tolerance: 0.02 };
 
 /// The three models of a report: shapes, and the parameters fitted on the windows.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Models {
     /// The model as the case states it.
     pub(crate) nominal: Shape,
@@ -30,19 +30,20 @@ pub(crate) struct Models {
 }
 
 impl Models {
-    /// Fits nuisances from where `base`, a fit of the nuisances on innovations, ended, and the effects of `named`. Open loop,
-    /// the couplers of a coupled wagon hide everything else: there the fits on innovations stand.
-    pub(crate) fn fit(case: &Case, base: &Fitted, named: Option<&Fitted>) -> Self {
+    /// Fits nuisances from where `base`, a fit of the nuisances on innovations, ended; the extended model is the calibrated one.
+    pub(crate) fn calibrated(case: &Case, base: &Fitted) -> Self {
         let nominal = Shape::nominal(case);
-        let fit = |case: &Case, shape: &Shape, starts: &[Vec<f64>]| match starts {
-            [innovations, ..] if case.is_coupled() => innovations.clone(),
-            _ => fit(case, shape, starts),
-        };
-        let calibrated = fit(case, &nominal, &[base.fit.theta.clone(), nominal.start()]);
+        let calibrated = fit_free(case, &nominal, &[base.fit.theta.clone(), nominal.start()]);
+        Self { extended_shape: nominal.clone(), extended: calibrated.clone(), nominal, calibrated }
+    }
+
+    /// These models with the effects of `named` in the extended one, or with none.
+    pub(crate) fn extended_by(&self, case: &Case, named: Option<&Fitted>) -> Self {
+        let (nominal, calibrated) = (self.nominal.clone(), self.calibrated.clone());
         let (extended_shape, extended) = match named {
             Some(best) => {
                 let shape = best.shape.on_recordings();
-                let extended = fit(case, &shape, std::slice::from_ref(&best.fit.theta));
+                let extended = fit_free(case, &shape, std::slice::from_ref(&best.fit.theta));
                 (shape, extended)
             }
             None => (nominal.clone(), calibrated.clone()),
@@ -94,6 +95,15 @@ impl Models {
             vehicle.effects.push(EffectEntry { id: effect.spec.id.to_owned(), parameters });
         }
         vehicle
+    }
+}
+
+/// [`fit`] of a wagon that runs alone. Open loop, the couplers of a coupled wagon hide everything else: there the fit on
+/// innovations, the first of `starts`, stands.
+fn fit_free(case: &Case, shape: &Shape, starts: &[Vec<f64>]) -> Vec<f64> {
+    match starts {
+        [innovations, ..] if case.is_coupled() => innovations.clone(),
+        _ => fit(case, shape, starts),
     }
 }
 

@@ -44,7 +44,10 @@ fn candidate(case: &Case, spec: &'static EffectSpec, constructor: Constructor) -
     let values = with_discrete(spec, case.wheelsets(), values);
     let start = |values: &Vec<f64>| {
         let effect = FittedEffect::of_catalogue(spec, constructor, values);
-        if track_offset::matters(spec) { effect.with_track_offsets(case.fit.len()) } else { effect }
+        match track_offset::matters(spec) {
+            true => effect.within_track(track).with_track_offsets(case.fit.len()),
+            false => effect,
+        }
     };
     Candidate { spec, starts: values.iter().map(start).collect() }
 }

@@ -174,6 +174,21 @@ impl FittedEffect {
         shifted
     }
 
+    /// This effect on a stretch that lies on the track `from` to `to`, m, and is not much longer than stretches are.
+    pub(crate) fn within_track(mut self, (from, to): (f64, f64)) -> Self {
+        let longest = track_offset::LONGEST_M.min(track_offset::LONGEST_SHARE * (to - from));
+        for parameter in &mut self.parameters {
+            match parameter.name.as_str() {
+                "start_m" => (parameter.lower, parameter.upper) = (parameter.lower.max(from - 50.0), to),
+                "length_m" => parameter.upper = parameter.upper.min(longest),
+                _ => continue,
+            }
+            parameter.start = parameter.start.clamp(parameter.lower, parameter.upper.max(parameter.lower));
+            parameter.upper = parameter.upper.max(parameter.lower);
+        }
+        self
+    }
+
     /// The continuous parameters of its spec, without offsets of single runs.
     pub fn own_parameters(&self) -> usize {
         self.parameters.iter().filter(|parameter| parameter.run.is_none()).count()

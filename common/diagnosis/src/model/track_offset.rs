@@ -15,6 +15,11 @@ const LARGEST_M: f64 = 6.0;
 /// Size of an offset that matters, m; a fiftieth of it is the step of differences.
 const SCALE_M: f64 = 10.0;
 
+/// Longest stretch that changes adhesion, m: twice what leaves and oil are known to cover.
+pub(crate) const LONGEST_M: f64 = 400.0;
+/// The same as a share of the track: what acts nearly everywhere is another level of adhesion, not a stretch. Set by hand.
+pub(crate) const LONGEST_SHARE: f64 = 0.5;
+
 /// Whether an effect changes what wheelsets find at a place to the metre.
 pub(crate) fn matters(spec: &EffectSpec) -> bool {
     spec.term == Term::Adhesion && spec.parameters.iter().any(|parameter| parameter.name == "start_m")
