@@ -12,7 +12,6 @@ use crate::fit::objective::Objective;
 use crate::model::candidates::Candidate;
 use crate::model::parameters::{FittedEffect, Shape};
 use crate::model::places;
-use crate::model::track_offset;
 use crate::predict::disturbances::DisturbanceModel;
 use crate::predict::localise::{self, PlaceEvidence};
 use railgrip_vehicle::effects::Term;
@@ -225,13 +224,9 @@ fn shares_place(current: &FrozenFit, candidate: &Gain) -> bool {
     current.fitted.shape.effects.iter().any(|e| places::may_share(e.spec.term, term))
 }
 
-/// Whether a finalist stands back behind others: it only mends an effect before it, lies where the model errs little, or is a
-/// stretch of low adhesion without end.
+/// Whether a finalist stands back behind others: it only mends an effect before it, or lies where the model errs little.
 fn stands_back(at: &Standpoint, frozen: &FrozenFit, criteria: &Criteria) -> bool {
     let Some(last) = frozen.fitted.shape.effects.last() else { return false };
-    if track_offset::matters(last.spec) && frozen.fitted.is_on_bound(frozen.fitted.shape.effects.len() - 1) {
-        return true;
-    }
     match at.relation(frozen, criteria) {
         Some(Relation::Mends) => true,
         Some(Relation::Apart) => {

@@ -5,7 +5,6 @@ use crate::fit::objective::Objective;
 use crate::fit::solver::{self, Effort, Fit};
 use crate::model::candidates::Candidate;
 use crate::model::parameters::{FittedEffect, Shape};
-use crate::model::track_offset;
 use rayon::prelude::*;
 
 /// A fitted model and how well it predicts.
@@ -24,17 +23,14 @@ pub struct Fitted {
 }
 
 impl Fitted {
-    /// Whether the strength of an effect sits on a bound that is not its neutral value, or a stretch that changes adhesion is as long
-    /// as it may be: what it stands for then is something else.
+    /// Whether the strength of an effect sits on a bound that is not its neutral value.
     pub(crate) fn is_on_bound(&self, effect: usize) -> bool {
         let Some(own) = self.shape.effects.get(effect) else { return false };
         let values = &self.fit.theta[self.shape.range_of(effect)];
         own.parameters.iter().zip(values).any(|(p, v)| {
             let neutral = own.spec.parameters.iter().find(|s| s.name == p.name).and_then(|s| s.neutral);
             let near = |bound: f64| (v - bound).abs() < 1e-6 * (p.upper - p.lower);
-            let endless = p.name == "length_m" && near(p.upper) && track_offset::matters(own.spec);
-            endless
-                || neutral.is_some_and(|n| (near(p.lower) && n != p.lower) || (near(p.upper) && n != p.upper))
+            neutral.is_some_and(|n| (near(p.lower) && n != p.lower) || (near(p.upper) && n != p.upper))
         })
     }
 

@@ -105,6 +105,20 @@ impl Nuisance {
     }
 }
 
+/// The offset of position of one of the runs to fit on.
+fn offset_of_run(run: usize) -> Parameter {
+    Parameter {
+        name: format!("position_offset_m of run {}", run + 1),
+        start: 0.0,
+        lower: -track_offset::LARGEST_M,
+        upper: track_offset::LARGEST_M,
+        scale: track_offset::SCALE_M,
+        prior_mean: 0.0,
+        prior_sigma: track_offset::SIGMA_M,
+        run: Some(run),
+    }
+}
+
 /// Half width of the range of a mass of which the vehicle file says nothing, relative.
 const MASS_HALF_RANGE: f64 = 0.015;
 
@@ -165,7 +179,7 @@ impl FittedEffect {
     pub fn with_track_offsets(&self, runs: usize) -> Self {
         let mut shifted = self.clone();
         let own = shifted.parameters.len();
-        shifted.parameters.extend((0..runs).map(track_offset::parameter));
+        shifted.parameters.extend((0..runs).map(offset_of_run));
         let inner = Arc::clone(&self.builder);
         shifted.builder = Arc::new(move |values: &[f64]| {
             let (own, offsets_m) = values.split_at(own.min(values.len()));

@@ -4,16 +4,15 @@
 //! less, a wheelset that slides some hundredths of a second earlier or later is off by tens of sigmas, so that what a stretch of
 //! track does to adhesion is fitted together with one offset a recording. Runs that are only predicted have none.
 
-use crate::model::parameters::Parameter;
 use railgrip_vehicle::Constants;
 use railgrip_vehicle::effects::{Effect, EffectSpec, Lateness, Observation, Operating, Term};
 
 /// Offset of a recording, one sigma, m: of the slow error of satellite positions, which the contract of cases says is 1 to 2 m.
-const SIGMA_M: f64 = 1.5;
+pub(crate) const SIGMA_M: f64 = 1.5;
 /// Largest offset, m.
-const LARGEST_M: f64 = 6.0;
+pub(crate) const LARGEST_M: f64 = 6.0;
 /// Size of an offset that matters, m; a fiftieth of it is the step of differences.
-const SCALE_M: f64 = 10.0;
+pub(crate) const SCALE_M: f64 = 10.0;
 
 /// Longest stretch that changes adhesion, m: twice what leaves and oil are known to cover.
 pub(crate) const LONGEST_M: f64 = 400.0;
@@ -23,20 +22,6 @@ pub(crate) const LONGEST_SHARE: f64 = 0.5;
 /// Whether an effect changes what wheelsets find at a place to the metre.
 pub(crate) fn matters(spec: &EffectSpec) -> bool {
     spec.term == Term::Adhesion && spec.parameters.iter().any(|parameter| parameter.name == "start_m")
-}
-
-/// The offset of one of the runs to fit on.
-pub(crate) fn parameter(run: usize) -> Parameter {
-    Parameter {
-        name: format!("position_offset_m of run {}", run + 1),
-        start: 0.0,
-        lower: -LARGEST_M,
-        upper: LARGEST_M,
-        scale: SCALE_M,
-        prior_mean: 0.0,
-        prior_sigma: SIGMA_M,
-        run: Some(run),
-    }
 }
 
 /// An effect that is asked where each recording really is.

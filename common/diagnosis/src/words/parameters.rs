@@ -34,7 +34,7 @@ const BY_ENDING: &[(&str, Shown)] = &[
 ];
 
 /// Dimensionless parameters that are no shares.
-const BARE: &[&str] = &["exponent", "damping_ratio", "wheelset", "on_dry_rail_too", "k_a", "k_s"];
+const BARE: &[&str] = &["exponent", "damping_ratio", "wheelset", "on_dry_rail_too", "k_a", "k_s", "spread"];
 
 /// Unit and scale of the parameter `name` of `owner` (an effect, or `nuisance`).
 pub fn shown(owner: &str, name: &str) -> Shown {
