@@ -91,10 +91,10 @@ fn with_discrete(spec: &EffectSpec, wheelsets: usize, mut starts: Vec<Vec<f64>>)
     starts
 }
 
-/// Stretches of a quarter of the track at its beginning, ..., at its end.
+/// Stretches of a quarter of the track at its beginning, ..., at its end, with the first spread of wheelsets and with each other.
 fn stretches(spec: &EffectSpec, start: usize, (from, to): (f64, f64)) -> Vec<Vec<f64>> {
     let length = to - from;
-    STRETCHES
+    let placed: Vec<Vec<f64>> = STRETCHES
         .iter()
         .map(|&(begin, share)| {
             let mut values: Vec<f64> = spec.parameters.iter().map(|p| p.default).collect();
@@ -107,7 +107,18 @@ fn stretches(spec: &EffectSpec, start: usize, (from, to): (f64, f64)) -> Vec<Vec
             let clamp = |(v, p): (&f64, &ParameterSpec)| v.clamp(p.lower, p.upper);
             values.iter().zip(spec.parameters).map(clamp).collect()
         })
-        .collect()
+        .collect();
+    let Some(spread) = spec.parameters.iter().position(|p| p.name == "spread") else { return placed };
+    let with = |values: &Vec<f64>, other: f64| {
+        let mut values = values.clone();
+        values[spread] = other;
+        values
+    };
+    let others = spec.parameters[spread].starts.iter();
+    let spread_otherwise: Vec<Vec<f64>> = others
+        .flat_map(|other| placed.iter().map(|values| with(values, *other)).collect::<Vec<_>>())
+        .collect();
+    placed.into_iter().chain(spread_otherwise).collect()
 }
 
 /// Length of the edges from which a fit starts, as a share of the stretch.

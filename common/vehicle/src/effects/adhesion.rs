@@ -170,8 +170,8 @@ pub static PATCH: EffectSpec = EffectSpec {
             lower: 0.0,
             upper: 1.0,
             default: 1.0,
-            starts: &[1.0, 0.0],
-            discrete: true,
+            starts: &[0.0],
+            scale: Some(1.0),
             ..ParameterSpec::PLAIN
         },
     ],
