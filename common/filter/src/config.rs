@@ -95,6 +95,8 @@ pub struct RateSettings {
     pub sliding_slope_s: f64,
     /// Time over which wind, and errors of grade and running resistance, keep their value, s.
     pub disturbance_s: f64,
+    /// The same of a coupled wagon, whose couplers change faster than all of these, s.
+    pub coupler_s: f64,
 }
 
 impl Default for RateSettings {
@@ -114,6 +116,7 @@ impl Default for RateSettings {
             brake_lag_s: 0.2,
             sliding_slope_s: 10.0,
             disturbance_s: 60.0,
+            coupler_s: 5.0,
         }
     }
 }
@@ -126,8 +129,12 @@ pub struct PriorSettings {
     pub pad_common: f64,
     /// Pad friction of one wheelset against their mean, relative to nominal.
     pub pad_split: f64,
-    /// Mass, relative.
+    /// Mass, relative, where the vehicle file does not say how well it is known (`body.mass_sigma`).
     pub mass: f64,
+    /// Error of a load sensor, relative: it stays as long as the load does.
+    pub load_sensor: f64,
+    /// Acceleration that couplers give a coupled wagon, m/s².
+    pub coupler_m_s2: f64,
     /// Inertia of a wheelset, relative.
     pub inertia: f64,
     /// Running resistance, relative.
@@ -162,6 +169,8 @@ impl Default for PriorSettings {
             pad_common: 0.10,
             pad_split: 0.065,
             mass: 0.009,
+            load_sensor: 0.03,
+            coupler_m_s2: 2.0,
             inertia: 0.02,
             resistance: 0.058,
             wind_m_s: 0.5,
@@ -279,9 +288,12 @@ impl EstimatorConfig {
             ("rates.brake_lag_s", rates.brake_lag_s, seconds),
             ("rates.sliding_slope_s", rates.sliding_slope_s, seconds),
             ("rates.disturbance_s", rates.disturbance_s, seconds),
+            ("rates.coupler_s", rates.coupler_s, seconds),
             ("priors.pad_common", priors.pad_common, share),
             ("priors.pad_split", priors.pad_split, share),
             ("priors.mass", priors.mass, share),
+            ("priors.load_sensor", priors.load_sensor, share),
+            ("priors.coupler_m_s2", priors.coupler_m_s2, (0.0, 50.0, "0 to 50")),
             ("priors.inertia", priors.inertia, share),
             ("priors.resistance", priors.resistance, share),
             ("priors.wind_m_s", priors.wind_m_s, (0.0, 50.0, "0 to 50")),

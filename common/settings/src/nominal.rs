@@ -19,6 +19,6 @@ pub fn nominal(vehicle: &VehicleParameters) -> Nominal {
             vehicle.resistance.linear_n_s_per_m,
             vehicle.resistance.drag_n_s2_per_m2,
         ],
-        coupled: vehicle.train.is_some_and(|running| !running.free),
+        coupled: vehicle.is_coupled(),
     }
 }

@@ -235,6 +235,12 @@ pub struct ParameterError {
 }
 
 impl VehicleParameters {
+    /// True if neighbours pull and push it: where the file does not say, it runs alone.
+    #[must_use]
+    pub fn is_coupled(&self) -> bool {
+        self.train.is_some_and(|running| !running.free)
+    }
+
     /// Number of wheelsets.
     pub fn wheelsets(&self) -> usize {
         self.body.wheelset_positions_m.as_ref().map_or(2, Vec::len)

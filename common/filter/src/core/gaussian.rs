@@ -147,20 +147,24 @@ impl<const N: usize> Gaussian<N> {
         self.symmetrise();
     }
 
-    /// Like [`Self::update_component`], but component `considered` only lends its uncertainty (Schmidt): its mean and
-    /// variance stay, all others are updated as they would be.
+    /// Like [`Self::update_component`], but the components `considered` only lend their uncertainty (Schmidt): their means
+    /// and covariances among each other stay, all others are updated as they would be.
     #[inline]
     pub fn update_component_considering(
         &mut self,
         index: usize,
         update: &ScalarUpdate,
         r: f64,
-        considered: usize,
+        considered: impl Iterator<Item = usize> + Clone,
     ) {
-        let (mean, variance) = (self.mean[considered], self.covariance[(considered, considered)]);
+        let before = *self;
         self.update_component(index, update, r);
-        self.mean[considered] = mean;
-        self.covariance[(considered, considered)] = variance;
+        for i in considered.clone() {
+            self.mean[i] = before.mean[i];
+            for j in considered.clone() {
+                self.covariance[(i, j)] = before.covariance[(i, j)];
+            }
+        }
     }
 
     /// Forgets component `index`: it takes a new value and sigma, and its ties to the others are cut.
@@ -272,7 +276,7 @@ mod tests {
     fn a_considered_component_matches_the_joseph_form_of_its_gain() {
         let (before, mut after) = (belief(), belief());
         let update = after.expect_component(0, 1.4, 0.3);
-        after.update_component_considering(0, &update, 0.3, 2);
+        after.update_component_considering(0, &update, 0.3, std::iter::once(2));
         let mut gain = before.covariance.column(0) / update.innovation_variance;
         gain[2] = 0.0;
         let keep = Matrix3::identity() - gain * Vector3::new(1.0, 0.0, 0.0).transpose();

@@ -59,6 +59,12 @@ pub struct WagonEkf<const W: usize, const N: usize> {
     /// Known torque drives the wagon: only then does its acceleration say something about its mass. In sliding the
     /// equations would claim to weigh the wagon by the inertia of its wheels, which is known less well than the mass.
     learns_mass: bool,
+    /// Neighbours pull and push it: its acceleration says nothing about its own pads, nor about its mass.
+    coupled: bool,
+    /// One sigma of its mass at the start, relative.
+    mass_sigma: f64,
+    /// Size of one unit of disturbance in the last step, m/s².
+    disturbance_m_s2: f64,
     /// Derivative of the last prediction.
     sensitivity: SMatrix<f64, N, N>,
 }
@@ -82,7 +88,8 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
     /// The filter of a vehicle; `model` must have `W` wheelsets.
     pub fn new(config: &EstimatorConfig, vehicle: &VehicleParameters, model: &WagonModel) -> Self {
         let physics = WagonPhysics::new(model);
-        let belief = Self::prior(&physics, config);
+        let mass_sigma = vehicle.body.mass_sigma.unwrap_or(config.priors.mass);
+        let belief = Self::prior(&physics, config, mass_sigma);
         Self {
             physics,
             sensors: SensorSigmas::new(config, vehicle),
@@ -99,16 +106,19 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
             tied: 0,
             untied_s: 0.0,
             learns_mass: false,
+            coupled: vehicle.is_coupled(),
+            mass_sigma,
+            disturbance_m_s2: 0.0,
             sensitivity: SMatrix::identity(),
         }
     }
 
-    fn prior(physics: &WagonPhysics<W>, config: &EstimatorConfig) -> Gaussian<N> {
+    fn prior(physics: &WagonPhysics<W>, config: &EstimatorConfig, mass_sigma: f64) -> Gaussian<N> {
         let at = Layout::<W, N>::INDICES;
         let priors = &config.priors;
         let (mut mean, mut sigma) = (SVector::<f64, N>::zeros(), SVector::<f64, N>::repeat(1.0));
         sigma[at.lag] = 1e-3;
-        sigma[at.mass] = priors.mass;
+        sigma[at.mass] = mass_sigma;
         sigma[at.slope] = priors.sliding_slope;
         sigma[at.delay] = priors.brake_delay_s / config.rates.brake_lag_s;
         for i in 0..W {
@@ -176,7 +186,8 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
             wind_m_s: if standing { 0.0 } else { sample.wind_m_s },
             disturbance_m_s2: self.disturbance_m_s2(sample),
             lag_kept: (-dt_s / rates.brake_lag_s).exp(),
-            disturbance_kept: (-dt_s / rates.disturbance_s).exp(),
+            disturbance_kept: (-dt_s / if self.coupled { rates.coupler_s } else { rates.disturbance_s })
+                .exp(),
             relaxation_per_s: std::array::from_fn(|i| {
                 let known = if sample.knows_force(i) { 1.0 } else { 0.0 };
                 let rolling = self.contacts[i].rolling * (1.0 - self.watches[i].certainty(dt_s));
@@ -217,7 +228,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
 
 impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
     fn start(&mut self, sample: &DrivenSample) {
-        self.belief = Self::prior(&self.physics, &self.config);
+        self.belief = Self::prior(&self.physics, &self.config, self.mass_sigma);
         self.set_motion(sample);
     }
 
@@ -233,7 +244,8 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
             self.late_force_n[i] = self.late_force_n[i] * kept + sample.force_change_n[i];
         }
         let pushed: f64 = sample.drive_torque_nm[..W].iter().sum::<f64>().abs();
-        self.learns_mass = pushed > 0.01 * self.physics.loads.weight_n() * self.physics.wheel_radius_m[0]
+        self.learns_mass = !self.coupled
+            && pushed > 0.01 * self.physics.loads.weight_n() * self.physics.wheel_radius_m[0]
             && self.contacts.iter().all(|contact| contact.rolling > 0.3);
         let input = self.step_input(sample, dt_s);
         let (mut next, mut f) = self.physics.propagate(&self.belief.mean, &input);
@@ -241,6 +253,7 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
         let q = self.process_noise(sample, &input, &next);
         self.brake_torque_nm = input.torque_per_friction_nm;
         self.step_s = dt_s;
+        self.disturbance_m_s2 = input.disturbance_m_s2;
         self.sensitivity = f;
         self.belief.predict_leading(next, &f, at.moving, &q);
         let held: [bool; W] =
@@ -253,9 +266,15 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
     }
 
     fn accept(&mut self, output: usize, update: &ScalarUpdate) {
-        let mass = Layout::<W, N>::INDICES.mass;
+        let at = Layout::<W, N>::INDICES;
         let r = self.sensors.variance(output);
-        if self.learns_mass {
+        let mass = std::iter::once(at.mass);
+        if self.coupled && !(output > 0 && self.contacts[output - 1].slides()) {
+            // Couplers move the wagon, and how much a rolling wheel creeps is the rail's matter as much as the brake's: neither
+            // says how large a force is. What wheelsets creep beside each other does (`tie`).
+            let pads = at.pad..at.pad + W;
+            self.belief.update_component_considering(output, update, r, pads.chain(mass));
+        } else if self.learns_mass {
             self.belief.update_component(output, update, r);
         } else {
             self.belief.update_component_considering(output, update, r, mass);

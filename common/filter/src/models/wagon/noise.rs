@@ -10,7 +10,7 @@ use railgrip_vehicle::brake::pad_torque_nm;
 use railgrip_vehicle::resistance::running_resistance;
 
 impl<const W: usize, const N: usize> WagonEkf<W, N> {
-    /// Size of one unit of disturbance, m/s²: what wind and errors of resistance and grade may add.
+    /// Size of one unit of disturbance, m/s²: what wind, errors of resistance and grade, and couplers may add.
     pub(super) fn disturbance_m_s2(&self, sample: &DrivenSample) -> f64 {
         let priors = &self.config.priors;
         let v_m_s = self.belief.mean[0];
@@ -19,7 +19,8 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
         let davis = priors.resistance * running_resistance(resistance, v_m_s, 0.0) / mass;
         let wind = 2.0 * resistance.drag_n_s2_per_m2 * v_m_s * priors.wind_m_s / mass;
         let grade = GRAVITY_M_S2 * sample.grade_sigma_rad;
-        (davis * davis + wind * wind + grade * grade).sqrt().max(1e-5)
+        let coupler = if self.coupled { priors.coupler_m_s2 } else { 0.0 };
+        (davis * davis + wind * wind + grade * grade + coupler * coupler).sqrt().max(1e-5)
     }
 
     /// Diagonal of Q but for the pads, which [`Self::age_pads`] moves.

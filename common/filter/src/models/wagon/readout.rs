@@ -6,11 +6,6 @@ use crate::EstimatorOutput;
 use crate::observability::scaled_rank;
 use nalgebra::{SMatrix, SVector};
 
-/// Slip velocity beyond noise and creep from which a wheelset is said to slide, m/s.
-const SLIDE_M_S: f64 = 0.1;
-/// Slope of the creep law below which it is said to slide.
-const SLIDE_ROLLING: f64 = 0.1;
-
 /// Expected range of adhesion, to judge what is observable.
 const ADHESION_RANGE: f64 = 0.05;
 
@@ -47,8 +42,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
             out.mu_b_sigma[i] = effective * self.belief.sigma(at.pad + i);
             out.slip[i] = railgrip_vehicle::creepage(self.contacts[i].slip_m_s + x[0], x[0]);
             out.normal_load_n[i] = loads[i] * (1.0 + x[at.mass]);
-            let contact = &self.contacts[i];
-            if contact.rolling < SLIDE_ROLLING && contact.excess_m_s > SLIDE_M_S {
+            if self.contacts[i].slides() {
                 out.sliding |= 1 << i;
             }
             let braking = sample.pressing_force_n[i] > self.force_floor_n(i);
@@ -73,7 +67,8 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
         let mut scaled = SMatrix::<f64, 5, 8>::zeros();
         for i in 0..W {
             let (load, inertia) = (physics.loads.static_load_n[i], physics.inertia_kg_m2[i]);
-            scaled[(0, i)] = load / physics.mass_kg * ADHESION_RANGE / speed;
+            // What couplers do to the speed hides what adhesion does to it.
+            scaled[(0, i)] = if self.coupled { 0.0 } else { load / physics.mass_kg * ADHESION_RANGE / speed };
             scaled[(1 + i, i)] = physics.wheel_radius_m[i] * load / inertia * ADHESION_RANGE / wheel;
             scaled[(1 + i, W + i)] = self.brake_torque_nm[i] / inertia * pad / wheel;
         }

@@ -6,6 +6,11 @@ use crate::models::physics::WagonPhysics;
 /// Time over which innovations are averaged to see a change, s.
 const CHANGE_WINDOW_S: f64 = 0.02;
 
+/// Slip velocity beyond noise and creep from which a wheelset is said to slide, m/s.
+const SLIDE_M_S: f64 = 0.1;
+/// Slope of the creep law below which it is said to slide.
+const SLIDE_ROLLING: f64 = 0.1;
+
 /// How one wheelset moves at this instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Contact {
@@ -17,6 +22,13 @@ pub(crate) struct Contact {
     pub slip_m_s: f64,
     /// Part of it that is neither noise nor the creep of rolling, m/s.
     pub excess_m_s: f64,
+}
+
+impl Contact {
+    /// True if the wheelset slides, and does not only creep.
+    pub(crate) fn slides(&self) -> bool {
+        self.rolling < SLIDE_ROLLING && self.excess_m_s > SLIDE_M_S
+    }
 }
 
 /// Judges the contact of a wheelset. The slope of Polach's law follows from its secant, whatever the adhesion

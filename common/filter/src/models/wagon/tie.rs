@@ -14,8 +14,11 @@ use nalgebra::SVector;
 const INTERVAL_S: f64 = 0.05;
 /// Time for which a tie counts as such, s.
 const TIE_COUNTS_S: f64 = 1.0;
-/// Time over which the error of the creep law persists, s.
+/// Time over which the error of the creep law persists in the difference of two wheelsets, s.
 const PERSISTENCE_S: f64 = 10.0;
+/// The same in the creepage of one wheelset, s: the stiffness of the contact is that of the rail and the day, and a level of
+/// creepage that errs by as much in each braking would carry the pads further away each time.
+const LEVEL_PERSISTENCE_S: f64 = 600.0;
 /// Difference of radii that comes and goes with the run of the wheel on the rail, relative.
 const RADIUS_WANDER: f64 = 3e-5;
 /// Delay between the sensors of wheel and vehicle speed that cannot be excluded, s.
@@ -114,14 +117,16 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
         let acceleration = self.sensitivity_acceleration();
         let delay = SENSOR_DELAY_S * acceleration;
         let wander = RADIUS_WANDER * self.belief.mean[0];
-        self.fuse_tie(&h, residual, law * law + delay * delay + wander * wander);
+        let lasting = LEVEL_PERSISTENCE_S / PERSISTENCE_S;
+        self.fuse_tie(&h, residual, lasting * law * law + delay * delay + wander * wander);
     }
 
-    /// Acceleration at the present belief, m/s², resistance left out.
+    /// Acceleration at the present belief, m/s², resistance left out but where it is a part of the disturbance.
     fn sensitivity_acceleration(&self) -> f64 {
         let at = Layout::<W, N>::INDICES;
         (0..W).map(|i| self.belief.mean[at.adhesion + i] * self.physics.loads.static_load_n[i]).sum::<f64>()
             / self.physics.mass_kg
+            + if self.coupled { self.disturbance_m_s2 * self.belief.mean[at.disturbance] } else { 0.0 }
     }
 
     /// Uses `h · x` = 0 with an error that persists.
