@@ -189,6 +189,7 @@ impl WagonEstimator {
         let mut sample = DrivenSample {
             v_m_s: input.v_m_s,
             wheel_speed_rad_s: input.wheel_speed_rad_s,
+            load_kg: input.load_kg,
             ..DrivenSample::default()
         };
         let mut held = false;

@@ -52,6 +52,8 @@ pub struct WagonSample {
     pub sanding: f64,
     /// Position along the track, m.
     pub position_m: f64,
+    /// Mass of the wagon as a load sensor tells it, kg.
+    pub load_kg: f64,
     /// Wheelsets whose slide protection says that it acts, bit mask; handed through.
     pub wsp_active: u32,
 }
@@ -68,6 +70,7 @@ impl WagonSample {
             grade_rad: f64::NAN,
             sanding: f64::NAN,
             position_m: f64::NAN,
+            load_kg: f64::NAN,
             wsp_active: 0,
         }
     }

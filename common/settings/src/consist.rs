@@ -23,6 +23,8 @@ pub struct RecordedWagon {
     pub number: String,
     /// Name of its folder.
     pub name: String,
+    /// It is coupled to the one before or behind it.
+    pub coupled: bool,
     /// The recording.
     pub run: PathBuf,
     /// What is believed of it.
@@ -40,6 +42,8 @@ struct ConsistFile {
 struct WagonTable {
     number: String,
     folder: String,
+    /// To the one before it; where nothing is said, it is.
+    coupled: Option<bool>,
 }
 
 impl RecordedTrain {
@@ -56,7 +60,14 @@ impl RecordedTrain {
         if form.wagon.is_empty() {
             return Err(at.refuse("wagon", "absent", "one [[wagon]] table a wagon"));
         }
-        let wagon = |table: WagonTable| {
+        let to_the_one_before: Vec<bool> = form
+            .wagon
+            .iter()
+            .enumerate()
+            .map(|(index, table)| index > 0 && table.coupled.unwrap_or(true))
+            .chain([false])
+            .collect();
+        let wagon = |(index, table): (usize, WagonTable)| {
             let place = folder.join(&table.folder);
             let runs = ["run.parquet", "run.csv", "run.csv.gz"].map(|name| place.join(name));
             let run = runs.into_iter().find(|run| run.is_file()).ok_or_else(|| {
@@ -66,11 +77,12 @@ impl RecordedTrain {
             Ok(RecordedWagon {
                 number: table.number,
                 name: plain(&table.folder, "wagon"),
+                coupled: to_the_one_before[index] || to_the_one_before[index + 1],
                 run,
                 vehicle: place.join("vehicle.toml"),
             })
         };
-        let wagons = form.wagon.into_iter().map(wagon).collect::<Result<_, SettingsError>>()?;
+        let wagons = form.wagon.into_iter().enumerate().map(wagon).collect::<Result<_, SettingsError>>()?;
         let whole = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
         let last = whole.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         Ok(Self { name: plain(&last, "train"), wagons })

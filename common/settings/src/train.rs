@@ -18,6 +18,7 @@ use crate::{SettingsError, instance::Instance};
 use railgrip_filter::{ConfigError, EstimatorConfig, Plant};
 use railgrip_indicators::IndicatorSettings;
 use railgrip_recording::Mapping;
+use railgrip_vehicle::Running;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
@@ -155,7 +156,7 @@ impl TrainSettings {
                 at.refuse("estimator.filter", format!("{name:?}"), known)
             }
         })?;
-        let wagons = wagons(&at, &form, &source)?;
+        let mut wagons = wagons(&at, &form, &source)?;
         let mapping = mapping::mapping(&at, &form.mapping)?;
         let wheelsets: Vec<_> = wagons.iter().map(|wagon| wagon.vehicle.wheelsets()).collect();
         resolve(&at, &mut source, &mapping, &wheelsets)?;
@@ -176,10 +177,16 @@ impl TrainSettings {
         let lasting = instance.lasting_dir();
         let access = AccessSettings::of(&at, &form.http, listen, overrides.listen.is_some(), lasting)?;
         let history = HistorySettings::of(&at, &form.history, &name, overrides.instance_dir.as_deref())?;
+        let judged_together = judged_together(&at, form.train.coupled, recorded.is_some(), &wagons)?;
+        let several = wagons.len() > 1;
+        for (index, wagon) in wagons.iter_mut().enumerate().filter(|_| judged_together && several) {
+            let free = recorded.as_ref().is_some_and(|train| !train.wagons[index].coupled);
+            wagon.vehicle.train = Some(Running { free });
+        }
         Ok(Self {
             file: file.to_owned(),
             access,
-            judged_together: judged_together(&at, form.train.coupled, recorded.is_some(), &wagons)?,
+            judged_together,
             wagons,
             microphones,
             acoustics,
@@ -244,8 +251,7 @@ fn judged_together(
     if given == Some(true) && !are_wagons {
         return Err(at.refuse("train.coupled", true, "false, as rigs are not coupled"));
     }
-    let coupled = |wagon: &WagonSettings| wagon.vehicle.train.is_some_and(|running| !running.free);
-    let by_files = wagons.len() > 1 && wagons.iter().all(coupled);
+    let by_files = wagons.len() > 1 && wagons.iter().all(|wagon| wagon.vehicle.is_coupled());
     Ok(are_wagons && (recorded || given.unwrap_or(by_files)))
 }
 

@@ -21,10 +21,10 @@ use railgrip_filter::{
 use railgrip_messages::{Estimate, Sample};
 use railgrip_recording::{BogieRecording, Mapping, MotorRecording, Recording, Row, Strictness, Table};
 use railgrip_settings::{Overrides, TrainSettings};
-use railgrip_vehicle::VehicleParameters;
+use railgrip_vehicle::{Running, VehicleParameters};
 
 use crate::CliError;
-use crate::estimate_columns::{Cell, columns};
+use crate::estimate_columns::{Cell, columns, columns_of_train};
 use crate::output::say;
 
 /// Estimate adhesion and friction of a recording, sample by sample.
@@ -52,12 +52,31 @@ pub(crate) struct Args {
     /// paper's (2) and (3)
     #[arg(long)]
     detail: bool,
+    /// The train that it is a wagon of.
+    #[arg(skip)]
+    train: Option<OfTrain>,
+}
+
+/// A wagon in a recorded train.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct OfTrain {
+    /// Whether it is coupled to others; `None`: as its vehicle file says.
+    pub(crate) coupled: Option<bool>,
 }
 
 impl Args {
-    /// A run of a wagon or rig, with the usual filter and columns.
-    pub(crate) const fn usual(run: PathBuf, vehicle: PathBuf, out: PathBuf) -> Self {
-        Self { run, vehicle, out, filter: None, config: None, smooth: false, detail: false }
+    /// A run of a wagon of a train, with the usual filter.
+    pub(crate) const fn of_train(run: PathBuf, vehicle: PathBuf, out: PathBuf, train: OfTrain) -> Self {
+        Self {
+            run,
+            vehicle,
+            out,
+            filter: None,
+            config: None,
+            smooth: false,
+            detail: false,
+            train: Some(train),
+        }
     }
 }
 
@@ -72,7 +91,11 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     if let Some(filter) = &args.filter {
         config.filter.clone_from(filter);
     }
-    let plant = railgrip_settings::plant::load(&args.vehicle).map_err(CliError::bad_input)?;
+    let mut plant = railgrip_settings::plant::load(&args.vehicle).map_err(CliError::bad_input)?;
+    let coupled = args.train.and_then(|train| train.coupled);
+    if let (Plant::Wagon(vehicle), Some(coupled)) = (&mut plant, coupled) {
+        vehicle.train = Some(Running { free: !coupled });
+    }
     let mut estimator = railgrip_filter::estimator(&config, &plant).map_err(CliError::bad_input)?;
     let inputs = read(args, &plant, &mapping)?;
     let outputs = match args.smooth {
@@ -82,7 +105,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         })?,
         false => forward(&mut *estimator, &inputs),
     };
-    table(&inputs, &outputs, &plant, args.detail)?.write(&args.out).map_err(CliError::failed)?;
+    table(args, &inputs, &outputs, &plant)?.write(&args.out).map_err(CliError::failed)?;
     let way = if args.smooth { ", smoothed" } else { "" };
     let filter = &estimator.snapshot().filter;
     say(&format!("{}: {} estimates by filter \"{filter}\"{way}", args.out.display(), outputs.len()));
@@ -153,6 +176,7 @@ fn wagon_sample(row: &Row) -> WagonSample {
         grade_rad: row.grade_rad,
         sanding: row.sanding,
         position_m: row.position_m,
+        load_kg: row.load_kg,
         wsp_active,
     }
 }
@@ -180,15 +204,19 @@ fn by_the_paper(inputs: &[EstimatorInput], plant: &Plant) -> Vec<(String, Vec<f6
 }
 
 fn table(
+    args: &Args,
     inputs: &[EstimatorInput],
     outputs: &[EstimatorOutput],
     plant: &Plant,
-    detail: bool,
 ) -> Result<Table, CliError> {
     let nobody = Sample::default();
     let estimates: Vec<Estimate> = outputs.iter().map(|output| convert::estimate(&nobody, output)).collect();
     let (mut numbers, mut words) = (Vec::new(), Vec::new());
-    for column in columns(plant.kind(), plant.wheelsets(), detail) {
+    let columns = match (plant, args.train) {
+        (Plant::Wagon(_), Some(_)) => columns_of_train(plant.wheelsets()),
+        _ => columns(plant.kind(), plant.wheelsets(), args.detail),
+    };
+    for column in columns {
         let (mut cells, mut names) = (Vec::new(), Vec::new());
         for estimate in &estimates {
             match column.cell(estimate) {
@@ -198,7 +226,7 @@ fn table(
         }
         if names.is_empty() { numbers.push((column.name, cells)) } else { words.push((column.name, names)) }
     }
-    if detail {
+    if args.detail {
         numbers.extend(by_the_paper(inputs, plant));
     }
     let table = Table::new(numbers).map_err(CliError::failed)?;

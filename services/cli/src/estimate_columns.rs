@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | a wagon | `t_s, v_m_s, mu_w, mu_w_sigma`, per wheelset `mu_b_*, mu_b_*_sigma`, then `slip_*`, `nis`, `observable_*` |
 //! | the same in detail | and per wheelset `mu_w_*, mu_w_*_sigma, normal_load_*_n`, `mu_b_mean, mu_b_mean_sigma, state` |
+//! | a wagon of a train (`drill replay`) | those of a wagon and per wheelset `mu_w_*, mu_w_*_sigma`; two wheelsets are numbered too |
 //! | a roller rig | those of a wagon with one wheelset, and `state` |
 //! | a traction rig | `t_s, v_m_s, mu_w, mu_w_sigma, mu_0, mu_0_sigma, creep_force_n, creep_force_n_sigma, slip_1, nis, observable_1, state` |
 //!
@@ -55,6 +56,24 @@ pub(crate) fn columns(plant: PlantKind, wheelsets: usize, detail: bool) -> Vec<C
     if matches!(plant, PlantKind::Wagon | PlantKind::Roller) {
         let always = |name: &str| name == "t_s" || name == "state" || name.starts_with("observable_");
         columns.iter_mut().for_each(|column| column.waits = !always(&column.name));
+    }
+    columns
+}
+
+/// The columns of a wagon of a train: numbers only, and wheelsets by number, however many there are.
+pub(crate) fn columns_of_train(wheelsets: usize) -> Vec<Column> {
+    let mut columns = columns(PlantKind::Wagon, wheelsets, true);
+    columns.retain(|column| {
+        let name = column.name.as_str();
+        name != "state" && !name.starts_with("normal_load") && !name.starts_with("mu_b_mean")
+    });
+    for column in &mut columns {
+        let numbered = column.name.split('_').map(|part| match part {
+            "f" => "1",
+            "r" => "2",
+            part => part,
+        });
+        column.name = numbered.collect::<Vec<_>>().join("_");
     }
     columns
 }
@@ -227,6 +246,16 @@ mod tests {
             names(PlantKind::Traction, 1, false),
             "t_s, v_m_s, mu_w, mu_w_sigma, mu_0, mu_0_sigma, creep_force_n, creep_force_n_sigma, slip_1, nis, \
              observable_1, state"
+        );
+    }
+
+    #[test]
+    fn wheelsets_of_a_train_are_numbered() {
+        let names: Vec<String> = columns_of_train(2).into_iter().map(|column| column.name).collect();
+        assert_eq!(
+            names.join(", "),
+            "t_s, v_m_s, mu_w, mu_w_sigma, mu_b_1, mu_b_1_sigma, mu_b_2, mu_b_2_sigma, slip_1, slip_2, nis, \
+             observable_1, observable_2, mu_w_1, mu_w_1_sigma, mu_w_2, mu_w_2_sigma"
         );
     }
 

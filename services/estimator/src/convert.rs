@@ -15,6 +15,7 @@ pub fn wagon_sample(sample: &Sample) -> WagonSample {
     input.grade_rad = value(valid::GRADE, sample.grade_rad);
     input.sanding = value(valid::SANDING, sample.sanding);
     input.position_m = value(valid::POSITION, sample.position_m);
+    input.load_kg = value(valid::LOAD, sample.load_kg);
     for wheelset in 0..sample.wheelset_count() {
         input.wheel_speed_rad_s[wheelset] =
             value(valid::wheel_speed(wheelset), sample.wheel_speed_rad_s[wheelset]);

@@ -29,6 +29,8 @@ pub struct DrivenSample {
     pub grade_sigma_rad: f64,
     /// Sand on the rail, 0 to 1.
     pub sanding: f64,
+    /// Mass of the wagon as a load sensor tells it, kg; NaN if not measured.
+    pub load_kg: f64,
 }
 
 impl Default for DrivenSample {
@@ -46,6 +48,7 @@ impl Default for DrivenSample {
             wind_m_s: 0.0,
             grade_sigma_rad: 0.0,
             sanding: 0.0,
+            load_kg: f64::NAN,
         }
     }
 }

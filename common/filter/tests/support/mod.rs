@@ -64,6 +64,7 @@ fn run(case: &Path, file: &str) -> Run {
             sanding: at(row, "sanding"),
             position_m: at(row, "position_m"),
             wsp_active: 0,
+            load_kg: f64::NAN,
         })
         .collect();
     let (_, rows) = table(&case.join("truth").join(file));

@@ -9,6 +9,7 @@ use railgrip_settings::{RecordedTrain, RecordedWagon};
 use serde_json::{Value, json};
 
 use super::reading::reading;
+use crate::estimate::OfTrain;
 use crate::sealed::files::{cannot_write, write};
 use crate::{CliError, estimate};
 
@@ -21,7 +22,7 @@ pub(super) struct Args {
     /// File for the alerts
     #[arg(long, value_name = "FILE")]
     json: PathBuf,
-    /// Folder for the estimates of adhesion and pad friction, one CSV a wagon, as `railgrip estimate` writes it
+    /// Folder for the estimates of adhesion and pad friction, one CSV a wagon, as `railgrip estimate` writes it, with adhesion wheelset by wheelset
     #[arg(long, value_name = "DIR")]
     estimates: Option<PathBuf>,
 }
@@ -66,7 +67,8 @@ pub(super) fn run(args: &Args) -> Result<(), CliError> {
     std::fs::create_dir_all(folder).map_err(|error| cannot_write(folder, &error))?;
     train.wagons.iter().try_for_each(|wagon: &RecordedWagon| {
         let out = folder.join(format!("{}.csv", wagon.name));
-        estimate::run(&estimate::Args::usual(wagon.run.clone(), wagon.vehicle.clone(), out))
+        let of_train = OfTrain { coupled: (train.wagons.len() > 1).then_some(wagon.coupled) };
+        estimate::run(&estimate::Args::of_train(wagon.run.clone(), wagon.vehicle.clone(), out, of_train))
     })
 }
 

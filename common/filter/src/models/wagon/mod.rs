@@ -11,6 +11,7 @@
 //! (process noise), `tie` (creepage difference), `readout`.
 
 mod layout;
+mod load;
 mod mean_slip;
 mod noise;
 mod pads;
@@ -26,6 +27,7 @@ use super::{DrivenSample, FilterState, WagonFilter, dynamic, pack, unpack};
 use crate::core::{Gaussian, ScalarUpdate};
 use crate::{EstimatorConfig, EstimatorOutput, FilterError, SensorSigmas};
 use layout::Layout;
+use load::LoadSensor;
 use mean_slip::MeanSlip;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use railgrip_vehicle::brake::pad_torque_nm;
@@ -63,6 +65,7 @@ pub struct WagonEkf<const W: usize, const N: usize> {
     coupled: bool,
     /// One sigma of its mass at the start, relative.
     mass_sigma: f64,
+    load_sensor: LoadSensor,
     /// Size of one unit of disturbance in the last step, m/s².
     disturbance_m_s2: f64,
     /// Derivative of the last prediction.
@@ -108,6 +111,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
             learns_mass: false,
             coupled: vehicle.is_coupled(),
             mass_sigma,
+            load_sensor: LoadSensor::default(),
             disturbance_m_s2: 0.0,
             sensitivity: SMatrix::identity(),
         }
@@ -229,6 +233,7 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
 impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
     fn start(&mut self, sample: &DrivenSample) {
         self.belief = Self::prior(&self.physics, &self.config, self.mass_sigma);
+        self.load_sensor = LoadSensor::default();
         self.set_motion(sample);
     }
 
@@ -308,6 +313,7 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
             self.mean_slips[i].note(self.contacts[i].slip_m_s, creep, dt_s);
         }
         self.tie_when_due(sample, dt_s);
+        self.weigh(sample.load_kg, dt_s);
     }
 
     fn read(&self, sample: &DrivenSample, out: &mut EstimatorOutput) {
@@ -320,11 +326,12 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
         memory.extend(self.late_force_n);
         memory.extend(self.mean_slips.iter().flat_map(|mean| [mean.slip_m_s, mean.creep_m_s]));
         memory.extend([self.since_tie_s, f64::from(self.tied), self.untied_s]);
+        memory.extend(self.load_sensor.save());
         pack(&self.belief, memory)
     }
 
     fn load(&mut self, state: &FilterState) -> Result<(), FilterError> {
-        self.belief = unpack(state, 8 * W + 3)?;
+        self.belief = unpack(state, 8 * W + 3 + LoadSensor::SAVED)?;
         for i in 0..W {
             self.watches[i].mean = state.memory[i];
             let c = &state.memory[W + 4 * i..];
@@ -336,6 +343,7 @@ impl<const W: usize, const N: usize> WagonFilter for WagonEkf<W, N> {
         self.since_tie_s = state.memory[8 * W];
         self.tied = state.memory[8 * W + 1] as u32;
         self.untied_s = state.memory[8 * W + 2];
+        self.load_sensor = LoadSensor::load(&state.memory[8 * W + 3..]);
         Ok(())
     }
 
