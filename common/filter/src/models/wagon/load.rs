@@ -3,9 +3,6 @@
 //! Its error stays as long as the load does: a thousand readings of one load know no more about it than one that is free of noise.
 //! So their mean counts once, and again from the prior when the load has changed.
 
-use super::WagonEkf;
-use super::layout::Layout;
-
 /// Readings are averaged over this time before they count, s.
 const WINDOW_S: f64 = 5.0;
 /// Mass over that of the vehicle file which a reading may have: beyond, it is no mass of this wagon.
@@ -34,9 +31,12 @@ impl LoadSensor {
         Self { mean: saved[0], seen_s: saved[1], told: saved[2] }
     }
 
-    /// Takes a reading over the mass of the file; gives the mean when it counts. `apart`: means that differ by more are of
-    /// another load.
-    fn take(&mut self, reading: f64, apart: f64, dt_s: f64) -> Option<f64> {
+    /// Takes a reading over the mass of the file; gives the mean when it counts. A reading that no mass of this wagon gives says
+    /// nothing. `apart`: means that differ by more are of another load.
+    pub(super) fn take(&mut self, reading: f64, apart: f64, dt_s: f64) -> Option<f64> {
+        if !POSSIBLE.contains(&reading) {
+            return None;
+        }
         let share = dt_s / (dt_s + self.seen_s.min(WINDOW_S));
         self.mean += share * (reading - self.mean);
         self.seen_s += dt_s;
@@ -51,23 +51,6 @@ impl LoadSensor {
             *self = Self::default();
         }
         None
-    }
-}
-
-impl<const W: usize, const N: usize> WagonEkf<W, N> {
-    /// Takes a reading of the load sensor, kg; one that is missing or impossible says nothing.
-    pub(super) fn weigh(&mut self, load_kg: f64, dt_s: f64) {
-        let reading = load_kg / self.physics.mass_kg;
-        if !POSSIBLE.contains(&reading) {
-            return;
-        }
-        let sigma = self.config.priors.load_sensor;
-        if let Some(mean) = self.load_sensor.take(reading, sigma, dt_s) {
-            let mass = Layout::<W, N>::INDICES.mass;
-            self.belief.reset_component(mass, 0.0, self.mass_sigma);
-            let update = self.belief.expect_component(mass, mean - 1.0, sigma * sigma);
-            self.belief.update_component(mass, &update, sigma * sigma);
-        }
     }
 }
 
@@ -87,5 +70,14 @@ mod tests {
         assert_eq!(told.len(), 2, "{told:?}");
         assert!((told[0] - 1.2).abs() < 0.001 && (told[1] - 0.9).abs() < 0.001, "{told:?}");
         assert_eq!(LoadSensor::load(&sensor.save()), sensor);
+    }
+
+    #[test]
+    fn what_is_no_load_says_nothing() {
+        let mut sensor = LoadSensor::default();
+        for reading in [f64::NAN, f64::INFINITY, -1.0, 0.0, 6.0] {
+            assert_eq!(sensor.take(reading, 0.03, 2.0 * WINDOW_S), None);
+        }
+        assert_eq!(sensor, LoadSensor::default());
     }
 }

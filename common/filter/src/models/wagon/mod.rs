@@ -212,6 +212,17 @@ impl<const W: usize, const N: usize> WagonEkf<W, N> {
         ((1.0 - contact.rolling) * rate).min(0.5 / dt_s.max(1e-3))
     }
 
+    /// Takes a reading of the load sensor, kg, which counts once a load.
+    fn weigh(&mut self, load_kg: f64, dt_s: f64) {
+        let sigma = self.config.priors.load_sensor;
+        if let Some(mean) = self.load_sensor.take(load_kg / self.physics.mass_kg, sigma, dt_s) {
+            let mass = Layout::<W, N>::INDICES.mass;
+            self.belief.reset_component(mass, 0.0, self.mass_sigma);
+            let update = self.belief.expect_component(mass, mean - 1.0, sigma * sigma);
+            self.belief.update_component(mass, &update, sigma * sigma);
+        }
+    }
+
     /// Too slow for the balance of forces to mean anything: brakes hold the wagon.
     fn is_standing(&self) -> bool {
         self.belief.mean[0].abs() < 0.3
