@@ -89,7 +89,7 @@ pub(crate) struct SamplesTable {
 
 impl Default for SamplesTable {
     fn default() -> Self {
-        Self { batch_ms: 10.0 }
+        Self { batch_ms: 20.0 }
     }
 }
 

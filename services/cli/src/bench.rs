@@ -51,12 +51,11 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         return run_transport(args.json);
     }
     if args.train {
-        let report = bench_train::run()?;
+        let report = bench_train::run(default_step_ns()?)?;
         if args.json {
-            say(&serde_json::to_string_pretty(&report).map_err(CliError::failed)?);
-        } else {
-            bench_train::show(&report);
+            return json(&report);
         }
+        bench_train::show(&report);
         return Ok(());
     }
     if args.http {
@@ -92,13 +91,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         }
         return Ok(());
     }
-    let lines = if args.acoustics {
-        bench_acoustics::lines()?
-    } else {
-        let path = std::path::Path::new("built-in vehicle");
-        let vehicle = railgrip_settings::vehicle::parse(path, VEHICLE).map_err(CliError::failed)?;
-        filter_lines(&vehicle)?
-    };
+    let lines = if args.acoustics { bench_acoustics::lines()? } else { filter_lines(&vehicle()?)? };
     if args.json {
         say(&serde_json::to_string_pretty(&lines).map_err(CliError::failed)?);
         return Ok(());
@@ -111,6 +104,19 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         ));
     }
     Ok(())
+}
+
+/// The vehicle of all these figures.
+fn vehicle() -> Result<VehicleParameters, CliError> {
+    railgrip_settings::vehicle::parse(std::path::Path::new("built-in vehicle"), VEHICLE)
+        .map_err(CliError::failed)
+}
+
+/// What a step of the default filter takes here, ns.
+fn default_step_ns() -> Result<f64, CliError> {
+    let vehicle = vehicle()?;
+    let estimator = WagonEstimator::new(&EstimatorConfig::default(), &vehicle).map_err(CliError::failed)?;
+    Ok(time_estimator(estimator, &vehicle))
 }
 
 fn json(report: &impl serde::Serialize) -> Result<(), CliError> {

@@ -13,6 +13,8 @@ use crate::{CliError, process_figures as figures};
 const WAGONS: usize = 64;
 /// Samples a second of each wagon.
 const RATE_HZ: f64 = 1000.0;
+/// Samples of so many milliseconds travel together: as by default.
+const BATCH_MS: f64 = 20.0;
 /// How long the train is watched.
 const WATCH: Duration = Duration::from_secs(10);
 /// How long requests are sent to each of the two services.
@@ -29,20 +31,22 @@ pub(crate) struct Report {
     samples_missed: u64,
     processes: Vec<figures::Group>,
     cpu_percent_of_one_core: f64,
+    /// What the steps of the default filter alone would take, one after another, % of one core: the reference.
+    filter_percent_of_one_core: f64,
     http: Load,
     bare_http: Load,
 }
 
-/// Starts the train, watches it, loads its HTTP service, stops it.
-pub(crate) fn run() -> Result<Report, CliError> {
+/// Starts the train, watches it, loads its HTTP service, stops it. `step_ns`: what a step of the default filter takes here.
+pub(crate) fn run(step_ns: f64) -> Result<Report, CliError> {
     let up = Up::start("rgt", |_| Ok(config()), Stdio::null())?;
-    watch(&up)
+    watch(&up, step_ns)
 }
 
 /// The report for people.
 pub(crate) fn show(report: &Report) {
     say(&format!(
-        "{} wagons at {:.0} Hz in batches of 10 ms: {} samples in {:.1} s, {} missed",
+        "{} wagons at {:.0} Hz in batches of {BATCH_MS:.0} ms: {} samples in {:.1} s, {} missed",
         report.wagons,
         report.samples_a_second_and_wagon,
         report.samples_taken,
@@ -57,6 +61,11 @@ pub(crate) fn show(report: &Report) {
         ));
     }
     say(&format!("all                   {:>16.1}", report.cpu_percent_of_one_core));
+    say(&format!(
+        "the filters' steps alone, one after another: {:.1} % of a core; all costs {:.1} times that",
+        report.filter_percent_of_one_core,
+        report.cpu_percent_of_one_core / report.filter_percent_of_one_core
+    ));
     say("GET /api/v1/wagons meanwhile     requests/s   p50 µs   p99 µs");
     for (name, load) in
         [("this train's service", report.http), ("bare axum, the same bytes", report.bare_http)]
@@ -71,12 +80,12 @@ pub(crate) fn show(report: &Report) {
 fn config() -> String {
     format!(
         "schema = 1\n[train]\nname = \"bench\"\nwagons = {WAGONS}\nvehicle = \"vehicle.toml\"\n\
-         [source]\nkind = \"simulate\"\nsample_rate_hz = {RATE_HZ:?}\n[samples]\nbatch_ms = 10.0\n\
+         [source]\nkind = \"simulate\"\nsample_rate_hz = {RATE_HZ:?}\n[samples]\nbatch_ms = {BATCH_MS:?}\n\
          [logging]\nlevel = \"warn\"\n"
     )
 }
 
-fn watch(up: &Up) -> Result<Report, CliError> {
+fn watch(up: &Up, step_ns: f64) -> Result<Report, CliError> {
     up.wait_ready()?;
     // Start-up is over once every page was touched.
     std::thread::sleep(Duration::from_secs(2));
@@ -97,6 +106,7 @@ fn watch(up: &Up) -> Result<Report, CliError> {
         samples_missed: after.1,
         processes,
         cpu_percent_of_one_core,
+        filter_percent_of_one_core: 100.0 * WAGONS as f64 * RATE_HZ * step_ns * 1e-9,
         http,
         bare_http,
     })
