@@ -33,9 +33,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let started = Instant::now();
     let criteria = Criteria::default();
     let alignments = Alignments::default();
-    let mut base = selection::calibrate(&case);
+    let thinned = case.thinned(criteria.pursuit.rate_hz);
+    let case = thinned.as_ref().unwrap_or(&case);
+    let mut base = selection::calibrate(case);
     let heard = selection::heard(&base, &criteria);
-    let case = heard.as_ref().unwrap_or(&case);
+    let case = heard.as_ref().unwrap_or(case);
     if heard.is_some() {
         base = selection::calibrate(case);
     }
@@ -57,6 +59,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         selection.best.fitted.fit.total(),
         selection.base.evidence_cost() - selection.best.evidence_cost(),
     );
+    for (index, effect) in selection.best.fitted.shape.effects.iter().enumerate() {
+        let values = &selection.best.fitted.fit.theta[selection.best.fitted.shape.range_of(index)];
+        println!("  {} {values:.4?}", effect.spec.id);
+    }
     for round in &selection.rounds {
         show(round);
     }

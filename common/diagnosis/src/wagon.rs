@@ -4,7 +4,7 @@
 //! | question | place |
 //! | --- | --- |
 //! | which rule decided | `rule` in the report; the table [`RULES`](crate::decide::verdict::RULES), read from its top, then that of [`practice`](crate::decide::practice) |
-//! | what the rule compared | [`Evidence`](crate::decide::verdict::Evidence), gathered in [`evidence`](crate::decide::evidence) |
+//! | what the rule compared | [`Evidence`](crate::answer::schema::Evidence), gathered in [`evidence`](crate::decide::evidence) |
 //! | with which limit, and why that one | [`criteria`](crate::decide::criteria) |
 //! | why no effect, or no further one, was taken | `Stop` in [`acceptance`](crate::decide::acceptance), on the page under *To make this report again* |
 //! | where the model errs | [`localise`](crate::predict::localise), on the page under *Where it lies* |

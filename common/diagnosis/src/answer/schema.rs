@@ -48,6 +48,9 @@ pub struct Report {
     pub unexplained: Option<Unexplained>,
     /// The run that would separate candidates that tie, in words.
     pub next_run: Option<String>,
+    /// What the rule compared; absent in law-level reports.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub evidence: Option<Evidence>,
     /// Wall-clock time of the diagnosis, s.
     pub seconds: f64,
     /// What was mended in the recordings and assumed about them, in sentences.
@@ -82,6 +85,37 @@ impl Verdict {
             Self::EffectsAndUnknown => "effects+unknown",
         }
     }
+}
+
+/// What the verdict on a wagon's case rests on: evidence is a gain of log-likelihood, less what parameters must earn.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Evidence {
+    /// Number of effects that were selected.
+    pub effects: usize,
+    /// Evidence that they gain over the calibrated model, never negative.
+    pub gain: f64,
+    /// What the best of the library gains by chance in one case of fifty, see `decide/significance.rs`.
+    pub alarm: f64,
+    /// Whether the strength of one of them sits on a bound.
+    pub on_bound: bool,
+    /// Whether one of them may show where freeing a place gains most over the calibrated model.
+    pub at_likely_place: bool,
+    /// Gain of the strongest flexible discrepancy beside them (beside the nuisances alone if there are none); zero where
+    /// nothing is left to explain.
+    pub discrepancy_gain: f64,
+    /// The same on left-out runs.
+    pub discrepancy_predictive: f64,
+    /// Evidence that freeing the likeliest place gains over the calibrated model.
+    pub place_evidence: f64,
+    /// What freeing the likeliest place still gains beside the effects, as a share of that; one if none are named.
+    pub left: f64,
+    /// Evidence that the strongest flexible discrepancy at a likely place gains instead of the effects; `None` where it was
+    /// not asked.
+    pub instead_evidence: Option<f64>,
+    /// Whether that discrepancy is in the term of one of the effects.
+    pub instead_at_effects: bool,
+    /// Whether it is in the term of the strongest of them.
+    pub instead_at_strongest: bool,
 }
 
 /// Where the gap of the calibrated model lies.

@@ -1,11 +1,12 @@
 //! Evidence for the verdict: what chance would gain, what the effects leave, and what a curve would explain beside them or
 //! instead of them.
 
+use crate::answer::schema::Evidence;
 use crate::decide::acceptance::is_quiet;
 use crate::decide::criteria::Criteria;
 use crate::decide::selection::Selection;
 use crate::decide::significance::Chance;
-use crate::decide::verdict::{Decision, Evidence, Missing, decide};
+use crate::decide::verdict::{Decision, Missing, decide};
 use crate::fit::discrepancies::{self, FittedDiscrepancy};
 use crate::predict::localise;
 use railgrip_vehicle::effects::Term;

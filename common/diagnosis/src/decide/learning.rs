@@ -31,7 +31,7 @@ impl Truth {
 /// Learns a calibration from reports and what was at work in them.
 pub fn learn(cases: &[(Report, Truth)], provenance: String) -> Calibration {
     let means = |effect: &FoundEffect, id: &String| effect.id == *id || effect.equivalent.contains(id);
-    let mut names: [Vec<(Grounds, bool)>; 2] = Default::default();
+    let mut names: Vec<(Grounds, bool)> = Vec::new();
     let mut wrong = [[1.0; 3]; 2];
     let mut verdicts: BTreeMap<String, [f64; 3]> = BTreeMap::new();
     for word in [Verdict::None, Verdict::Effects, Verdict::Unknown, Verdict::EffectsAndUnknown] {
@@ -41,7 +41,7 @@ pub fn learn(cases: &[(Report, Truth)], provenance: String) -> Calibration {
         for (index, effect) in report.effects.iter().enumerate() {
             let further = usize::from(index > 0);
             let right = truth.effects.iter().any(|id| means(effect, id));
-            names[further].extend(grounds(report, effect).map(|grounds| (grounds, right)));
+            names.extend(grounds(report, effect).map(|grounds| (grounds, right)));
             if !right {
                 let unnamed =
                     || truth.effects.iter().filter(|id| !report.effects.iter().any(|e| means(e, id)));
@@ -74,8 +74,7 @@ pub fn learn(cases: &[(Report, Truth)], provenance: String) -> Calibration {
         provenance,
         cases: cases.len(),
         set_level: HELD,
-        first: Scaling::fit(&names[0]),
-        further: Scaling::fit(&names[1]),
+        names: Scaling::fit(&names),
         first_wrong: when_wrong(wrong[0]),
         further_wrong: when_wrong(wrong[1]),
         verdicts: verdicts.into_iter().map(|(word, counts)| (word, holds(counts))).collect(),

@@ -8,8 +8,8 @@
 //! # The model
 //! * A named effect is right with the probability 1 / (1 + exp(−w·x)) (logistic regression), where x are its grounds: one, its
 //!   score (log-odds of [`confidence`](crate::decide::confidence)), by how much the effects shrink the gap of runs that were
-//!   not fitted, by how much the gap grows without it, whether something unknown is said to be beside. The weights w are of
-//!   their own for the first name and for further ones.
+//!   not fitted, how many parameters it has to imitate others with, and whether all that is named acts elsewhere than where
+//!   freeing a place gains most.
 //! * Where it is wrong, one of its rivals is at work in its place, or nothing, or something that is not listed, with shares
 //!   counted on the cases. Rivals share theirs by the square of how near they came.
 //! * A verdict says with counted frequency that the truth holds none, known effects only, or an unknown one.
@@ -35,16 +35,10 @@ pub fn grounds(report: &Report, effect: &FoundEffect) -> Option<Grounds> {
         Some(_) => gap.holdout.reduction,
         None => 1.0 - gap.fit.extended / gap.fit.calibrated,
     };
-    let without = effect.gap_grows_without.unwrap_or(0.0).max(0.0).ln_1p();
-    let rest = f64::from(u8::from(report.verdict == Verdict::EffectsAndUnknown));
-    let finite = |value: f64| if value.is_finite() { value } else { 0.0 };
-    Some(Grounds::from([
-        1.0,
-        effect.score?,
-        finite(carried).clamp(-0.5, 1.0),
-        finite(without).min(1.0),
-        rest,
-    ]))
+    let carried = if carried.is_finite() { carried.clamp(-0.5, 1.0) } else { 0.0 };
+    let freedom = (effect.parameters.len().max(1) as f64).ln();
+    let elsewhere = report.evidence.is_some_and(|evidence| !evidence.at_likely_place);
+    Some(Grounds::from([1.0, effect.score?, carried, freedom, f64::from(u8::from(elsewhere))]))
 }
 
 /// From the grounds of a name to a probability.
@@ -58,22 +52,22 @@ pub struct Scaling {
     /// Log-odds for the whole gap of runs that were not fitted.
     #[serde(default)]
     pub carries: f64,
-    /// Log-odds for a gap that is e times as large without the effect.
+    /// Log-odds for each factor of e in the number of the effect's parameters.
     #[serde(default)]
-    pub bears: f64,
-    /// Log-odds where something unknown is said to be beside.
+    pub freedom: f64,
+    /// Log-odds where nothing that is named acts where freeing a place gains most.
     #[serde(default)]
-    pub rest: f64,
+    pub elsewhere: f64,
 }
 
 impl Scaling {
     /// The score as it is.
-    pub const PLAIN: Self = Self { offset: 0.0, slope: 1.0, carries: 0.0, bears: 0.0, rest: 0.0 };
+    pub const PLAIN: Self = Self { offset: 0.0, slope: 1.0, carries: 0.0, freedom: 0.0, elsewhere: 0.0 };
     /// Widths of the prior around [`Self::PLAIN`], which keeps it sensible where there are few cases.
-    const WIDTHS: [f64; GROUNDS] = [2.0, 0.5, 3.0, 3.0, 2.0];
+    const WIDTHS: [f64; GROUNDS] = [2.0, 0.5, 3.0, 1.5, 1.0];
 
     fn weights(&self) -> Grounds {
-        Grounds::from([self.offset, self.slope, self.carries, self.bears, self.rest])
+        Grounds::from([self.offset, self.slope, self.carries, self.freedom, self.elsewhere])
     }
 
     /// Probability on these grounds.
@@ -115,7 +109,7 @@ impl Scaling {
                 break;
             }
         }
-        Self { offset: at[0], slope: at[1], carries: at[2], bears: at[3], rest: at[4] }
+        Self { offset: at[0], slope: at[1], carries: at[2], freedom: at[3], elsewhere: at[4] }
     }
 }
 
@@ -155,10 +149,8 @@ pub struct Calibration {
     pub cases: usize,
     /// Sum of probabilities from which the fewest likeliest sets hold the truth in nine of ten of those cases.
     pub set_level: f64,
-    /// The first name of a report.
-    pub first: Scaling,
-    /// Further names.
-    pub further: Scaling,
+    /// Names.
+    pub names: Scaling,
     /// What is at work where the first name is wrong.
     pub first_wrong: WhenWrong,
     /// The same for further names.
@@ -194,11 +186,10 @@ impl Calibration {
 
     /// Probability that each name is right.
     fn of_names(&self, report: &Report) -> Vec<f64> {
-        let of = |(index, effect): (usize, &FoundEffect)| {
-            let scaling = if index == 0 { &self.first } else { &self.further };
-            grounds(report, effect).map_or(effect.confidence, |grounds| scaling.probability(&grounds))
+        let of = |effect: &FoundEffect| {
+            grounds(report, effect).map_or(effect.confidence, |grounds| self.names.probability(&grounds))
         };
-        report.effects.iter().enumerate().map(of).collect()
+        report.effects.iter().map(of).collect()
     }
 
     fn holds(&self, verdict: Verdict) -> Holds {
@@ -308,7 +299,7 @@ pub(super) fn fewest(sets: &[PosteriorSet], level: f64) -> Vec<usize> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::answer::schema::{Candidate, Gap, HoldoutGap, Location, Rival, ThreeGaps};
+    use crate::answer::schema::{Candidate, Gap, HoldoutGap, Location, ParameterEstimate, Rival, ThreeGaps};
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
@@ -352,6 +343,7 @@ pub(super) mod tests {
             },
             unexplained: None,
             next_run: None,
+            evidence: None,
             seconds: 0.0,
             notes: Vec::new(),
         }
@@ -424,19 +416,20 @@ pub(super) mod tests {
     #[test]
     fn grounds_beside_the_score_count() {
         let learnt = Calibration {
-            first: Scaling { carries: 4.0, bears: 2.0, ..Scaling::PLAIN },
+            names: Scaling { carries: 4.0, freedom: -1.0, ..Scaling::PLAIN },
             ..Calibration::shipped()
         };
-        let p = |reduction: f64, without: f64| {
+        let p = |reduction: f64, parameters: usize| {
             let mut effect = named("a", 1.0, &[]);
-            effect.gap_grows_without = Some(without);
+            let estimate = ParameterEstimate { value: 1.0, ci95: [0.0, 2.0] };
+            effect.parameters = (0..parameters).map(|number| (number.to_string(), estimate)).collect();
             let mut report = report(Verdict::Effects, vec![effect]);
             report.carries_over = Some(reduction > 0.0);
             report.gap.holdout.reduction = reduction;
             learnt.settle(&mut report);
             report.effects[0].confidence
         };
-        assert!(p(0.8, 1.0) > p(0.1, 1.0) && p(0.1, 1.0) > p(-0.3, 1.0), "{} {}", p(0.8, 1.0), p(-0.3, 1.0));
-        assert!(p(0.5, 1.0) > p(0.5, 0.0) && p(f64::NAN, 1.0).is_finite());
+        assert!(p(0.8, 1) > p(0.1, 1) && p(0.1, 1) > p(-0.3, 1), "{} {}", p(0.8, 1), p(-0.3, 1));
+        assert!(p(0.5, 1) > p(0.5, 6) && p(f64::NAN, 1).is_finite());
     }
 }

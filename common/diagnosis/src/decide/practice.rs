@@ -153,8 +153,9 @@ pub fn in_practice_of_curve(decision: Decision, practice: &Practice, criteria: &
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::answer::schema::Evidence;
+    use crate::decide::verdict::decide;
     use crate::decide::verdict::tests::{EXPLAINED, NOTHING, beside};
-    use crate::decide::verdict::{Evidence, decide};
 
     #[test]
     fn effects_that_do_next_to_nothing_are_none() {

@@ -1,38 +1,7 @@
 //! From evidence to a verdict: the first rule of an ordered table that holds. Nothing is computed here but comparisons.
 
-use crate::answer::schema::Verdict;
+use crate::answer::schema::{Evidence, Verdict};
 use crate::decide::criteria::Criteria;
-
-/// What the verdict on a wagon's case rests on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Evidence {
-    /// Number of effects that were selected.
-    pub effects: usize,
-    /// Evidence that they gain over the calibrated model, never negative.
-    pub gain: f64,
-    /// What the best of the library gains by chance in one case of fifty, see [`crate::decide::significance`].
-    pub alarm: f64,
-    /// Whether the strength of one of them sits on a bound.
-    pub on_bound: bool,
-    /// Whether one of them may show where freeing a place gains most over the calibrated model.
-    pub at_likely_place: bool,
-    /// Gain of the strongest flexible discrepancy beside them (beside the nuisances alone if there are none); zero where
-    /// nothing is left to explain.
-    pub discrepancy_gain: f64,
-    /// The same on left-out runs.
-    pub discrepancy_predictive: f64,
-    /// Evidence that freeing the likeliest place gains over the calibrated model.
-    pub place_evidence: f64,
-    /// What freeing the likeliest place still gains beside the effects, as a share of that; one if none are named.
-    pub left: f64,
-    /// Evidence that the strongest flexible discrepancy at a likely place gains instead of the effects; `None` where it was
-    /// not asked.
-    pub instead_evidence: Option<f64>,
-    /// Whether that discrepancy is in the term of one of the effects.
-    pub instead_at_effects: bool,
-    /// Whether it is in the term of the strongest of them.
-    pub instead_at_strongest: bool,
-}
 
 impl Evidence {
     /// Whether the effects selected gain more than chance.

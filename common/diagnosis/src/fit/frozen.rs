@@ -2,11 +2,11 @@
 
 use crate::data::case::Case;
 use crate::fit::candidate::{FULL, Fitted, OPEN_LOOP, SHORT, close};
-use crate::fit::objective::{Innovations, Whitening};
+use crate::fit::objective::{Innovations, Whitening, Windows};
 use crate::fit::solver::{self, Effort, Fit, Problem};
 use crate::fit::windows;
 use crate::model::candidates::Candidate;
-use crate::model::parameters::{FittedEffect, Shape};
+use crate::model::parameters::{FittedEffect, Parameter, Shape};
 use crate::predict::disturbances::{DisturbanceModel, OUTLIER_SIGMA};
 use rayon::prelude::*;
 
@@ -75,7 +75,8 @@ pub fn freeze_upwards<'a>(
 }
 
 /// Short fits of all candidates on open-loop windows on top of a model, each from its first start and from where `led` says, if it
-/// does: indices, shapes and parameters of the best `count`, and of the best that is `wanted` if it is not among them.
+/// does: indices, shapes and parameters of the best `count`, and of the best that is `wanted` if it is not among them. A stretch of
+/// track starts where the windows ask for it, see [`Scan`]: a tolerant filter leads it anywhere.
 ///
 /// Where the model is grossly wrong, a tolerant filter follows the measurements so closely that a late or smoothed sensor in
 /// its feedback unsettles it, and a form that is not quite right looks like any other. Open loop there is no feedback, and
@@ -91,15 +92,20 @@ pub fn open_loop_trials(
     let (problem, base) = windows::reweighted(case, shape, theta);
     let residuals = problem.residuals(&base);
     let columns = problem.columns(shape.parameters(), &base, &residuals, 0..base.len());
-    let fit = |effect: &FittedEffect| {
+    let fit_as = |effect: &FittedEffect, effort: Effort| {
         let with = shape.with(effect);
         let start: Vec<f64> = base.iter().copied().chain(effect.parameters.iter().map(|p| p.start)).collect();
-        let effort = Effort { slow_columns: base.len(), ..OPEN_LOOP };
+        let effort = Effort { slow_columns: base.len(), ..effort };
         let fit = solver::fit(&problem.with(&with), with.parameters(), &start, effort, Some(&columns));
         (fit.total(), with, fit.theta)
     };
+    let scan = Scan { problem: &problem, shape, base: &base, residuals: &residuals, columns: &columns };
     let best = |(i, c): (usize, &Candidate)| {
-        let starts = c.starts.iter().take(1).chain(led.get(i).and_then(Option::as_ref));
+        let first = scan.best(&c.scan(case)).or_else(|| c.starts.first().cloned());
+        // A stretch has its place to find before its strength means anything.
+        let effort = if c.is_stretch() { FULL } else { OPEN_LOOP };
+        let fit = |effect: &FittedEffect| fit_as(effect, effort);
+        let starts = first.iter().chain(led.get(i).and_then(Option::as_ref));
         let fits = starts.map(fit).min_by(|a, b| a.0.total_cmp(&b.0));
         fits.map(|(cost, shape, theta)| (cost, i, shape, theta))
     };
@@ -113,6 +119,49 @@ pub fn open_loop_trials(
     }
     all.truncate(count + usize::from(beyond.is_some()));
     all.into_iter().map(|(_, i, shape, theta)| (i, shape, theta)).collect()
+}
+
+/// Looks for the place of an effect on the windows of a model: on each stretch its strength alone is fitted, in one step, because
+/// the place means nothing before there is a strength.
+struct Scan<'s, 'a> {
+    problem: &'s Windows<'a>,
+    shape: &'s Shape,
+    base: &'s [f64],
+    residuals: &'s [f64],
+    columns: &'s [Vec<f64>],
+}
+
+impl Scan<'_, '_> {
+    /// The stretch that promises most, with its strength.
+    fn best(&self, stretches: &[FittedEffect]) -> Option<FittedEffect> {
+        let steps: Vec<(f64, FittedEffect)> = stretches.par_iter().filter_map(|one| self.step(one)).collect();
+        steps.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, effect)| effect)
+    }
+
+    /// What one step in the strength of an effect from none promises, and the effect with that strength.
+    fn step(&self, effect: &FittedEffect) -> Option<(f64, FittedEffect)> {
+        let strength = |name: &str| effect.spec.parameters.iter().find(|p| p.name == name)?.neutral;
+        let own = effect.parameters.iter().position(|p| strength(&p.name).is_some())?;
+        let mut effect = effect.clone();
+        effect.parameters[own].start = strength(&effect.parameters[own].name)?;
+        let with = self.shape.with(&effect);
+        let index = self.base.len() + own;
+        let theta: Vec<f64> =
+            self.base.iter().copied().chain(effect.parameters.iter().map(|p| p.start)).collect();
+        let problem = self.problem.with(&with);
+        let column = problem.columns(with.parameters(), &theta, self.residuals, index..index + 1);
+        let all: Vec<&[f64]> = self.columns.iter().chain(&column).map(Vec::as_slice).collect();
+        let blocks = solver::blocks_of(self.residuals, &all, problem.block_ends(), problem.huber());
+        let parameters: Vec<Parameter> =
+            self.shape.parameters().iter().chain([&effect.parameters[own]]).cloned().collect();
+        let at: Vec<f64> = self.base.iter().copied().chain([theta[index]]).collect();
+        let (gradient, curvature) = solver::assemble(&parameters, &at, &blocks);
+        let step = -curvature.cholesky()?.solve(&gradient);
+        let gain = -0.5 * gradient.dot(&step);
+        let strong = &mut effect.parameters[own];
+        strong.start = (strong.start + step[self.base.len()]).clamp(strong.lower, strong.upper);
+        Some((gain, effect))
+    }
 }
 
 /// Fits a shape at one tolerance: twice, since the gains depend on the fit.

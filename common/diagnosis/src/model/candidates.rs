@@ -19,6 +19,31 @@ impl Candidate {
     pub(crate) fn is_stretch(&self) -> bool {
         start_of_stretch(self.spec).is_some()
     }
+
+    /// The effect on many stretches of the track of a case, short ones and long ones, each overlapping the next by half; none if it
+    /// does not act on a stretch.
+    pub(crate) fn scan(&self, case: &Case) -> Vec<FittedEffect> {
+        let Some(first) = self.starts.first().filter(|_| self.is_stretch()) else { return Vec::new() };
+        let (from, to) = track(case);
+        let on = |(begin, share): (f64, f64)| {
+            let mut effect = first.clone();
+            for parameter in &mut effect.parameters {
+                let value = match parameter.name.as_str() {
+                    "start_m" => from + begin * (to - from),
+                    "length_m" => share * (to - from),
+                    "edge_m" => EDGE_SHARE * share * (to - from),
+                    _ => continue,
+                };
+                parameter.start = value.clamp(parameter.lower, parameter.upper);
+            }
+            effect
+        };
+        let of_length = |share: f64| {
+            let number = (2.0 * (1.0 - share) / share).ceil() as usize;
+            (0..=number).map(move |index| ((0.5 * share * index as f64).min(1.0 - share), share))
+        };
+        SCANNED.into_iter().flat_map(of_length).map(on).collect()
+    }
 }
 
 /// Index of the parameter that says where a stretch of track begins.
@@ -127,6 +152,9 @@ const EDGE_SHARE: f64 = 0.3;
 /// Begin and length of the stretches tried, as shares of the track.
 const STRETCHES: [(f64, f64); 6] =
     [(0.02, 0.15), (0.15, 0.15), (0.3, 0.15), (0.45, 0.2), (0.65, 0.2), (0.2, 0.5)];
+
+/// Lengths of the stretches that are scanned, as shares of the track.
+const SCANNED: [f64; 4] = [0.06, 0.12, 0.25, 0.5];
 
 /// The stretch of track that the runs to fit on cover.
 fn track(case: &Case) -> (f64, f64) {

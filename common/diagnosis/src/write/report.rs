@@ -72,6 +72,7 @@ pub(crate) fn report(
         },
         unexplained: unexplained(case, judgement, fit_totals[2].gap()),
         next_run: next_run(&effects, judgement),
+        evidence: Some(judgement.evidence),
         carries_over: carries_over(case, &effects, holdout),
         effects,
         posterior: Vec::new(),

@@ -74,6 +74,7 @@ pub fn wagon_report() -> Report {
             },
         },
         unexplained: None,
+        evidence: None,
         next_run: Some(
             "To tell brake_fade from brake_friction_speed: two stops from the same speed in quick succession, and one after a long cool-down."
                 .to_owned(),

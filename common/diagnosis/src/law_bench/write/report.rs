@@ -62,6 +62,7 @@ pub fn write(findings: &Findings, options: &Options, started: Instant) -> Result
         },
         unexplained: unexplained(findings, extended_gap),
         next_run: words::next_run(findings),
+        evidence: None,
         seconds: started.elapsed().as_secs_f64(),
         notes: Vec::new(),
     };
