@@ -33,8 +33,10 @@ const DRIVES_FROM_NM: f64 = 200.0;
 const ALONE_SHARE: f64 = 0.3;
 /// So much is kept for a recording, s.
 pub const KEPT_S: f64 = 180.0;
-/// Samples are kept at most this often, Hz.
-const KEPT_HZ: f64 = 100.0;
+/// Samples are kept at most this often, Hz: as often as a diagnosis looks at them.
+const KEPT_HZ: f64 = 50.0;
+/// Samples that are kept, at most.
+const MOST_KEPT: usize = (KEPT_S * KEPT_HZ) as usize;
 
 /// What the wagon does while a sample is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,18 +79,24 @@ pub struct GapWatch {
     last_force_n: f64,
     changing_s: f64,
     kept: VecDeque<Kept>,
+    /// The values of each of `kept`, see [`values_of`].
+    values: VecDeque<f32>,
     wheelsets: usize,
     rail: Condition,
 }
 
-/// A sample in little room.
+/// A sample in little room, but for its values.
 #[derive(Debug, Clone, Copy)]
 struct Kept {
     t_s: f64,
     position_m: f64,
-    values: [f32; 15],
     valid: u32,
     rail: Condition,
+}
+
+/// Values that are kept of a sample: speed; speeds, forces and torques of so many wheelsets; grade, sanding.
+const fn values_of(wheelsets: usize) -> usize {
+    3 * wheelsets + 3
 }
 
 /// A sample that was kept, and the rail as it was taken to be then.
@@ -116,6 +124,7 @@ impl GapWatch {
             last_force_n: 0.0,
             changing_s: f64::INFINITY,
             kept: VecDeque::new(),
+            values: VecDeque::new(),
             wheelsets: 0,
             rail: Condition::Dry,
         }
@@ -136,12 +145,15 @@ impl GapWatch {
         let dt_s = sample.time_s - self.last_time_s;
         let begins = estimate.flags & flags::RESTARTED != 0 || !(0.0..0.5).contains(&dt_s);
         self.last_time_s = sample.time_s;
-        self.wheelsets = sample.wheelset_count();
+        if self.wheelsets != sample.wheelset_count() {
+            self.wheelsets = sample.wheelset_count();
+            self.forget_kept();
+        }
         // Holes are cut out when a recording is written; only where time begins anew what was kept is of another day. A filter
         // that starts again says nothing about the samples: where the model is wrong it does so often.
         let goes_on = dt_s >= 0.0;
         if !goes_on {
-            self.kept.clear();
+            self.forget_kept();
         }
         if begins {
             self.last_force_n = sample.pressing_force_n.iter().sum();
@@ -269,35 +281,45 @@ impl GapWatch {
         if !due {
             return;
         }
-        if self.kept.len() >= (KEPT_S * KEPT_HZ) as usize {
+        if self.kept.capacity() == 0 {
+            // A ring that grows by doubling comes to take nearly twice what it holds, for each of many wagons.
+            self.kept.reserve_exact(MOST_KEPT);
+            self.values.reserve_exact(MOST_KEPT * values_of(self.wheelsets));
+        }
+        if self.kept.len() >= MOST_KEPT {
             self.kept.pop_front();
+            self.values.drain(..values_of(self.wheelsets));
         }
-        let mut values = [0.0; 15];
-        values[0] = sample.v_m_s as f32;
-        for wheelset in 0..sample.wheelset_count() {
-            values[1 + wheelset] = sample.wheel_speed_rad_s[wheelset] as f32;
-            values[5 + wheelset] = sample.pressing_force_n[wheelset] as f32;
-            values[9 + wheelset] = sample.drive_torque_nm[wheelset] as f32;
-        }
-        (values[13], values[14]) = (sample.grade_rad as f32, sample.sanding as f32);
+        let each = [sample.wheel_speed_rad_s, sample.pressing_force_n, sample.drive_torque_nm];
+        let of_wheelsets = each.iter().flat_map(|values| &values[..self.wheelsets]);
+        let ends = [&sample.grade_rad, &sample.sanding];
+        let values = std::iter::once(&sample.v_m_s).chain(of_wheelsets).chain(ends);
+        self.values.extend(values.map(|value| *value as f32));
         let (t_s, position_m, valid) = (sample.time_s, sample.position_m, sample.valid);
-        self.kept.push_back(Kept { t_s, position_m, values, valid, rail: self.rail });
+        self.kept.push_back(Kept { t_s, position_m, valid, rail: self.rail });
+    }
+
+    fn forget_kept(&mut self) {
+        (self.kept, self.values) = Default::default();
     }
 
     /// The latest minutes, oldest first.
     pub fn rows(&self) -> impl ExactSizeIterator<Item = KeptRow> + '_ {
-        self.kept.iter().map(|kept| {
+        let wheelsets = self.wheelsets;
+        self.kept.iter().enumerate().map(move |(index, kept)| {
+            let first = index * values_of(wheelsets);
             let value = |place: usize, bit: u32| {
-                if kept.valid & bit == 0 { f64::NAN } else { rounded(f64::from(kept.values[place])) }
+                if kept.valid & bit == 0 { f64::NAN } else { rounded(f64::from(self.values[first + place])) }
             };
             let mut row = Row { t_s: kept.t_s, v_m_s: value(0, valid::SPEED), ..Row::default() };
-            for wheelset in 0..self.wheelsets {
-                row.wheel_speed_rad_s[wheelset] = value(1 + wheelset, valid::wheel_speed(wheelset));
-                row.pressing_force_n[wheelset] = value(5 + wheelset, valid::pressing_force(wheelset));
-                row.drive_torque_nm[wheelset] = value(9 + wheelset, valid::drive_torque(wheelset));
+            for wheelset in 0..wheelsets {
+                let place = |quantity: usize| 1 + quantity * wheelsets + wheelset;
+                row.wheel_speed_rad_s[wheelset] = value(place(0), valid::wheel_speed(wheelset));
+                row.pressing_force_n[wheelset] = value(place(1), valid::pressing_force(wheelset));
+                row.drive_torque_nm[wheelset] = value(place(2), valid::drive_torque(wheelset));
             }
-            row.grade_rad = value(13, valid::GRADE);
-            row.sanding = value(14, valid::SANDING);
+            row.grade_rad = value(1 + 3 * wheelsets, valid::GRADE);
+            row.sanding = value(2 + 3 * wheelsets, valid::SANDING);
             row.position_m = if kept.valid & valid::POSITION == 0 { f64::NAN } else { kept.position_m };
             KeptRow { row, rail: kept.rail }
         })
@@ -319,4 +341,57 @@ impl GapWatch {
 /// What single precision knows, without its tail of digits.
 fn rounded(value: f64) -> f64 {
     (value * 1e5).round() / 1e5
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use railgrip_messages::Stamp;
+
+    /// Keeps so many seconds at 1 kHz of a wagon whose every value tells its place and its time.
+    fn kept(wheelsets: usize, seconds: f64) -> GapWatch {
+        let mut watch = GapWatch::new(2.0);
+        for step in 0..(seconds * 1000.0) as usize {
+            let time_s = step as f64 * 1e-3;
+            let of = |place: f64| std::array::from_fn(|wheelset| place + 10.0 * wheelset as f64 + time_s);
+            let sample = Sample {
+                acquired: Stamp::default(),
+                time_s,
+                v_m_s: time_s,
+                wheelsets: wheelsets as u32,
+                wheel_speed_rad_s: of(1e2),
+                pressing_force_n: of(1e3),
+                drive_torque_nm: of(1e4),
+                grade_rad: 0.01,
+                sanding: 0.5,
+                position_m: 20.0 * time_s,
+                valid: u32::MAX,
+                ..Sample::default()
+            };
+            watch.take(&sample, &Estimate::default(), &Innovation::default());
+        }
+        watch
+    }
+
+    #[test]
+    fn the_latest_minutes_are_kept_in_the_room_that_they_need() {
+        for wheelsets in [2, 4] {
+            let watch = kept(wheelsets, KEPT_S + 20.0);
+            let rows: Vec<KeptRow> = watch.rows().collect();
+            assert_eq!(rows.len(), MOST_KEPT);
+            assert!((watch.newest_s() - rows[0].row.t_s - KEPT_S).abs() < 0.1);
+            for KeptRow { row, .. } in rows.iter().step_by(997) {
+                assert!((row.v_m_s - row.t_s).abs() < 1e-4 && (row.position_m - 20.0 * row.t_s).abs() < 1e-9);
+                for wheelset in 0..wheelsets {
+                    let expected = |place: f64| place + 10.0 * wheelset as f64 + row.t_s;
+                    assert!((row.wheel_speed_rad_s[wheelset] - expected(1e2)).abs() < 1e-3);
+                    assert!((row.pressing_force_n[wheelset] - expected(1e3)).abs() < 1e-3);
+                    assert!((row.drive_torque_nm[wheelset] - expected(1e4)).abs() < 1e-2);
+                }
+                assert!((row.grade_rad - 0.01).abs() < 1e-6 && (row.sanding - 0.5).abs() < 1e-6);
+            }
+            assert!(watch.kept.capacity() <= MOST_KEPT + 8);
+            assert!(watch.values.capacity() <= MOST_KEPT * values_of(wheelsets) + 8);
+        }
+    }
 }

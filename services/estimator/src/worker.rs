@@ -14,6 +14,9 @@ use railgrip_settings::{TrainSettings, VehicleNumber};
 use railgrip_vehicle::VehicleParameters;
 use std::time::Instant;
 
+/// Samples for whose results there is always room.
+const MOST_ROOM: usize = 64;
+
 /// Filter and indicators of one wagon, with what they made of the samples since the last [`Worker::clear`].
 pub struct Worker {
     pub(crate) wagon: u32,
@@ -349,5 +352,9 @@ impl Worker {
         self.estimates.clear();
         self.innovations.clear();
         self.events.clear();
+        // What a backlog took once is not kept for ever.
+        self.estimates.shrink_to(MOST_ROOM);
+        self.innovations.shrink_to(MOST_ROOM);
+        self.undigested.shrink_to(MOST_ROOM);
     }
 }
