@@ -114,6 +114,8 @@ pub struct Evidence {
     pub instead_evidence: Option<f64>,
     /// Whether that discrepancy is in the term of one of the effects.
     pub instead_at_effects: bool,
+    /// Whether it is in the term of the strongest of them.
+    pub instead_at_strongest: bool,
 }
 
 /// Where the gap of the calibrated model lies.

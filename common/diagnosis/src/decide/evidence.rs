@@ -73,6 +73,8 @@ pub fn judge(selection: &Selection, criteria: &Criteria, seed: u64) -> Judgement
         let effects = &selection.best.fitted.shape.effects;
         evidence.instead_evidence = Some(*gained);
         evidence.instead_at_effects = effects.iter().any(|e| e.spec.term == discrepancy.discrepancy.term);
+        evidence.instead_at_strongest =
+            selection.strongest().is_some_and(|e| e.spec.term == discrepancy.discrepancy.term);
     }
     let decision = decide(&evidence, criteria);
     let tie = criteria.ties.look_alike;
@@ -104,6 +106,7 @@ fn without_instead(
         left: 1.0,
         instead_evidence: None,
         instead_at_effects: false,
+        instead_at_strongest: false,
     };
     if evidence.is_named() {
         evidence.left = localise::share_left(&selection.places, &selection.rest);

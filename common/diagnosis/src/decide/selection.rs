@@ -12,7 +12,7 @@ use crate::fit::frozen::{self, FrozenFit};
 use crate::fit::hearing;
 use crate::fit::objective::Whitening;
 use crate::model::candidates::{self, Candidate};
-use crate::model::parameters::Shape;
+use crate::model::parameters::{FittedEffect, Shape};
 use crate::predict::disturbances::{DisturbanceModel, TOLERANCES};
 use crate::predict::localise::{self, PlaceEvidence, Stretches};
 use rayon::prelude::*;
@@ -84,6 +84,13 @@ impl<'a> Selection<'a> {
 }
 
 impl Selection<'_> {
+    /// The effect without which the best model would lose most.
+    pub fn strongest(&self) -> Option<&FittedEffect> {
+        let effects = &self.best.fitted.shape.effects;
+        let lost = |e: usize| self.lost_without.get(e).copied().unwrap_or(0.0);
+        (0..effects.len()).max_by(|a, b| lost(*a).total_cmp(&lost(*b))).map(|e| &effects[e])
+    }
+
     /// The round in which the effect named `id` was tried against its rivals and taken: the last that tried it.
     pub fn accepted_in(&self, id: &str) -> Option<&Round> {
         self.rounds.iter().rev().find(|round| round.gains.iter().any(|gain| gain.id == id))

@@ -43,10 +43,10 @@ impl Evidence {
         self.instead_at_effects && self.instead_evidence.is_some_and(|evidence| evidence < most)
     }
 
-    /// Whether a curve at one place, at which none of the effects acts, explains as much as several of them together.
+    /// Whether a curve at one place, another one than the strongest effect's, explains as much as several effects together.
     fn is_one_for_several(&self) -> bool {
         let as_much = self.instead_evidence.is_some_and(|evidence| evidence > self.gain);
-        self.effects > 1 && as_much && !self.instead_at_effects
+        self.effects > 1 && as_much && !self.instead_at_strongest
     }
 
     /// Whether the effects explain less than `share` of what can be explained, and what they leave has structure.
@@ -245,6 +245,7 @@ pub(super) mod tests {
         left: 0.02,
         instead_evidence: None,
         instead_at_effects: false,
+        instead_at_strongest: false,
     };
 
     /// No effect, and nothing to explain.
@@ -284,7 +285,7 @@ pub(super) mod tests {
                 Evidence {
                     effects: 3,
                     instead_evidence: Some(1080.0),
-                    instead_at_effects: true,
+                    instead_at_strongest: true,
                     ..EXPLAINED
                 },
             ),
