@@ -1,5 +1,6 @@
 //! The ends of an audio channel: blocks of samples of any length, with a header each.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use iceoryx2::port::notifier::Notifier;
@@ -9,6 +10,7 @@ use railgrip_messages::AudioHeader;
 
 use crate::BusError;
 use crate::ports::{Sequence, Wake, Waking, hush, wait_on};
+use crate::presence::Membership;
 
 /// Samples of one block, at most: a quarter of a second at 48 kHz.
 pub const MAX_AUDIO_BLOCK: usize = 12_000;
@@ -20,6 +22,7 @@ pub struct AudioPublisher {
     name: String,
     port: publisher::Publisher<ipc::Service, [f32], AudioHeader>,
     notifier: Notifier<ipc::Service>,
+    _member: Arc<Membership>,
 }
 
 impl AudioPublisher {
@@ -27,8 +30,9 @@ impl AudioPublisher {
         name: String,
         port: publisher::Publisher<ipc::Service, [f32], AudioHeader>,
         notifier: Notifier<ipc::Service>,
+        member: Arc<Membership>,
     ) -> Self {
-        Self { name, port, notifier }
+        Self { name, port, notifier, _member: member }
     }
 
     /// Sends one block and wakes the listener.
@@ -51,6 +55,7 @@ pub struct AudioSubscriber {
     port: subscriber::Subscriber<ipc::Service, [f32], AudioHeader>,
     waking: Waking,
     sequence: Sequence,
+    _member: Arc<Membership>,
 }
 
 impl AudioSubscriber {
@@ -58,8 +63,9 @@ impl AudioSubscriber {
         name: String,
         port: subscriber::Subscriber<ipc::Service, [f32], AudioHeader>,
         waking: Waking,
+        member: Arc<Membership>,
     ) -> Self {
-        Self { name, port, waking, sequence: Sequence::default() }
+        Self { name, port, waking, sequence: Sequence::default(), _member: member }
     }
 
     /// Sleeps until a block arrives or `timeout` is over.

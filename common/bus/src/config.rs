@@ -68,6 +68,11 @@ impl BusConfig {
         Path::new(SHARED_MEMORY).join(format!("{}ipc", self.prefix))
     }
 
+    /// Where iceoryx2 describes the channels, a file each.
+    pub(crate) fn services(&self) -> PathBuf {
+        self.root().join("services")
+    }
+
     pub(crate) fn transport_file(&self) -> PathBuf {
         self.dir.join("iceoryx2.toml")
     }

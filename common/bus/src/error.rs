@@ -100,6 +100,16 @@ pub enum BusError {
         /// The train.
         train: String,
     },
+    /// Channels are gone although their holder lives.
+    #[error("{missing} of the {channels} channels of train \"{train}\" are gone; they must be created anew")]
+    ChannelsGone {
+        /// The train.
+        train: String,
+        /// How many are gone.
+        missing: usize,
+        /// How many there were.
+        channels: usize,
+    },
     /// This process already uses another instance; iceoryx2 allows one configuration a process.
     #[error("this process is bound to the instance in {bound} and cannot use {wanted}")]
     OtherInstance {

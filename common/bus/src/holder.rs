@@ -91,16 +91,37 @@ impl Holder {
     }
 
     /// Cleans up after the dead until asked to stop.
-    pub fn run(&self, lifecycle: &Lifecycle) {
+    ///
+    /// # Errors
+    /// [`BusError::ChannelsGone`]: nobody could open those that are missing, however often it started again.
+    pub fn run(&self, lifecycle: &Lifecycle) -> Result<(), BusError> {
         lifecycle.ready();
         let mut last = Instant::now();
         while !lifecycle.should_stop() {
             std::thread::sleep(Duration::from_millis(50));
             if last.elapsed() >= CLEANUP_PERIOD {
                 self.clean_up();
+                self.check_channels()?;
                 last = Instant::now();
             }
             lifecycle.beat();
+        }
+        Ok(())
+    }
+
+    /// Fails if channels are missing. A process that was stopped while its holder died, and woke under the next, takes those with
+    /// it that it was the last to use.
+    ///
+    /// # Errors
+    /// [`BusError::ChannelsGone`].
+    pub fn check_channels(&self) -> Result<(), BusError> {
+        let folder = self.config.services();
+        let entries =
+            std::fs::read_dir(&folder).map_err(|source| BusError::File { path: folder.clone(), source })?;
+        let channels = self.kept.len();
+        match channels.saturating_sub(entries.count()) {
+            0 => Ok(()),
+            missing => Err(BusError::ChannelsGone { train: self.config.train.clone(), missing, channels }),
         }
     }
 

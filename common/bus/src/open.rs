@@ -1,5 +1,6 @@
 //! How every process but the holder joins a train.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use iceoryx2::port::listener::Listener;
@@ -13,7 +14,7 @@ use railgrip_messages::{AUDIO_TYPE_NAME, AudioHeader, NO_WAGON, Payload, Process
 
 use crate::audio::MAX_AUDIO_BLOCK;
 use crate::ports::{Publisher, Subscriber, waking};
-use crate::presence::{self, Kind, Lock};
+use crate::presence::{self, Kind, Lock, Membership};
 use crate::{
     AudioPublisher, AudioSubscriber, BogiePublisher, BogieSubscriber, BusConfig, BusError, Channel,
     EstimatePublisher, EstimateSubscriber, EventPublisher, EventSubscriber, HealthPublisher,
@@ -34,8 +35,7 @@ pub struct Bus {
     node: Node<ipc::Service>,
     config: BusConfig,
     incarnation: String,
-    _presence: Lock,
-    _role: Option<Lock>,
+    member: Arc<Membership>,
 }
 
 impl Bus {
@@ -57,7 +57,8 @@ impl Bus {
                 config.install()?;
                 let role = role(&config, process, &name)?;
                 let node = node::create(&config, &name)?;
-                return Ok(Self { node, config, incarnation, _presence: lock, _role: role });
+                let member = Arc::new(Membership { _ports: lock, _role: role });
+                return Ok(Self { node, config, incarnation, member });
             }
             if Instant::now() >= deadline {
                 return Err(no_holder());
@@ -180,7 +181,7 @@ impl Bus {
                 .create()
         })?;
         let notifier = self.notifier(&name)?;
-        Ok(AudioPublisher::new(name, port, notifier))
+        Ok(AudioPublisher::new(name, port, notifier, self.member()))
     }
 
     /// Receives the audio of the microphone of one wagon.
@@ -191,7 +192,7 @@ impl Bus {
         let (name, data) = self.audio(wagon)?;
         let waking = waking(&name, self.listener(&name)?)?;
         let port = patiently(&name, "subscriber", || data.subscriber_builder().create())?;
-        Ok(AudioSubscriber::new(name, port, waking))
+        Ok(AudioSubscriber::new(name, port, waking, self.member()))
     }
 
     /// Sends what the microphone of one wagon heard.
@@ -302,7 +303,7 @@ impl Bus {
                 .create()
         })?;
         let notifier = if row.wakes { Some(self.notifier(&name)?) } else { None };
-        Ok(Publisher::new(name, port, notifier, max_batch))
+        Ok(Publisher::new(name, port, notifier, max_batch, self.member()))
     }
 
     fn subscriber<T: Payload>(&self, channel_name: &str, wagon: u32) -> Result<Subscriber<T>, BusError> {
@@ -310,7 +311,11 @@ impl Bus {
         // The listener comes first: whatever arrives from the first moment on wakes.
         let listener = if row.wakes { Some(self.listener(&name)?) } else { None };
         let port = patiently(&name, "subscriber", || data.subscriber_builder().create())?;
-        Subscriber::new(name, port, listener, row.counted)
+        Subscriber::new(name, port, listener, row.counted, self.member())
+    }
+
+    fn member(&self) -> Arc<Membership> {
+        Arc::clone(&self.member)
     }
 
     fn notifier(&self, name: &str) -> Result<Notifier<ipc::Service>, BusError> {

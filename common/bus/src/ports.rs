@@ -1,5 +1,6 @@
 //! The typed ends of a channel.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use iceoryx2::port::listener::Listener;
@@ -16,6 +17,7 @@ use railgrip_messages::{
 };
 
 use crate::BusError;
+use crate::presence::Membership;
 
 /// Sends samples of one wagon.
 pub type SamplePublisher = Publisher<Sample>;
@@ -68,6 +70,7 @@ pub struct Publisher<T: Payload> {
     port: publisher::Publisher<ipc::Service, [T], ()>,
     notifier: Option<Notifier<ipc::Service>>,
     max_batch: usize,
+    _member: Arc<Membership>,
 }
 
 impl<T: Payload> Publisher<T> {
@@ -76,8 +79,9 @@ impl<T: Payload> Publisher<T> {
         port: publisher::Publisher<ipc::Service, [T], ()>,
         notifier: Option<Notifier<ipc::Service>>,
         max_batch: usize,
+        member: Arc<Membership>,
     ) -> Self {
-        Self { name, port, notifier, max_batch }
+        Self { name, port, notifier, max_batch, _member: member }
     }
 
     /// Items that travel in one message, at most; [`Publisher::publish`] splits longer slices.
@@ -131,6 +135,7 @@ pub struct Subscriber<T: Payload> {
     port: subscriber::Subscriber<ipc::Service, [T], ()>,
     waking: Option<Waking>,
     sequence: Option<Sequence>,
+    _member: Arc<Membership>,
 }
 
 /// What wakes a reader.
@@ -217,9 +222,10 @@ impl<T: Payload> Subscriber<T> {
         port: subscriber::Subscriber<ipc::Service, [T], ()>,
         listener: Option<Listener<ipc::Service>>,
         counted: bool,
+        member: Arc<Membership>,
     ) -> Result<Self, BusError> {
         let waking = listener.map(|listener| waking(&name, listener)).transpose()?;
-        Ok(Self { name, port, waking, sequence: counted.then(Sequence::default) })
+        Ok(Self { name, port, waking, sequence: counted.then(Sequence::default), _member: member })
     }
 
     /// Sleeps until something arrives or `timeout` is over. On a channel without wake-ups it only sleeps.

@@ -23,6 +23,14 @@ pub(crate) struct Lock {
     _file: File,
 }
 
+/// The locks of a process with ports. The bus and every port share them: a port that ends takes its channel with it where it was
+/// the last, by name, so a holder may create channels of that name only once all ports have ended.
+#[derive(Debug)]
+pub(crate) struct Membership {
+    pub _ports: Lock,
+    pub _role: Option<Lock>,
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     Shared,

@@ -5,7 +5,7 @@
 
 use std::time::{Duration, Instant};
 
-use railgrip_bus::{Bus, BusConfig, BusError, Holder, Limits, MAX_AUDIO_BLOCK, Wake, now};
+use railgrip_bus::{Bus, BusConfig, BusError, Holder, Lifecycle, Limits, MAX_AUDIO_BLOCK, Wake, now};
 use railgrip_messages::{AudioHeader, Event, EventKind, Health, ProcessKind, Sample, Text};
 
 const WAGONS: u32 = 3;
@@ -49,6 +49,45 @@ fn everything_a_channel_promises() {
     drop(holder);
     assert_eq!(leftovers(&prefix), Vec::<String>::new(), "shared memory must be clean");
     refuses_without_holder(&config);
+    a_port_without_its_bus_keeps_the_next_holder_waiting(&config);
+    a_holder_notices_that_a_channel_is_gone(&config);
+}
+
+/// A process whose bus ended before its ports once took a channel of the next holder with it, and the wagon was dead for ever.
+fn a_port_without_its_bus_keeps_the_next_holder_waiting(config: &BusConfig) {
+    let (tell, hear) = std::sync::mpsc::channel();
+    let (leave, left) = std::sync::mpsc::channel();
+    std::thread::scope(|scope| {
+        let holders = scope.spawn(move || {
+            let first = Holder::start(config.clone(), Duration::ZERO).expect("holder");
+            tell.send(()).expect("somebody waits");
+            left.recv().expect("the bus ended");
+            drop(first);
+            let second = Holder::start(config.clone(), Duration::ZERO).expect("holder");
+            left.recv().expect("the port ended");
+            second.check_channels()
+        });
+        hear.recv().expect("a holder");
+        let bus = Bus::open(config.clone(), ProcessKind::Health, 0).expect("bus");
+        let port = bus.health_subscriber(2).expect("port");
+        drop(bus);
+        leave.send(()).expect("the holder waits");
+        std::thread::sleep(Duration::from_millis(300));
+        drop(port);
+        leave.send(()).expect("the holder waits");
+        holders.join().expect("no panic").expect("all channels are there");
+    });
+}
+
+fn a_holder_notices_that_a_channel_is_gone(config: &BusConfig) {
+    let holder = Holder::start(config.clone(), Duration::ZERO).expect("holder");
+    holder.check_channels().expect("all are there");
+    let services = std::path::PathBuf::from(format!("/dev/shm/{}ipc/services", config.prefix));
+    let one = services.read_dir().expect("services").flatten().next().expect("one").path();
+    std::fs::remove_file(one).expect("removed");
+    let error = holder.run(&Lifecycle::new()).expect_err("it must leave").to_string();
+    println!("{error}");
+    assert!(error.starts_with("1 of the "), "{error}");
 }
 
 fn refuses_without_holder(config: &BusConfig) {

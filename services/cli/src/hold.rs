@@ -36,8 +36,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
             tracing::warn!(%error, "wagons without a vehicle number cannot be told from others");
         }
         tracing::info!(channels = holder.channels(), dir = %train.settings.instance.dir.display(), "channels exist");
-        holder.run(lifecycle);
-        Ok::<(), BusError>(())
+        holder.run(lifecycle)
     })
 }
 
