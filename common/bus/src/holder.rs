@@ -14,8 +14,9 @@ use crate::presence::{self, Kind, Lock};
 use crate::shared_memory::{self, PrefixClaim, remove_file};
 use crate::{BusConfig, BusError, CHANNELS, Channel, Lifecycle, Scope, clock, node};
 
-/// How often the holder cleans up after dead processes.
-const CLEANUP_PERIOD: Duration = Duration::from_millis(250);
+/// How often the holder looks for dead processes, to clean up after them: so often that looking takes no more than a hundredth of
+/// its time (it opens files of every process), within these bounds.
+const CLEANUP_PERIODS: [Duration; 2] = [Duration::from_millis(250), Duration::from_secs(2)];
 /// How long the holder waits for processes of the train to leave before it wipes.
 const LEAVE_PATIENCE: Duration = Duration::from_secs(3);
 /// Processes that publish on a channel of the train, beside one a wagon.
@@ -96,13 +97,15 @@ impl Holder {
     /// [`BusError::ChannelsGone`]: nobody could open those that are missing, however often it started again.
     pub fn run(&self, lifecycle: &Lifecycle) -> Result<(), BusError> {
         lifecycle.ready();
-        let mut last = Instant::now();
+        let [least, most] = CLEANUP_PERIODS;
+        let mut next = Instant::now() + least;
         while !lifecycle.should_stop() {
             std::thread::sleep(Duration::from_millis(50));
-            if last.elapsed() >= CLEANUP_PERIOD {
+            let began = Instant::now();
+            if began >= next {
                 self.clean_up();
                 self.check_channels()?;
-                last = Instant::now();
+                next = began + (100 * began.elapsed()).clamp(least, most);
             }
             lifecycle.beat();
         }
