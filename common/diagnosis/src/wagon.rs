@@ -131,6 +131,9 @@ fn diagnose_and<T>(
         if let Some(faint) = in_gap::first(case, &selection, &calibrated, &criteria) {
             selection.take_faint(faint, &criteria);
         }
+        if let Some(alone) = search.alone(&selection) {
+            selection.take_further((case, &alignments), alone, &criteria);
+        }
         while let Some(further) = search.further(&selection)
             && selection.take_further((case, &alignments), further, &criteria)
         {}
@@ -169,12 +172,12 @@ fn diagnose_and<T>(
     // In practice: what does next to nothing to the gap is no answer to where it comes from, and a gap that is left is one. That
     // of a coupled wagon is mostly its couplers.
     if !case.is_coupled() {
-        judgement.decision = in_practice(judgement.decision, &practice(&fit, &holdout), &criteria);
+        judgement.decision = in_practice(judgement.decision, &practice(case, &fit, &holdout), &criteria);
         let is_unnamed = judgement.decision.verdict == Verdict::Unknown;
         if is_unnamed && let Some(missing) = &judgement.missing {
             let models = calibrated.extended_by(thin, Some(&missing.fitted));
             let built = models.build();
-            let practice = practice(&predict(&built, &case.fit), &predict(&built, &case.holdout));
+            let practice = practice(case, &predict(&built, &case.fit), &predict(&built, &case.holdout));
             judgement.decision = in_practice_of_curve(judgement.decision, &practice, &criteria);
             judgement.forget_missing();
         }
@@ -229,7 +232,7 @@ fn diagnose_and<T>(
 }
 
 /// What the models do to the gap of fitted and of predicted runs.
-fn practice(fit: &[Predicted], holdout: &[Predicted]) -> Practice {
+fn practice(case: &Case, fit: &[Predicted], holdout: &[Predicted]) -> Practice {
     let gaps = |runs: &[Predicted]| {
         let [_, calibrated, extended] = predictions::totals(runs).map(|tally| tally.gap());
         [calibrated, extended]
@@ -239,6 +242,7 @@ fn practice(fit: &[Predicted], holdout: &[Predicted]) -> Practice {
         fitted: gaps(fit),
         held_out: is_held_out.then(|| gaps(holdout)),
         predicted: is_held_out.then(|| predictions::robust_gaps(holdout)),
+        moved: predictions::moved(case, holdout),
     }
 }
 

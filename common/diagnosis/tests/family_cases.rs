@@ -134,3 +134,22 @@ fn one_force_that_no_id_names_is_not_three_effects() {
     assert_eq!(report.verdict, Verdict::Unknown, "{:?}", report.effects);
     assert_eq!(report.location.term.as_deref(), Some("longitudinal_force"));
 }
+
+/// Slides on a stretch of low adhesion that one of seven runs passes once were `unknown`: a filter followed them, and no candidate
+/// began where it would have found the stretch. The predicted runs do not slide there, so they say nothing against it.
+#[test]
+fn a_stretch_that_one_run_slides_on_is_found_in_the_gap() {
+    let recipe = family_deck(60, 6102, Forms::Only(FormSet::B)).swap_remove(36);
+    let case = FamilyCase::make(&recipe).expect("the plant knows these effects");
+    let report = answer(&case);
+    assert_eq!(report.verdict, Verdict::Effects);
+    let named: Vec<&str> = report.effects.iter().map(|effect| effect.id.as_str()).collect();
+    assert_eq!(named, ["low_adhesion_patch"]);
+    let label = &case.label.effects[0].parameters;
+    let truth = |name: &str| label.iter().find(|(one, _)| one == name).expect("a parameter of the plant").1;
+    let found = |name: &str| report.effects[0].parameters[name].value;
+    println!("from {:.1} m, found {:.1}", truth("from_m"), found("start_m"));
+    assert!((found("start_m") - truth("from_m")).abs() < 10.0);
+    assert!((found("length_m") - truth("length_m")).abs() < 20.0);
+    assert!(report.gap.fit.extended < 0.6 * report.gap.fit.calibrated, "{:?}", report.gap.fit);
+}

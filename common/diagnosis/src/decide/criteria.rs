@@ -283,6 +283,9 @@ pub struct VerdictLimits {
     /// Gap beyond which something is missing where effects do not make it smaller. Set by hand: gusts and pads that drift give
     /// gaps up to this where nothing is wrong.
     pub noticeable_gap: f64,
+    /// Change of what is predicted, RMS over the sigmas of the sensors, below which runs do not ask whether effects carry over. Set by
+    /// hand: the noise of the sensors.
+    pub least_moved: f64,
     /// Gap beyond which something is missing although nothing in a filter speaks for it: with tolerances and noise alone the RMS
     /// of fitted and predicted runs' was at most 3.6 in 120 cases of the family (seed 5501), by the plant's own fit.
     pub unnatural_gap: f64,
@@ -309,6 +312,7 @@ impl Default for VerdictLimits {
             least_further_reduction: 0.05,
             other_form_share: 0.4,
             noticeable_gap: 2.5,
+            least_moved: 1.0,
             unnatural_gap: 4.0,
             most_of_gap: 0.5,
         }

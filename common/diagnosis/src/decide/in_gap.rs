@@ -81,6 +81,21 @@ impl<'a> Search<'_, 'a> {
         if self.mends(selection, &now, &more) { None } else { self.frozen(best, &more) }
     }
 
+    /// Where nothing was selected and the gap is larger than tolerances and noise make it: the effect that shrinks it most, in the
+    /// model; `None` where none does. A filter that allows for errors of the model follows a wheel that slides on a stretch of
+    /// low adhesion instead of asking for it, so that no candidate begins where it would find the place.
+    pub(crate) fn alone(&self, selection: &Selection<'a>) -> Option<FrozenFit<'a>> {
+        let best = &selection.best;
+        let Models { nominal, calibrated, .. } = self.calibrated;
+        let now = Fit::new(self.case, nominal.clone(), calibrated.clone());
+        let is_large = Tally::total(&now.windows).gap() > self.criteria.verdict.noticeable_gap;
+        if !best.fitted.shape.effects.is_empty() || !is_large {
+            return None;
+        }
+        let more = self.one_more(&now)?;
+        self.frozen(best, &more)
+    }
+
     /// The effect that shrinks the gap of `now` most, if it does so beyond a limit: every candidate is tried open loop on the
     /// windows, and of those that promise most the ones that already come half as far are fitted to the end.
     fn one_more(&self, now: &Fit) -> Option<Fit> {

@@ -1,6 +1,6 @@
 //! Predicted outputs of the three models on the holdout runs, and the gaps that follow from them.
 
-use crate::data::case::{Case, Run, output_names};
+use crate::data::case::{Case, OUTPUTS, Run, output_names};
 use crate::fit::windows::robust;
 use crate::model::parameters::Built;
 use crate::predict::open_loop::{self, Prediction, Tally, sigmas};
@@ -57,6 +57,21 @@ pub fn robust_gaps(predicted: &[Predicted]) -> [f64; 2] {
         let tallies: Vec<Tally> = predicted.iter().flat_map(|p| p.tallies[model].iter().copied()).collect();
         robust(&tallies)
     })
+}
+
+/// By how much the effects change what is predicted of these runs: RMS of extended minus calibrated over the sigmas of the sensors.
+pub fn moved(case: &Case, predicted: &[Predicted]) -> f64 {
+    let sigma = sigmas(&case.vehicle.sensors);
+    let windows = predicted.iter().flat_map(|run| run.windows[1].iter().zip(&run.windows[2]));
+    let rows = windows.flat_map(|(calibrated, extended)| calibrated.outputs.iter().zip(&extended.outputs));
+    let outputs =
+        predicted.iter().flat_map(|run| &run.tallies[1]).map(|tally| tally.outputs).max().unwrap_or(0);
+    let square = |j: usize, [a, b]: [f64; 2]| ((b - a) / sigma[j]).powi(2);
+    let of_row = |(a, b): (&[f64; OUTPUTS], &[f64; OUTPUTS])| {
+        (0..outputs).map(|j| square(j, [a[j], b[j]])).sum::<f64>()
+    };
+    let (sum, count) = rows.fold((0.0, 0), |(sum, count), row| (sum + of_row(row), count + outputs));
+    (sum / count.max(1) as f64).sqrt()
 }
 
 /// 95 % interval of `1 − extended / calibrated` by resampling windows.
