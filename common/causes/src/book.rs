@@ -90,10 +90,10 @@ impl Book {
                     *confirmed_s = time_s;
                     alert.grade = alert.grade.max(suspicion.grade);
                 }
-                if suspicion.cause.outranks(alert.cause) {
-                    continue;
+                let stands = suspicion.cause.outranks(alert.cause) || !alert.cause.explains(suspicion.cause);
+                if alert.cause == suspicion.cause || !stands {
+                    return;
                 }
-                return;
             }
         }
         self.pending.retain(|pending| time_s - pending.last_s < FORGOTTEN_S);
@@ -165,10 +165,10 @@ impl Book {
         }
     }
 
-    /// Whether an open alert names that wagon, and which cause.
-    pub(crate) fn open(&self, wagon: usize) -> Option<Cause> {
-        let open = |alert: &&Alert| alert.cleared_t_s.is_none() && alert.wagons.contains(&wagon);
-        self.alerts.iter().find(open).map(|alert| alert.cause)
+    /// Causes of the open alerts that name that wagon.
+    pub(crate) fn open(&self, wagon: usize) -> impl Iterator<Item = Cause> {
+        let open = move |alert: &&Alert| alert.cleared_t_s.is_none() && alert.wagons.contains(&wagon);
+        self.alerts.iter().filter(open).map(|alert| alert.cause)
     }
 }
 
@@ -204,13 +204,28 @@ mod tests {
         book.suspect(suspicion(Cause::PadUneven, 4, 1), 30.0, 2);
         let causes: Vec<Cause> = book.alerts.iter().map(|alert| alert.cause).collect();
         assert_eq!(causes, [Cause::TachometerLate, Cause::PadUneven]);
-        assert_eq!((book.open(3), book.open(5)), (Some(Cause::TachometerLate), None));
+        let open = |book: &Book, wagon: usize| book.open(wagon).collect::<Vec<Cause>>();
+        assert_eq!((open(&book, 3), open(&book, 5)), (vec![Cause::TachometerLate], vec![]));
         book.suspect(suspicion(Cause::WheelFlat, 4, 1), 31.0, 2);
-        assert_eq!(book.open(4), Some(Cause::WheelFlat), "a wrong sensor explains what it showed of pads");
+        assert_eq!(open(&book, 4), [Cause::WheelFlat], "a wrong sensor explains what it showed of pads");
         let over_s = 20.0 + Cause::TachometerLate.lasts_s() + 1.0;
         book.settle(over_s);
-        assert_eq!(book.open(3), None);
+        assert_eq!(open(&book, 3), []);
         book.suspect(suspicion(Cause::TachometerLate, 3, 1), over_s + 60.0, 9);
-        assert_eq!((book.open(3), book.alerts.len()), (Some(Cause::TachometerLate), 3), "the same again");
+        assert_eq!((open(&book, 3), book.alerts.len()), (vec![Cause::TachometerLate], 3), "the same again");
+    }
+
+    /// A payload that was entered wrongly is so all day; it once hid every other fault of its wagon.
+    #[test]
+    fn a_wrong_payload_hides_what_weight_does_and_no_other_fault() {
+        let mut book = Book::default();
+        for cause in [Cause::Payload, Cause::PadLow, Cause::Dragging, Cause::TachometerLate, Cause::WheelFlat]
+        {
+            book.suspect(suspicion(cause, 2, 1), 10.0, 1);
+        }
+        assert_eq!(book.open(2).collect::<Vec<Cause>>(), [Cause::Payload, Cause::TachometerLate]);
+        book.suspect(suspicion(Cause::Payload, 2, 1), 20.0, 2);
+        let raised: Vec<Cause> = book.alerts.iter().map(|alert| alert.cause).collect();
+        assert_eq!(raised, [Cause::Payload, Cause::Dragging, Cause::TachometerLate]);
     }
 }

@@ -116,6 +116,17 @@ impl Cause {
         self.is_of_wheel_speeds() && by_creepage
     }
 
+    /// Whether `other` on the same wagon is no alert of its own while this one is open, because it may be what this one shows. A wrong
+    /// entry of the payload changes what pads and rail seem to give; a brake that drags, cylinders and sensors it leaves alone.
+    #[must_use]
+    pub(crate) const fn explains(self, other: Self) -> bool {
+        let by_weight = matches!(
+            other,
+            Self::Payload | Self::PadLow | Self::PadUneven | Self::BrakeFade | Self::LowAdhesion
+        );
+        !matches!(self, Self::Payload) || by_weight
+    }
+
     /// So long after nothing confirms it any more it is over, s. What comes and goes with the place is over soon; what
     /// shows in some applications only needs hours.
     #[must_use]

@@ -17,7 +17,8 @@ impl TrainWatch {
         let mut accused: Vec<(usize, Vec<usize>, f64)> = Vec::new();
         for index in 0..self.wagons.len() {
             let wagon = &self.wagons[index];
-            if self.book.open(index).is_some_and(|cause| cause != Cause::Dragging) {
+            if self.book.open(index).any(|cause| cause != Cause::Dragging && cause.explains(Cause::Dragging))
+            {
                 continue;
             }
             let shifts: Vec<Option<Change>> = wagon
@@ -73,7 +74,7 @@ impl TrainWatch {
     pub(crate) fn judge_pads(&mut self) {
         let usual = self.usual_pads();
         let accused: Vec<(usize, Accusation)> = (0..self.wagons.len())
-            .filter(|index| self.book.open(*index).is_none())
+            .filter(|index| self.book.open(*index).next().is_none())
             .filter(|index| (0..self.wagons[*index].wheel.len()).all(|k| self.trusts(*index, k)))
             .filter_map(|index| Some((index, self.pads_of(index, &usual)?)))
             .collect();

@@ -52,7 +52,7 @@ impl TrainWatch {
 
     /// Speed and acceleration of the train: means of what agrees among the wagons.
     pub(super) fn train_speed(&mut self, seconds: &[WagonSecond]) -> (f64, f64) {
-        let sound = |wagon: &usize| self.book.open(*wagon) != Some(Cause::SpeedSensor);
+        let sound = |wagon: &usize| self.book.open(*wagon).all(|cause| cause != Cause::SpeedSensor);
         let all = seconds.len();
         let usable: Vec<usize> = (0..all).filter(|wagon| all < 3 || sound(wagon)).collect();
         let mut speeds = usable.iter().map(|wagon| seconds[*wagon].v.mean).collect();
