@@ -36,6 +36,19 @@ pub enum BusError {
         /// What the system says.
         source: std::io::Error,
     },
+    /// The folder of the instance is somebody else's.
+    #[error(
+        "{folder} belongs to user {owner} and this is user {user}: whoever owns it knows the keys in it; give another folder \
+         ([instance] dir, --instance), or remove this one"
+    )]
+    ForeignFolder {
+        /// The folder.
+        folder: PathBuf,
+        /// Id of its owner.
+        owner: u32,
+        /// Id of this process's user.
+        user: u32,
+    },
     /// Another holder has this train.
     #[error("train \"{train}\" is already running on this machine (holder process {pid}, folder {folder})")]
     AlreadyHeld {

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use iceoryx2::prelude::{Node, ipc};
 
 use crate::creator::{Creator, Kept, Service};
+use crate::folder::own_folder;
 use crate::presence::{self, Kind, Lock};
 use crate::shared_memory::{self, PrefixClaim, remove_file};
 use crate::{BusConfig, BusError, CHANNELS, Channel, Lifecycle, Scope, clock, node};
@@ -64,7 +65,7 @@ impl Holder {
         create: impl Fn(&Creator<'_>, &BusConfig) -> Result<Vec<Kept>, BusError>,
     ) -> Result<Self, BusError> {
         config.validate()?;
-        create_private_folder(&config.dir)?;
+        own_folder(&config.dir)?;
         let Some(lock) = Lock::acquire(&presence::holder_lock_file(&config), Kind::Exclusive, patience)?
         else {
             return Err(BusError::AlreadyHeld {
@@ -229,15 +230,6 @@ fn create_root(config: &BusConfig) -> Result<(), BusError> {
     let root = config.root();
     let made = std::fs::DirBuilder::new().mode(0o700).create(&root);
     made.map_err(|source| BusError::File { path: root, source })
-}
-
-fn create_private_folder(folder: &Path) -> Result<(), BusError> {
-    use std::os::unix::fs::DirBuilderExt;
-    std::fs::DirBuilder::new()
-        .recursive(true)
-        .mode(0o700)
-        .create(folder)
-        .map_err(|source| BusError::File { path: folder.to_owned(), source })
 }
 
 /// Writes beside and renames, so that nobody reads half a file.

@@ -13,6 +13,7 @@ use iceoryx2::service::port_factory::{event, publish_subscribe};
 use railgrip_messages::{AUDIO_TYPE_NAME, AudioHeader, NO_WAGON, Payload, ProcessKind};
 
 use crate::audio::MAX_AUDIO_BLOCK;
+use crate::folder::own_folder;
 use crate::ports::{Publisher, Subscriber, waking};
 use crate::presence::{self, Kind, Lock, Membership};
 use crate::{
@@ -45,6 +46,9 @@ impl Bus {
     /// [`BusError::NoHolder`] if no holder runs; what the system or iceoryx2 refused otherwise.
     pub fn open(config: BusConfig, process: ProcessKind, wagon: u32) -> Result<Self, BusError> {
         config.validate()?;
+        if config.dir.exists() {
+            own_folder(&config.dir)?;
+        }
         let name = presence::role_name(process, wagon);
         let no_holder = || BusError::NoHolder { train: config.train.clone(), folder: config.dir.clone() };
         let deadline = Instant::now() + PATIENCE;

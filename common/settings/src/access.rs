@@ -32,6 +32,8 @@ pub struct AccessSettings {
     pub session: Duration,
     /// Limits that keep the service usable while somebody misbehaves.
     pub limits: AccessLimits,
+    /// Addresses of proxies, which are believed who they ask for (`X-Forwarded-For`).
+    pub proxies: Vec<IpAddr>,
     /// Where it is written who did what.
     pub audit: AuditSettings,
 }
@@ -130,6 +132,7 @@ pub(crate) struct LimitsTable {
     pub requests_per_s: f64,
     pub burst: f64,
     pub on_loopback: bool,
+    pub proxies: Vec<String>,
     pub body_kb: f64,
     pub head_s: f64,
     pub body_s: f64,
@@ -145,6 +148,7 @@ impl Default for LimitsTable {
             requests_per_s: 50.0,
             burst: 200.0,
             on_loopback: false,
+            proxies: Vec::new(),
             body_kb: 64.0,
             head_s: 15.0,
             body_s: 10.0,
@@ -213,6 +217,7 @@ impl AccessSettings {
             hosts: http.hosts.iter().map(|host| host.to_ascii_lowercase()).collect(),
             session: hours(at.within("http.session_hours", http.session_hours, 0.01..=720.0)?),
             limits: http.limits.check(at)?,
+            proxies: http.limits.proxies(at)?,
             audit: AuditSettings {
                 file: audit_file,
                 max_bytes: (at.within("http.audit.max_mb", audit.max_mb, 0.01..=1000.0)? * 1e6) as u64,
@@ -223,6 +228,14 @@ impl AccessSettings {
 }
 
 impl LimitsTable {
+    fn proxies(&self, at: &ConfigText<'_>) -> Result<Vec<IpAddr>, SettingsError> {
+        let address = |(index, text): (usize, &String)| {
+            let key = format!("http.limits.proxies[{index}]");
+            text.parse().map_err(|_| at.refuse(&key, format!("{text:?}"), "an IP address, such as 127.0.0.1"))
+        };
+        self.proxies.iter().enumerate().map(address).collect()
+    }
+
     fn check(&self, at: &ConfigText<'_>) -> Result<AccessLimits, SettingsError> {
         let seconds = |key: &str, value: f64| {
             at.within(&format!("http.limits.{key}"), value, 0.1..=3600.0).map(Duration::from_secs_f64)
@@ -328,6 +341,7 @@ mod tests {
             ("[http]\nhosts = [\"a b\"]\n", "`http.hosts` is \"a b\" at place 1"),
             ("[http.tls]\ncertificate = \"\"\nkey = \"k\"\n", "`http.tls.certificate`"),
             ("[http.tls]\ncertificate = \"c\"\n", "missing field `key`"),
+            ("[http.limits]\nproxies = [\"depot\"]\n", "`http.limits.proxies[0]` is \"depot\""),
             ("[http.audit]\nkeep = 0\n", "`http.audit.keep` is 0"),
         ] {
             let said = parse(http, None).unwrap_err();

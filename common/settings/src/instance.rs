@@ -78,9 +78,10 @@ impl Instance {
         self.state_dir.as_ref().unwrap_or(&self.snapshot_dir).join("train.snapshot")
     }
 
-    /// Folder of what shall outlive the computer's night: under systemd its state folder, else that of the instance.
-    pub(crate) fn lasting_dir(&self) -> &Path {
-        self.state_dir.as_ref().unwrap_or(&self.dir)
+    /// Folder of what shall outlive the computer's night: under systemd its state folder, else that of the instance where it was
+    /// asked for.
+    pub(crate) fn lasting_dir<'a>(&'a self, asked_for: Option<&'a Path>) -> Option<&'a Path> {
+        self.state_dir.as_deref().or(asked_for)
     }
 
     /// File with the sign of this start of the train; it stays the same while single processes are started again.

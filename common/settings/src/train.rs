@@ -174,9 +174,10 @@ impl TrainSettings {
             })?,
         };
         let instance = Instance::of(&at, &form.instance, &name, overrides.instance_dir.as_deref())?;
-        let lasting = instance.lasting_dir();
-        let access = AccessSettings::of(&at, &form.http, listen, overrides.listen.is_some(), lasting)?;
         let history = HistorySettings::of(&at, &form.history, &name, overrides.instance_dir.as_deref())?;
+        // The folder of an instance lies in memory, unless somebody says where it is.
+        let lasting = instance.lasting_dir(overrides.instance_dir.as_deref()).unwrap_or(&history.dir);
+        let access = AccessSettings::of(&at, &form.http, listen, overrides.listen.is_some(), lasting)?;
         let judged_together = judged_together(&at, form.train.coupled, recorded.is_some(), &wagons)?;
         let several = wagons.len() > 1;
         for (index, wagon) in wagons.iter_mut().enumerate().filter(|_| judged_together && several) {

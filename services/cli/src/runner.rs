@@ -53,6 +53,7 @@ impl Drop for StopWhenDropped {
 
 /// Signals and the supervisor's death set the stop flag of the lifecycle that this returns.
 fn prepare() -> Result<Lifecycle, CliError> {
+    keep_to_oneself();
     let lifecycle = Lifecycle::new();
     for signal in [SIGTERM, SIGINT] {
         // A supervisor has means of its own against a process that does not end, and may ask twice; what is half done then, such
@@ -69,6 +70,7 @@ fn prepare() -> Result<Lifecycle, CliError> {
 
 /// The same for a supervisor, who leaves nobody behind however often it is asked to end: each signal sets the second flag too.
 pub(crate) fn prepare_to_supervise() -> Result<(Lifecycle, Arc<AtomicBool>), CliError> {
+    keep_to_oneself();
     let (lifecycle, again) = (Lifecycle::new(), Arc::new(AtomicBool::new(false)));
     for signal in [SIGTERM, SIGINT] {
         for flag in [lifecycle.stop_flag(), Arc::clone(&again)] {
@@ -76,6 +78,12 @@ pub(crate) fn prepare_to_supervise() -> Result<(Lifecycle, Arc<AtomicBool>), Cli
         }
     }
     Ok((lifecycle, again))
+}
+
+/// History, alerts, recordings and logs tell of a train's operation: what a service writes is for its own user, as systemd's
+/// `UMask=0077` has it.
+fn keep_to_oneself() {
+    rustix::process::umask(rustix::fs::Mode::RWXG | rustix::fs::Mode::RWXO);
 }
 
 fn unhandled(error: std::io::Error) -> CliError {

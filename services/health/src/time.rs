@@ -68,8 +68,16 @@ pub fn span_s(text: &str) -> Option<i64> {
 /// RFC 3339 in UTC with milliseconds, for example `2026-03-01T12:00:00.250Z`.
 #[must_use]
 pub fn rfc3339(unix_ns: i64) -> String {
-    let (seconds, millis) =
-        (unix_ns.div_euclid(1_000_000_000), unix_ns.rem_euclid(1_000_000_000) / 1_000_000);
+    written(unix_ns.div_euclid(1_000_000_000), unix_ns.rem_euclid(1_000_000_000) / 1_000_000)
+}
+
+/// The same of whole seconds, also of years that nanoseconds do not reach.
+#[must_use]
+pub fn rfc3339_s(unix_s: i64) -> String {
+    written(unix_s, 0)
+}
+
+fn written(seconds: i64, millis: i64) -> String {
     let (days, second) = (seconds.div_euclid(86_400), seconds.rem_euclid(86_400));
     let (year, month, day) = civil(days);
     let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
@@ -165,6 +173,7 @@ mod tests {
             assert_eq!(rfc3339(seconds * 1_000_000_000), text);
         }
         assert_eq!(rfc3339(250_000_000), "1970-01-01T00:00:00.250Z");
+        assert_eq!(rfc3339_s(253_402_300_799), "9999-12-31T23:59:59.000Z", "nanoseconds end in 2262");
     }
 
     #[test]

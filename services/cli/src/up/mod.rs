@@ -25,7 +25,7 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use railgrip_bus::{Holder, Lifecycle};
+use railgrip_bus::{Holder, Lifecycle, own_folder};
 use railgrip_health::access::Access;
 use railgrip_settings::{Source, TrainSettings};
 
@@ -152,7 +152,7 @@ fn claim(settings: &TrainSettings) -> Result<File, CliError> {
     let dir = &settings.instance.dir;
     let path = dir.join("up.lock");
     let failed = |error: std::io::Error| CliError::failed(format!("{}: {error}", path.display()));
-    create_private_folder(dir).map_err(failed)?;
+    own_folder(dir)?;
     let mut file =
         OpenOptions::new().create(true).truncate(false).read(true).write(true).open(&path).map_err(failed)?;
     // A predecessor that was killed between fork and exec of a child leaves the lock with that child for a moment.
@@ -180,9 +180,4 @@ fn already_up(settings: &TrainSettings, file: &mut File) -> CliError {
         pid.trim(),
         settings.instance.dir.display()
     ))
-}
-
-fn create_private_folder(dir: &Path) -> std::io::Result<()> {
-    use std::os::unix::fs::DirBuilderExt;
-    std::fs::DirBuilder::new().recursive(true).mode(0o700).create(dir)
 }

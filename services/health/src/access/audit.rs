@@ -2,10 +2,10 @@
 //!
 //! Written down are requests that change something, logins and logouts, everything that was turned away, reads that need
 //! `admin`, and start, stop and reloads of certificate and tokens; reads of figures are not. A thread of its own writes, so that a
-//! slow disk holds nobody up. What cannot be written is counted, and the count stands in the next line that can be: a
+//! slow disk holds nobody up. What strangers did lies in a file of its own beside that of the others, and cannot push theirs out. What cannot be written is counted, and the count stands in the next line that can be: a
 //! full disk never stops the service. Turned-away requests are thinned to a few a second; the rest are counted, too.
 
-use crate::access::audit_file::write_all;
+use crate::access::audit_file::{Shelf, write_all};
 use crate::access::peer::Peer;
 use crate::time::rfc3339;
 use railgrip_settings::AuditSettings;
@@ -22,8 +22,9 @@ const WAITING: usize = 1024;
 /// Refusals written down a second in the long run, and at once.
 const REFUSALS_PER_S: f64 = 5.0;
 const REFUSALS_AT_ONCE: f64 = 50.0;
-/// Longest path that is written down.
+/// Longest path and method that are written down.
 const MAX_PATH: usize = 256;
+const MAX_METHOD: usize = 16;
 
 /// A line of the log.
 #[derive(Debug, Serialize)]
@@ -71,7 +72,7 @@ pub(super) struct Record<'a> {
 pub(super) struct Audit {
     train: String,
     file: PathBuf,
-    lines: Option<SyncSender<String>>,
+    lines: Option<SyncSender<(Shelf, String)>>,
     writer: Option<JoinHandle<()>>,
     lost: Arc<AtomicU64>,
     refusals: Mutex<(f64, Instant)>,
@@ -107,40 +108,52 @@ impl Audit {
 
     /// Writes down what nobody asked for.
     pub(super) fn event(&self, event: &str, result: String) {
-        self.send(&Line {
-            at: now(),
-            train: &self.train,
-            event,
-            who: None,
-            role: None,
-            from: None,
-            method: None,
-            path: None,
-            status: None,
-            result: &result,
-            lost: 0,
-        });
+        self.send(
+            Shelf::Known,
+            &Line {
+                at: now(),
+                train: &self.train,
+                event,
+                who: None,
+                role: None,
+                from: None,
+                method: None,
+                path: None,
+                status: None,
+                result: &result,
+                lost: 0,
+            },
+        );
     }
 
     /// Writes down a request.
     pub(super) fn request(&self, record: &Record<'_>) {
-        let cut = record.path.floor_char_boundary(MAX_PATH);
-        self.send(&Line {
-            at: now(),
-            train: &self.train,
-            event: record.event,
-            who: record.who,
-            role: record.role,
-            from: Some(record.peer.to_string()),
-            method: Some(record.method),
-            path: Some(&record.path[..cut]),
-            status: Some(record.status),
-            result: record.result,
-            lost: 0,
-        });
+        self.write(Shelf::Known, record);
     }
 
-    /// Writes down a request that was turned away, unless too many were.
+    fn write(&self, shelf: Shelf, record: &Record<'_>) {
+        let cut = record.path.floor_char_boundary(MAX_PATH);
+        let method = record.method.floor_char_boundary(MAX_METHOD);
+        self.send(
+            shelf,
+            &Line {
+                at: now(),
+                train: &self.train,
+                event: record.event,
+                who: record.who,
+                role: record.role,
+                from: Some(record.peer.to_string()),
+                method: Some(&record.method[..method]),
+                path: Some(&record.path[..cut]),
+                status: Some(record.status),
+                result: record.result,
+                lost: 0,
+            },
+        );
+    }
+
+    /// Writes down a request that was turned away, or of somebody who shows nothing, unless too many were; in a file of their own, so
+    /// that nobody can write out of the log what others did.
     pub(super) fn refusal(&self, record: &Record<'_>) {
         let mut bucket = self.refusals.lock().unwrap_or_else(PoisonError::into_inner);
         let (tokens, at) = *bucket;
@@ -150,17 +163,17 @@ impl Audit {
         *bucket = (if enough { tokens - 1.0 } else { tokens }, now);
         drop(bucket);
         if enough {
-            self.request(record);
+            self.write(Shelf::Strangers, record);
         } else {
             self.lost.fetch_add(1, Ordering::Relaxed);
         }
     }
 
-    fn send(&self, line: &Line<'_>) {
+    fn send(&self, shelf: Shelf, line: &Line<'_>) {
         let lost = self.lost.swap(0, Ordering::Relaxed);
         let text =
             serde_json::to_string(&Line { lost, at: line.at.clone(), from: line.from.clone(), ..*line });
-        let sent = text.ok().and_then(|text| self.lines.as_ref()?.try_send(text).ok());
+        let sent = text.ok().and_then(|text| self.lines.as_ref()?.try_send((shelf, text)).ok());
         if sent.is_none() {
             self.lost.fetch_add(lost + 1, Ordering::Relaxed);
         }
@@ -210,7 +223,8 @@ mod tests {
         let folder = tempfile::tempdir().expect("folder");
         let file = folder.path().join("deep/audit.jsonl");
         let audit = Audit::start(&settings(&file, 2000, 3), "demo");
-        let peer = Peer { address: Some("192.0.2.7:4711".parse().expect("address")), tls: true };
+        let peer =
+            Peer { address: Some("192.0.2.7:4711".parse().expect("address")), tls: true, behind: None };
         (0..100).for_each(|n| audit.request(&record(&peer, &format!("/api/v1/alerts/{n}/acknowledge"))));
         drop(audit);
         let mut names: Vec<String> = std::fs::read_dir(file.parent().expect("folder"))
@@ -235,14 +249,37 @@ mod tests {
         let folder = tempfile::tempdir().expect("folder");
         let file = folder.path().join("audit.jsonl");
         let audit = Audit::start(&settings(&file, 1_000_000, 2), "demo");
-        let peer = Peer { address: None, tls: false };
+        let peer = Peer { address: None, tls: false, behind: None };
         (0..1000).for_each(|_| audit.refusal(&record(&peer, "/")));
         audit.request(&record(&peer, "/last"));
         drop(audit);
+        let strangers: Vec<Value> = latest(&Shelf::Strangers.file(&file), 10_000).expect("lines");
         let lines: Vec<Value> = latest(&file, 10_000).expect("lines");
+        assert!(strangers.iter().all(|line| line["path"] == "/"));
         let last = lines.iter().find(|line| line["path"] == "/last").expect("last");
         println!("{} lines, {} not written", lines.len(), last["lost"]);
-        assert!(lines.len() <= 60 && last["lost"].as_u64().expect("count") > 900);
+        assert!(strangers.len() <= 60 && lines.len() == 3 && last["lost"].as_u64().expect("count") > 900);
+    }
+
+    /// Somebody without a token once wrote the whole log out in half a minute.
+    #[test]
+    fn strangers_write_nobody_out_of_the_log() {
+        let folder = tempfile::tempdir().expect("folder");
+        let file = folder.path().join("audit.jsonl");
+        let audit = Audit::start(&settings(&file, 3000, 2), "demo");
+        let peer = Peer { address: None, tls: false, behind: None };
+        audit.request(&record(&peer, "/meant"));
+        let method = "A".repeat(15_800);
+        for _ in 0..40 {
+            audit.refusal(&Record { method: &method, ..record(&peer, "/") });
+        }
+        drop(audit);
+        let lines: Vec<Value> = latest(&file, 10_000).expect("lines");
+        assert!(lines.iter().any(|line| line["path"] == "/meant"), "{lines:?}");
+        let strangers: Vec<Value> = latest(&Shelf::Strangers.file(&file), 10_000).expect("lines");
+        assert!(
+            strangers.iter().all(|line| line["method"].as_str().is_some_and(|word| word.len() == MAX_METHOD))
+        );
     }
 
     #[test]
@@ -252,7 +289,7 @@ mod tests {
         std::fs::write(&blocked, "").expect("write");
         for file in [blocked.join("audit.jsonl"), PathBuf::from("/dev/full")] {
             let audit = Audit::start(&settings(&file, 1000, 2), "demo");
-            let peer = Peer { address: None, tls: false };
+            let peer = Peer { address: None, tls: false, behind: None };
             (0..3000).for_each(|_| audit.request(&record(&peer, "/")));
             std::thread::sleep(std::time::Duration::from_millis(50));
             assert!(audit.lost.load(Ordering::Relaxed) > 0);

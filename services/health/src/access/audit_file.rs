@@ -12,11 +12,36 @@ use std::sync::mpsc::Receiver;
 
 /// Time between two complaints about a disk that takes nothing, s.
 const COMPLAINT_PERIOD_S: i64 = 60;
+/// Which file a record goes to; each is put aside by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Shelf {
+    /// What somebody did whom we know, and what nobody asked for.
+    Known,
+    /// What strangers did, or tried to.
+    Strangers,
+}
+
+impl Shelf {
+    /// Its file, where that of the log is known.
+    pub(super) fn file(self, log: &Path) -> PathBuf {
+        match self {
+            Self::Known => log.to_owned(),
+            Self::Strangers => {
+                let stem = log.file_stem().unwrap_or_default().to_string_lossy();
+                log.with_file_name(format!("{stem}-strangers.jsonl"))
+            }
+        }
+    }
+}
+
 /// Writes what arrives until the service stops.
-pub(super) fn write_all(settings: &AuditSettings, lines: &Receiver<String>, lost: &AtomicU64) {
-    let mut log = Rotating { settings, open: None };
+pub(super) fn write_all(settings: &AuditSettings, lines: &Receiver<(Shelf, String)>, lost: &AtomicU64) {
+    let of = |shelf: Shelf| AuditSettings { file: shelf.file(&settings.file), ..settings.clone() };
+    let (known, strangers) = (of(Shelf::Known), of(Shelf::Strangers));
+    let mut logs = [&known, &strangers].map(|settings| Rotating { settings, open: None });
     let mut complained_s = None;
-    for line in lines {
+    for (shelf, line) in lines {
+        let log = &mut logs[usize::from(shelf == Shelf::Strangers)];
         if let Err(error) = log.write(&line) {
             lost.fetch_add(1, Ordering::Relaxed);
             log.open = None;

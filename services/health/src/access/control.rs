@@ -11,13 +11,14 @@ use crate::access::session::Sessions;
 use crate::access::tls::Tls;
 use crate::access::tokens::{self, TokenBook};
 use crate::time::unix_s;
-use axum::http::{HeaderMap, header};
+use axum::http::{HeaderMap, HeaderValue, header};
 use railgrip_settings::{AccessSettings, TrainSettings, is_loopback};
+use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::Instant;
 
 /// What a wrong token costs of a client's bucket, in requests.
-pub(super) const WRONG_TOKEN_COST: f64 = 10.0;
+const WRONG_TOKEN_COST: f64 = 10.0;
 
 /// Access to one service. Clones share.
 #[derive(Clone)]
@@ -107,22 +108,41 @@ impl Access {
         }
     }
 
-    /// True if the limits of one client hold for this one.
-    pub(super) fn limited(&self, peer: &Peer) -> bool {
-        match peer.address {
-            None => false,
-            Some(address) => self.inner.settings.limits.on_loopback || !is_loopback(address.ip()),
-        }
+    /// The peer, and for whom it asks if it is a proxy. One that we were not told of is believed nothing, and its clients share
+    /// one bucket: it would else be a way around all limits, since it runs on this machine.
+    pub(super) fn seen_through(&self, peer: Peer, headers: &HeaderMap) -> Peer {
+        let Some(address) = peer.address else { return peer };
+        let is_known = self.inner.settings.proxies.contains(&address.ip().to_canonical());
+        let forwarded = headers.get_all("x-forwarded-for").iter().next_back();
+        // The last is what the proxy itself saw; those before it anybody can invent.
+        let last =
+            |value: &HeaderValue| value.to_str().ok()?.rsplit(',').next()?.trim().parse::<IpAddr>().ok();
+        let behind = match forwarded {
+            Some(value) if is_known => last(value).or(Some(address.ip())),
+            Some(_) => Some(address.ip()),
+            None if headers.contains_key(header::FORWARDED) => Some(address.ip()),
+            None => None,
+        };
+        Peer { behind, ..peer }
+    }
+
+    /// Whose limits hold for this one; `None` where none do.
+    pub(super) fn limited(&self, peer: &Peer) -> Option<Client> {
+        let address = peer.address?.ip();
+        let near = is_loopback(address) && !self.inner.settings.limits.on_loopback;
+        peer.behind.or((!near).then_some(address)).map(Client::of)
     }
 
     /// Takes from the bucket of a client.
     pub(super) fn charge(&self, peer: &Peer, cost: f64) -> Result<(), Refusal> {
-        match peer.address {
-            Some(address) if self.limited(peer) => {
-                let client = Client::of(address.ip());
-                self.inner.limiter.take(client, cost, Instant::now()).map_err(Refusal::TooMany)
-            }
-            _ => Ok(()),
+        let Some(client) = self.limited(peer) else { return Ok(()) };
+        self.inner.limiter.take(client, cost, Instant::now()).map_err(Refusal::TooMany)
+    }
+
+    /// Lets a client pay for a wrong token, whether or not its bucket holds so much.
+    pub(super) fn fine(&self, peer: &Peer) {
+        if let Some(client) = self.limited(peer) {
+            self.inner.limiter.fine(client, WRONG_TOKEN_COST, Instant::now());
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::access::audit::Record;
 use crate::access::body::{self, Unread, Watched};
-use crate::access::control::{Access, Stranger, WRONG_TOKEN_COST};
+use crate::access::control::{Access, Stranger};
 use crate::access::peer::Peer;
 use crate::access::refusal::Refusal;
 use crate::access::role::{self, Identity, Proof};
@@ -21,7 +21,10 @@ pub fn guard(router: Router, access: &Access) -> Router {
 }
 
 async fn pass(State(access): State<Access>, request: Request, next: Next) -> Response {
+    let mut request = request;
     let peer = request.extensions().get::<Peer>().cloned().unwrap_or_default();
+    let peer = access.seen_through(peer, request.headers());
+    request.extensions_mut().insert(peer.clone());
     let (method, path) = (request.method().clone(), request.uri().path().to_owned());
     let asks_first = cors::is_question(&method, request.headers());
     let cors_origins = &access.inner.cors_origins;
@@ -57,6 +60,9 @@ impl Access {
         self.charge(peer, 1.0).map_err(no)?;
         let (mut parts, body) = request.into_parts();
         let inner = &self.inner;
+        if peer.address.is_some() && !origin::names_one_host(parts.version, &parts.headers) {
+            return Err(no(Refusal::HostsDiffer));
+        }
         if inner.tokens.is_none()
             && peer.address.is_some()
             && !origin::host_is_known(&parts.uri, &parts.headers, &inner.settings.hosts)
@@ -66,11 +72,16 @@ impl Access {
         let needs = role::needed(&parts.method, parts.uri.path(), &parts.headers);
         let identity = match (self.identify(peer, &parts.headers), needs) {
             (Ok(identity), _) => Some(identity),
-            (Err(_), None) => None,
+            (Err(stranger), None) => {
+                // What asks for no token must not tell cheaply whether one is right either.
+                if matches!(stranger, Stranger::Wrong) {
+                    self.fine(peer);
+                }
+                None
+            }
             (Err(Stranger::Silent), Some(_)) => return Err(no(Refusal::NoToken { page: page(&parts) })),
             (Err(Stranger::Wrong), Some(_)) => {
-                // The answer is a refusal whether or not the bucket held so much.
-                let _ = self.charge(peer, WRONG_TOKEN_COST);
+                self.fine(peer);
                 return Err(no(Refusal::WrongToken { page: page(&parts) }));
             }
         };
@@ -123,10 +134,13 @@ impl Access {
         let own_record = matches!(path.as_str(), "/login" | "/logout");
         if !own_record && (!role::is_safe(&method) || path == "/api/v1/audit") {
             let event = if role::is_safe(&method) { "read" } else { "change" };
-            self.inner.audit.request(&Record {
-                event,
-                ..self.record(peer, identity.as_ref(), &method, &path, &response, "")
-            });
+            let record =
+                Record { event, ..self.record(peer, identity.as_ref(), &method, &path, &response, "") };
+            // Whoever shows nothing could write the log full, and with it what others did out of it.
+            match identity.as_ref().is_some_and(|identity| identity.by != Proof::None) {
+                true => self.inner.audit.request(&record),
+                false => self.inner.audit.refusal(&record),
+            }
         }
         match identity {
             None if path.starts_with("/health/") => without_reasons(response),

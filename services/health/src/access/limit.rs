@@ -71,6 +71,18 @@ impl Limiter {
         Err(Duration::from_secs_f64((cost - tokens) / self.rate_per_s))
     }
 
+    /// Takes `cost` from the bucket of a client even if it does not hold so much: it has to be paid back before the next request.
+    pub(super) fn fine(&self, client: Client, cost: f64, now: Instant) {
+        if self.rate_per_s == 0.0 {
+            return;
+        }
+        let mut buckets = self.buckets.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(bucket) = buckets.get_mut(&client) {
+            let tokens = (self.filled(bucket, now) - cost).max(-self.burst);
+            *bucket = Bucket { tokens, at: now };
+        }
+    }
+
     fn filled(&self, bucket: &Bucket, now: Instant) -> f64 {
         let passed_s = now.saturating_duration_since(bucket.at).as_secs_f64();
         (bucket.tokens + passed_s * self.rate_per_s).min(self.burst)
@@ -94,6 +106,18 @@ mod tests {
         let later = start + Duration::from_millis(350);
         assert_eq!((0..20).filter(|_| limiter.take(one, 1.0, later).is_ok()).count(), 3);
         assert!(Limiter::new(0.0, 1.0).take(one, 1e9, start).is_ok());
+    }
+
+    #[test]
+    fn a_fine_is_paid_back_before_anything_else() {
+        let limiter = Limiter::new(10.0, 5.0);
+        let (one, start) = (Client::V4(1), Instant::now());
+        (0..5).for_each(|_| assert!(limiter.take(one, 1.0, start).is_ok()));
+        limiter.fine(one, 4.0, start);
+        let wait = limiter.take(one, 1.0, start).expect_err("four are owed");
+        assert!((wait.as_secs_f64() - 0.5).abs() < 1e-9, "{wait:?}");
+        (0..100).for_each(|_| limiter.fine(one, 4.0, start));
+        assert!(limiter.take(one, 1.0, start + Duration::from_secs(1)).is_ok(), "a debt is bounded");
     }
 
     #[test]

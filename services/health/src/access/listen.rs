@@ -3,7 +3,6 @@
 //! HTTP/1.1 only: the page needs one stream and a few requests, and HTTP/2 would add ways to overload a small computer.
 
 use crate::access::control::Access;
-use crate::access::limit::Client;
 use crate::access::local::LocalSocket;
 use crate::access::peer::Peer;
 use crate::access::seats::{Seat, Seats};
@@ -30,6 +29,8 @@ const MAX_HEAD_BYTES: usize = 16 * 1024;
 const SEND_BUFFER_BYTES: usize = 64 * 1024;
 /// How often certificate and tokens are looked at.
 const LOOK_PERIOD: Duration = Duration::from_secs(1);
+/// What a handshake costs of a client's bucket, in requests: about as much work as two.
+const HANDSHAKE_COST: f64 = 2.0;
 /// After a failed accept (no descriptors left, for example).
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
@@ -39,6 +40,8 @@ struct House {
     router: Router,
     access: Access,
     seats: Seats,
+    /// Of the socket in the folder of the train, which only its user can open: nobody else takes them.
+    local_seats: Seats,
     closing: watch::Receiver<bool>,
     /// Dropped with the last connection.
     _alive: mpsc::Sender<()>,
@@ -56,7 +59,8 @@ pub async fn serve(
     let (alive, mut all_gone) = mpsc::channel(1);
     let limits = &access.inner.settings.limits;
     let seats = Seats::new(limits.connections, limits.connections_per_client);
-    let house = House { router, access: access.clone(), seats, closing, _alive: alive };
+    let local_seats = Seats::new(limits.connections, limits.connections);
+    let house = House { router, access: access.clone(), seats, local_seats, closing, _alive: alive };
     let watcher = tokio::spawn(async move {
         loop {
             tokio::time::sleep(LOOK_PERIOD).await;
@@ -100,15 +104,18 @@ async fn pause(error: &std::io::Error) {
 
 impl House {
     fn admit(&self, stream: TcpStream, address: SocketAddr) {
-        let peer = Peer { address: Some(address), tls: self.access.inner.tls.is_some() };
-        let limited = self.access.limited(&peer);
-        let client = limited.then(|| Client::of(address.ip()));
+        let peer = Peer { address: Some(address), tls: self.access.inner.tls.is_some(), behind: None };
+        let client = self.access.limited(&peer);
         let Some(seat) = self.seats.take(is_loopback(address.ip()), client) else {
             tracing::debug!(%address, "no seat is left");
             return;
         };
+        if peer.tls && self.access.charge(&peer, HANDSHAKE_COST).is_err() {
+            tracing::debug!(%address, "too many handshakes");
+            return;
+        }
         let limits = self.access.inner.settings.limits;
-        prepare(&stream, limited, limits.stall);
+        prepare(&stream, client.is_some(), limits.stall);
         let stream = Patient::new(stream, limits.stall);
         let house = self.clone();
         tokio::spawn(async move {
@@ -124,7 +131,7 @@ impl House {
     }
 
     fn admit_local(&self, stream: tokio::net::UnixStream) {
-        let Some(seat) = self.seats.take(true, None) else { return };
+        let Some(seat) = self.local_seats.take(true, None) else { return };
         let stream = Patient::new(stream, self.access.inner.settings.limits.stall);
         let house = self.clone();
         tokio::spawn(async move { house.talk(stream, Peer::default(), seat).await });

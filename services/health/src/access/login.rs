@@ -1,7 +1,7 @@
 //! Where a browser trades a token for a session, and gives it back.
 
 use crate::access::audit::Record;
-use crate::access::control::{Access, WRONG_TOKEN_COST};
+use crate::access::control::Access;
 use crate::access::cookie::{session, set_cookie};
 use crate::access::peer::Peer;
 use crate::access::records::records;
@@ -79,13 +79,9 @@ async fn enter(State(access): State<Access>, headers: HeaderMap, request: Reques
         Some((token, session))
     }) else {
         access.inner.audit.refusal(&record(None, None, StatusCode::UNAUTHORIZED, "wrong token"));
-        return match access.charge(&peer, WRONG_TOKEN_COST) {
-            Ok(()) => {
-                let wrong = "This token is unknown, revoked or expired.";
-                page(language, StatusCode::UNAUTHORIZED, &next, Some(wrong))
-            }
-            Err(refusal) => refusal.response(),
-        };
+        access.fine(&peer);
+        let wrong = "This token is unknown, revoked or expired.";
+        return page(language, StatusCode::UNAUTHORIZED, &next, Some(wrong));
     };
     access.end_session(&headers, now_s);
     let status = StatusCode::SEE_OTHER;

@@ -9,8 +9,14 @@
 //! A header of a token is sent by no page unasked, so whoever shows one passes.
 
 use crate::access::role::Proof;
-use axum::http::{HeaderMap, Uri, header};
+use axum::http::{HeaderMap, Uri, Version, header};
 use std::net::IpAddr;
+
+/// True if the request has as many `Host` headers as it should (RFC 9112, 3.2): a proxy may read one of two, and we the other.
+pub(super) fn names_one_host(version: Version, headers: &HeaderMap) -> bool {
+    let hosts = headers.get_all(header::HOST).iter().count();
+    hosts == 1 || (hosts == 0 && version != Version::HTTP_11)
+}
 
 /// True if the name that the request was sent to is one of ours, or nothing hangs on it.
 pub(super) fn host_is_known(uri: &Uri, headers: &HeaderMap, hosts: &[String]) -> bool {

@@ -1,7 +1,7 @@
 //! Who is at the other end of a connection.
 
 use std::fmt;
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 
 /// Who is at the other end of a connection.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -10,12 +10,17 @@ pub struct Peer {
     pub address: Option<SocketAddr>,
     /// True if TLS is spoken.
     pub tls: bool,
+    /// For whom a proxy asks: whom limits go by. The address of the proxy where we do not know it for one.
+    pub behind: Option<IpAddr>,
 }
 
 impl fmt::Display for Peer {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.address {
-            Some(address) => address.fmt(out),
+            Some(address) => match self.behind.filter(|behind| *behind != address.ip()) {
+                Some(behind) => write!(out, "{behind} by {address}"),
+                None => address.fmt(out),
+            },
             None => out.write_str("local"),
         }
     }

@@ -1,6 +1,6 @@
 //! Where an admin reads the audit log.
 
-use crate::access::audit_file;
+use crate::access::audit_file::{self, Shelf};
 use crate::access::control::Access;
 use crate::api::problem::Problem;
 use crate::web::pages::Page;
@@ -9,6 +9,7 @@ use axum::Json;
 use axum::extract::{RawQuery, State};
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
+use std::path::Path;
 use utoipa::ToSchema;
 
 /// Records that are served unless another number is asked for.
@@ -55,6 +56,17 @@ pub(crate) struct AuditLog {
     records: Vec<AuditRecord>,
 }
 
+/// The latest of what people did whom we know and of what strangers did, by time.
+fn latest(log: &Path, limit: usize) -> std::io::Result<Vec<AuditRecord>> {
+    let mut records: Vec<AuditRecord> = audit_file::latest(log, limit)?;
+    match audit_file::latest(&Shelf::Strangers.file(log), limit) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(error),
+        strangers => records.extend(strangers.unwrap_or_default()),
+    }
+    records.sort_by(|a, b| a.at.cmp(&b.at));
+    Ok(records.split_off(records.len().saturating_sub(limit)))
+}
+
 /// Who did what: changes, logins, refusals, reads of this log; the latest last. For the role `admin`.
 #[utoipa::path(get, path = "/api/v1/audit", tag = "service",
     params(("limit" = Option<u32>, Query, minimum = 1, maximum = 1000, description = "At most so many; default 500")),
@@ -72,7 +84,7 @@ pub(crate) async fn records(
     let refused = |error: &dyn std::fmt::Display| {
         Problem::new(StatusCode::SERVICE_UNAVAILABLE, format!("the audit log cannot be read: {error}"))
     };
-    let read = tokio::task::spawn_blocking(move || audit_file::latest(&file, limit)).await;
+    let read = tokio::task::spawn_blocking(move || latest(&file, limit)).await;
     let records = read.map_err(|error| refused(&error))?.map_err(|error| refused(&error))?;
     Ok(Json(AuditLog { records }))
 }

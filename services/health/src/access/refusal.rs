@@ -11,6 +11,7 @@ use std::time::Duration;
 pub(super) enum Refusal {
     TooMany(Duration),
     StrangeHost,
+    HostsDiffer,
     NoToken { page: Option<String> },
     WrongToken { page: Option<String> },
     RoleTooLow { has: Role, needs: Role },
@@ -26,6 +27,7 @@ impl Refusal {
         match self {
             Self::TooMany(_) => "too many requests",
             Self::StrangeHost => "strange host",
+            Self::HostsDiffer => "no host, or several",
             Self::NoToken { .. } => "no token",
             Self::WrongToken { .. } => "wrong token",
             Self::RoleTooLow { .. } => "role too low",
@@ -60,6 +62,10 @@ impl Refusal {
                 StatusCode::MISDIRECTED_REQUEST,
                 "this service is not known by that name; [http] hosts lists the names that it answers to"
                     .to_owned(),
+            ),
+            Self::HostsDiffer => (
+                StatusCode::BAD_REQUEST,
+                "a request of HTTP/1.1 names its host once, in the header `Host`".to_owned(),
             ),
             Self::RoleTooLow { has, needs } => (
                 StatusCode::FORBIDDEN,

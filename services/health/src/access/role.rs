@@ -56,6 +56,14 @@ impl Identity {
     pub fn vouched_name(&self) -> Option<&str> {
         matches!(self.by, Proof::Token | Proof::Session).then_some(&*self.name)
     }
+
+    /// The name that is vouched for, and in brackets who says to be sitting there: a token may stand for a whole workshop.
+    #[must_use]
+    pub fn signature(&self, said: Option<&str>) -> Option<String> {
+        let name = self.vouched_name()?;
+        let said = said.map(str::trim).filter(|said| !said.is_empty() && *said != name);
+        Some(said.map_or_else(|| name.to_owned(), |said| format!("{name} ({said})")))
+    }
 }
 
 /// How somebody showed who they are.

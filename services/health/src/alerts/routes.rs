@@ -265,15 +265,18 @@ fn number(id: &str) -> Result<u64, Problem> {
     id.parse().map_err(|_| Problem::new(StatusCode::NOT_FOUND, detail()))
 }
 
-/// The body as a request. Whoever shows a token is called as it is, so that nobody acts in another's name.
+/// The body as a request. Whoever shows a token is called as it is first, so that nobody acts in another's name.
 fn signed<T: DeserializeOwned>(body: &[u8], identity: Option<&Identity>) -> Result<T, Problem> {
     let wrong = |error: serde_json::Error| {
         let status = if error.is_data() { StatusCode::UNPROCESSABLE_ENTITY } else { StatusCode::BAD_REQUEST };
         Problem::new(status, format!("the body is not the JSON that is expected: {error}"))
     };
     let mut body: serde_json::Value = serde_json::from_slice(body).map_err(wrong)?;
-    if let (Some(fields), Some(name)) = (body.as_object_mut(), identity.and_then(Identity::vouched_name)) {
-        fields.insert("by".to_owned(), name.into());
+    if let (Some(fields), Some(identity)) = (body.as_object_mut(), identity) {
+        let said = fields.get("by").and_then(serde_json::Value::as_str);
+        if let Some(by) = identity.signature(said) {
+            fields.insert("by".to_owned(), by.into());
+        }
     }
     serde_json::from_value(body).map_err(wrong)
 }

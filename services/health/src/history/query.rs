@@ -59,7 +59,7 @@ pub(crate) fn ends(pairs: &[(String, String)], now_unix_s: i64, usual_s: i64) ->
     let to_s = to_s.unwrap_or_else(|| (now_unix_s + 1).max(from_s.unwrap_or(0) + 1));
     let from_s = from_s.unwrap_or_else(|| (to_s - usual_s).max(0));
     if from_s >= to_s {
-        let [from, to] = [from_s, to_s].map(|unix_s| time::rfc3339(unix_s * 1_000_000_000));
+        let [from, to] = [from_s, to_s].map(time::rfc3339_s);
         return Err(contradict(format!(
             "`from` is {from}; allowed is an instant before `to`, which is {to}"
         )));

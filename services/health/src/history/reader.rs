@@ -2,6 +2,7 @@
 
 use crate::history::columns;
 use crate::history::consist::Consist;
+use crate::history::export::turn::Exports;
 use crate::web::room::Room;
 use railgrip_history::{HistoryError, Reader};
 use railgrip_settings::VehicleNumber;
@@ -13,8 +14,6 @@ use utoipa::ToSchema;
 
 /// Requests that may read at once; others wait.
 const READERS: usize = 2;
-/// Exports at once; others are refused.
-const EXPORTS: usize = 1;
 /// Memory for answers that wait for their readers, bytes.
 const ROOM_BYTES: usize = 64 << 20;
 
@@ -44,7 +43,7 @@ pub struct History {
     status: Mutex<HistoryStatus>,
     idle: Mutex<Vec<Reader>>,
     pub(crate) turns: Arc<Semaphore>,
-    pub(crate) exports: Arc<Semaphore>,
+    pub(crate) exports: Exports,
     /// For answers that wait for their readers.
     pub(crate) room: Room,
 }
@@ -66,7 +65,7 @@ impl History {
             status: Mutex::default(),
             idle: Mutex::default(),
             turns: Arc::new(Semaphore::new(READERS)),
-            exports: Arc::new(Semaphore::new(EXPORTS)),
+            exports: Exports::default(),
             room: Room::new(ROOM_BYTES),
         }
     }

@@ -4,7 +4,7 @@ use super::History;
 use super::columns::Column;
 use super::query::Span;
 use crate::api::figure::rounded;
-use crate::time::rfc3339;
+use crate::time::rfc3339_s;
 use railgrip_history::{Cell, HistoryError, Point, Reader};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -78,8 +78,8 @@ impl History {
                 reader.query(self.consist(reader)?.id(wagon), &names, span.from_s, span.to_s, span.step_s)?;
             Ok((points, reader.stored_from(Reader::tier(span.step_s))?))
         })?;
-        let written_until = self.status().written_until_unix_s.map(|unix_s| rfc3339(unix_s * 1_000_000_000));
-        let stored_from = stored_from_s.map(|unix_s| rfc3339(unix_s * 1_000_000_000));
+        let written_until = self.status().written_until_unix_s.map(rfc3339_s);
+        let stored_from = stored_from_s.map(rfc3339_s);
         Ok(view(wagon, span, &columns, &points, [written_until, stored_from]))
     }
 }
@@ -122,13 +122,13 @@ fn view(
     }
     HistoryView {
         wagon,
-        from: rfc3339(span.from_s * 1_000_000_000),
-        to: rfc3339(span.to_s * 1_000_000_000),
+        from: rfc3339_s(span.from_s),
+        to: rfc3339_s(span.to_s),
         step_s: span.step_s,
         tier: Reader::tier(span.step_s).word(),
         written_until,
         stored_from,
-        time: unix_s.iter().map(|unix_s| rfc3339(unix_s * 1_000_000_000)).collect(),
+        time: unix_s.iter().copied().map(rfc3339_s).collect(),
         samples: rows.iter().map(|row| row.map_or(0, |row| row.samples)).collect(),
         unix_s,
         indicators,

@@ -86,12 +86,15 @@ pub(crate) async fn add_note(
     Ok(Json(list(&shared, wagon)))
 }
 
-/// Who: whoever shows a token is called as it is, so that nobody writes in another's name.
+/// Who: whoever shows a token is called as it is first, so that nobody writes in another's name.
 fn by(request: &NoteRequest, identity: Option<&Identity>) -> Result<String, Problem> {
-    match identity.and_then(Identity::vouched_name) {
-        Some(name) => Ok(name.to_owned()),
-        None => sane("by", request.by.as_deref().unwrap_or_default(), MOST_NAME),
-    }
+    let said = request.by.as_deref();
+    let said = match identity.and_then(Identity::vouched_name) {
+        Some(_) if said.is_none_or(|said| said.trim().is_empty()) => None,
+        _ => Some(sane("by", said.unwrap_or_default(), MOST_NAME)?),
+    };
+    let signed = identity.and_then(|identity| identity.signature(said.as_deref()));
+    Ok(signed.or(said).unwrap_or_default())
 }
 
 fn sane(key: &str, text: &str, most: usize) -> Result<String, Problem> {

@@ -40,8 +40,9 @@ pub(super) fn signed(
     by: Option<&str>,
     why: &str,
 ) -> Result<String, Problem> {
-    let by = identity.and_then(Identity::vouched_name).or(by).unwrap_or_default();
-    let (by, why) = (line("by", by, 100)?, line("why", why, 500)?);
+    let signature = identity.and_then(|identity| identity.signature(by));
+    let by = signature.as_deref().or(by).unwrap_or_default();
+    let (by, why) = (line("by", by, 200)?, line("why", why, 500)?);
     Ok(format!("by {by} at {}: {why}", rfc3339(shared.now().unix_ns)))
 }
 

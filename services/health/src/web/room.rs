@@ -8,7 +8,7 @@ use axum::response::Response;
 use hyper::body::{Body as HttpBody, Frame, SizeHint};
 use std::pin::Pin;
 use std::sync::Arc;
-use std::task::{Context, Poll};
+use std::task::{Context, Poll, ready};
 use std::time::Duration;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::timeout;
@@ -58,13 +58,20 @@ pub(super) fn hold(response: Response) -> Response {
     let (mut parts, body) = response.into_parts();
     match parts.extensions.remove::<Taken>() {
         None => Response::from_parts(parts, body),
-        Some(room) => Response::from_parts(parts, Body::new(Holding { body, _room: room })),
+        Some(room) => {
+            Response::from_parts(parts, Body::new(Holding { body, rest: Bytes::new(), _room: room }))
+        }
     }
 }
 
-/// A body with its room.
+/// Longest piece that the connection gets at once. One that took a whole answer would let go of the body, and of its room, long
+/// before the reader has it.
+const PIECE_BYTES: usize = 32 * 1024;
+
+/// A body with its room, handed on in pieces.
 struct Holding {
     body: Body,
+    rest: Bytes,
     _room: Taken,
 }
 
@@ -76,15 +83,31 @@ impl HttpBody for Holding {
         mut self: Pin<&mut Self>,
         context: &mut Context<'_>,
     ) -> Poll<Option<Result<Frame<Bytes>, axum::Error>>> {
-        Pin::new(&mut self.body).poll_frame(context)
+        if self.rest.is_empty() {
+            match ready!(Pin::new(&mut self.body).poll_frame(context)) {
+                Some(Ok(frame)) => match frame.into_data() {
+                    Ok(data) => self.rest = data,
+                    Err(other) => return Poll::Ready(Some(Ok(other))),
+                },
+                ended => return Poll::Ready(ended),
+            }
+        }
+        let length = self.rest.len().min(PIECE_BYTES);
+        Poll::Ready(Some(Ok(Frame::data(self.rest.split_to(length)))))
     }
 
     fn is_end_stream(&self) -> bool {
-        self.body.is_end_stream()
+        self.rest.is_empty() && self.body.is_end_stream()
     }
 
     fn size_hint(&self) -> SizeHint {
-        HttpBody::size_hint(&self.body)
+        let (rest, body) = (self.rest.len() as u64, HttpBody::size_hint(&self.body));
+        let mut hint = SizeHint::new();
+        hint.set_lower(rest + body.lower());
+        if let Some(upper) = body.upper() {
+            hint.set_upper(rest + upper);
+        }
+        hint
     }
 }
 
@@ -111,5 +134,27 @@ mod tests {
         let longest = answer(1 << 30);
         drop(small);
         assert!(longest.await.is_ok() && room.shares.available_permits() == 10);
+    }
+
+    /// A connection that got the whole answer at once once let go of its room before the reader had taken a byte.
+    #[tokio::test]
+    async fn a_long_answer_comes_in_pieces_and_is_whole() {
+        let room = Room::new(10 * SHARE_BYTES);
+        let long: Vec<u8> = (0..200_000_u32).map(|n| n as u8).collect();
+        let mut response = long.clone().into_response();
+        response.extensions_mut().insert(room.take(5000).await.expect("room"));
+        let mut body = hold(response).into_body();
+        assert_eq!(body.size_hint().exact(), Some(200_000));
+        let (mut whole, mut pieces) = (Vec::new(), 0);
+        while let Some(frame) = std::future::poll_fn(|context| Pin::new(&mut body).poll_frame(context)).await
+        {
+            let piece = frame.expect("frame").into_data().expect("data");
+            assert!(piece.len() <= PIECE_BYTES && room.shares.available_permits() == 5);
+            whole.extend_from_slice(&piece);
+            pieces += 1;
+        }
+        assert!(whole == long && pieces == 7);
+        drop(body);
+        assert_eq!(room.shares.available_permits(), 10);
     }
 }

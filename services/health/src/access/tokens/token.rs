@@ -2,7 +2,7 @@
 
 use crate::access::error::AccessError;
 use crate::access::role::Role;
-use crate::time::{parse_rfc3339, rfc3339};
+use crate::time::{parse_rfc3339, rfc3339_s};
 use ring::digest::{SHA256, digest};
 use ring::rand::{SecureRandom, SystemRandom};
 use serde::{Deserialize, Serialize};
@@ -202,7 +202,7 @@ pub(super) fn check_name(name: &str) -> Result<(), String> {
 }
 
 pub(super) fn text(tokens: &[Token]) -> String {
-    let instant = |s: i64| rfc3339(s.saturating_mul(1_000_000_000));
+    let instant = rfc3339_s;
     let forms = tokens.iter().map(|token| TokenForm {
         name: token.name.clone(),
         role: token.role,

@@ -1,7 +1,7 @@
 //! The table as CSV.
 
 use super::table::{ExportError, Layout, Sink, Whose};
-use crate::time::rfc3339;
+use crate::time::rfc3339_s;
 use railgrip_history::Point;
 use std::fmt::Write as _;
 use std::io::Write;
@@ -38,7 +38,7 @@ impl<W: Write> Sheet<W> {
 
 impl<W: Write> Sink for Sheet<W> {
     fn row(&mut self, layout: &Layout, wagon: &Whose, point: Point) -> Result<(), ExportError> {
-        let time = rfc3339(point.unix_s.saturating_mul(1_000_000_000));
+        let time = rfc3339_s(point.unix_s);
         // Whole seconds; writing into a string cannot fail.
         let place = wagon.place.map_or_else(String::new, |place| place.to_string());
         let vehicle = wagon.vehicle.as_deref().unwrap_or_default();

@@ -12,6 +12,7 @@ mod csv;
 mod parquet;
 pub(crate) mod route;
 mod table;
+pub(crate) mod turn;
 mod write;
 
 pub use table::{ExportError, Form, Wanted};

@@ -1,6 +1,7 @@
 //! The table over HTTP, sent while it is read.
 
 use super::table::{ExportError, Form, Wanted};
+use super::turn::Turn;
 use super::write::write;
 use crate::api::problem::Problem;
 use crate::history::consist::Consist;
@@ -19,11 +20,14 @@ use flate2::write::GzEncoder;
 use futures_util::stream;
 use railgrip_history::Reader;
 use std::io::{self, Write};
-use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 
 /// Pieces of the answer that wait for a slow receiver.
 const WAITING_PIECES: usize = 8;
+/// How often it is looked whether a slow receiver has made room.
+const POLL: Duration = Duration::from_millis(5);
 /// Least length of a piece.
 const PIECE_BYTES: usize = 32 * 1024;
 /// Without `from`, so much before `to`, s.
@@ -77,11 +81,10 @@ pub(crate) async fn export(
     if let Some(fields) = &wanted.fields {
         crate::history::routes::check_fields(&history, fields)?;
     }
-    let busy = |_| {
+    let turn = history.exports.take().ok_or_else(|| {
         let detail = "another export is under way; try again when it is done";
         Problem::new(StatusCode::SERVICE_UNAVAILABLE, detail)
-    };
-    let turn = Arc::clone(&history.exports).try_acquire_owned().map_err(busy)?;
+    })?;
     let refused =
         |error: &dyn std::fmt::Display| Problem::new(StatusCode::SERVICE_UNAVAILABLE, error.to_string());
     let open = move || {
@@ -95,12 +98,12 @@ pub(crate) async fn export(
     let gzip = form == Form::Csv && takes_gzip(&headers);
     let (sender, receiver) = channel(WAITING_PIECES);
     tokio::task::spawn_blocking(move || {
-        if let Err(error) = run(&reader, &wanted, form, gzip, sender.clone()) {
+        let pieces = Pieces { sender: sender.clone(), piece: Vec::with_capacity(PIECE_BYTES), turn };
+        if let Err(error) = run(&reader, &wanted, form, gzip, pieces) {
             // What has been sent cannot be taken back; a connection that breaks off says that it is not whole.
             tracing::debug!(%error, "an export broke off");
-            let _ = sender.blocking_send(Err(io::Error::other(error.to_string())));
+            let _ = sender.try_send(Err(io::Error::other(error.to_string())));
         }
-        drop(turn);
     });
     Ok(answer(form, gzip, from_s, to_s, receiver))
 }
@@ -123,14 +126,7 @@ fn answer(form: Form, gzip: bool, from_s: i64, to_s: i64, receiver: Receiver<io:
     response
 }
 
-fn run(
-    reader: &Reader,
-    wanted: &Wanted,
-    form: Form,
-    gzip: bool,
-    sender: Sender<io::Result<Bytes>>,
-) -> Result<(), ExportError> {
-    let to = Pieces { sender, piece: Vec::with_capacity(PIECE_BYTES) };
+fn run(reader: &Reader, wanted: &Wanted, form: Form, gzip: bool, to: Pieces) -> Result<(), ExportError> {
     if gzip {
         let mut packer = GzEncoder::new(to, Compression::fast());
         write(reader, wanted, form, &mut packer)?;
@@ -145,6 +141,7 @@ fn run(
 struct Pieces {
     sender: Sender<io::Result<Bytes>>,
     piece: Vec<u8>,
+    turn: Turn,
 }
 
 impl Write for Pieces {
@@ -161,8 +158,24 @@ impl Write for Pieces {
             return Ok(());
         }
         let piece = std::mem::replace(&mut self.piece, Vec::with_capacity(PIECE_BYTES));
-        let gone = |_| io::Error::new(io::ErrorKind::BrokenPipe, "the receiver is gone");
-        self.sender.blocking_send(Ok(piece.into())).map_err(gone)
+        let length = piece.len();
+        let mut waits = Ok(piece.into());
+        loop {
+            if self.turn.is_over() {
+                let why = "another export waits, and this receiver is slow";
+                return Err(io::Error::new(io::ErrorKind::TimedOut, why));
+            }
+            waits = match self.sender.try_send(waits) {
+                Ok(()) => break,
+                Err(TrySendError::Closed(_)) => {
+                    return Err(io::Error::new(io::ErrorKind::BrokenPipe, "the receiver is gone"));
+                }
+                Err(TrySendError::Full(waits)) => waits,
+            };
+            std::thread::sleep(POLL);
+        }
+        self.turn.sent(length);
+        Ok(())
     }
 }
 
