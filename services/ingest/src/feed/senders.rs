@@ -5,16 +5,23 @@ use super::{Inlet, InputError};
 use super::{cbor, lines};
 use railgrip_settings::{MqttSource, Source};
 use rumqttc::{Client, Connection, Event, MqttOptions, Packet, QoS};
-use rustix::net::sockopt::set_socket_recv_buffer_size;
-use std::io::{BufReader, stdin};
-use std::net::{SocketAddr, TcpListener, UdpSocket};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use rustix::net::sockopt::{
+    set_socket_keepalive, set_socket_recv_buffer_size, set_tcp_keepcnt, set_tcp_keepidle, set_tcp_keepintvl,
+};
+use std::io::{BufReader, Read, stdin};
+use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream, UdpSocket};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::thread::spawn;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-/// TCP connections at a time; further ones are closed at once.
+/// TCP connections at a time. A further one takes the place of the longest silent, if that has been silent for the second time.
 const MOST_CONNECTIONS: usize = 64;
+const MAY_BE_SILENT: Duration = Duration::from_secs(10);
+/// A sender whose computer has lost its power says so to nobody: it is asked after so many seconds of silence, so often and at such
+/// intervals, s.
+const ASKED_AFTER: Duration = Duration::from_secs(10);
+const ASKED_EVERY: Duration = Duration::from_secs(5);
+const ASKED_TIMES: u32 = 3;
 /// Largest datagram.
 const LARGEST_DATAGRAM: usize = 64 * 1024;
 /// Largest message of a broker, bytes.
@@ -55,25 +62,67 @@ pub(super) fn start(source: &Source, inlet: Inlet) -> Result<(), InputError> {
 }
 
 fn accept(listener: &TcpListener, inlet: &Inlet) {
-    let open = Arc::new(AtomicUsize::new(0));
+    let mut open: Vec<Weak<Sender>> = Vec::new();
     for connection in listener.incoming() {
         let Ok(connection) = connection else {
             std::thread::sleep(PAUSE);
             continue;
         };
         let name = connection.peer_addr().map_or_else(|_| "tcp".to_owned(), |peer| format!("tcp {peer}"));
-        if open.fetch_add(1, Ordering::Relaxed) >= MOST_CONNECTIONS {
-            open.fetch_sub(1, Ordering::Relaxed);
-            tracing::warn!("{name}: refused, {MOST_CONNECTIONS} connections are open");
+        open.retain(|sender| sender.strong_count() > 0);
+        if open.len() >= MOST_CONNECTIONS && !give_way(&mut open) {
+            tracing::warn!("{name}: refused, {MOST_CONNECTIONS} connections are open and send");
             continue;
         }
+        let asked = set_socket_keepalive(&connection, true)
+            .and_then(|()| set_tcp_keepidle(&connection, ASKED_AFTER))
+            .and_then(|()| set_tcp_keepintvl(&connection, ASKED_EVERY))
+            .and_then(|()| set_tcp_keepcnt(&connection, ASKED_TIMES));
+        if let Err(error) = asked {
+            tracing::warn!("{name}: it is not noticed if its computer is gone ({error})");
+        }
         tracing::info!("{name}: connected");
-        let (inlet, open) = (inlet.clone(), Arc::clone(&open));
+        let sender = Arc::new(Sender { connection, heard: Mutex::new(Instant::now()) });
+        open.push(Arc::downgrade(&sender));
+        let inlet = inlet.clone();
         spawn(move || {
-            lines::read(BufReader::new(connection), &name, &inlet);
-            open.fetch_sub(1, Ordering::Relaxed);
+            lines::read(BufReader::new(&*sender), &name, &inlet);
             tracing::info!("{name}: gone");
         });
+    }
+}
+
+/// Closes the connection that has been silent longest; false if all of them send.
+fn give_way(open: &mut Vec<Weak<Sender>>) -> bool {
+    let silent = |sender: &Weak<Sender>| sender.upgrade().map_or(Duration::MAX, |sender| sender.silence());
+    let Some(longest) = (0..open.len()).max_by_key(|index| silent(&open[*index])) else { return true };
+    if silent(&open[longest]) < MAY_BE_SILENT {
+        return false;
+    }
+    if let Some(sender) = open.swap_remove(longest).upgrade() {
+        // Its thread reads the end and goes.
+        let _ = sender.connection.shutdown(Shutdown::Both);
+    }
+    true
+}
+
+/// A connection, and when something came by it last.
+struct Sender {
+    connection: TcpStream,
+    heard: Mutex<Instant>,
+}
+
+impl Sender {
+    fn silence(&self) -> Duration {
+        self.heard.lock().unwrap_or_else(PoisonError::into_inner).elapsed()
+    }
+}
+
+impl Read for &Sender {
+    fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+        let read = (&self.connection).read(into)?;
+        *self.heard.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
+        Ok(read)
     }
 }
 
@@ -179,7 +228,29 @@ mod tests {
     use crate::feed::{Feed, Live};
     use railgrip_filter::PlantKind;
     use railgrip_messages::SourceCount;
-    use std::time::Instant;
+
+    /// Connections whose computers had lost their power once kept every other sender out for ever.
+    #[test]
+    fn a_silent_connection_gives_way_and_one_that_sends_does_not() {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a socket");
+        let sender = |silent: Duration| {
+            let ours = TcpStream::connect(listener.local_addr().expect("an address")).expect("connected");
+            let connection = listener.accept().expect("accepted").0;
+            let heard = Instant::now().checked_sub(silent).expect("the machine runs for longer");
+            (ours, Arc::new(Sender { connection, heard: Mutex::new(heard) }))
+        };
+        let all = [1, 30, 20, 2].map(|seconds| sender(Duration::from_secs(seconds)));
+        let mut open: Vec<Weak<Sender>> = all.iter().map(|(_, sender)| Arc::downgrade(sender)).collect();
+        let closed = || all.iter().map(|(ours, _)| is_closed(ours)).collect::<Vec<bool>>();
+        assert!(give_way(&mut open) && closed() == [false, true, false, false]);
+        assert!(give_way(&mut open) && closed() == [false, true, true, false]);
+        assert!(!give_way(&mut open) && open.len() == 2, "these send");
+    }
+
+    fn is_closed(mut connection: &TcpStream) -> bool {
+        connection.set_read_timeout(Some(Duration::from_millis(200))).expect("a time");
+        matches!(connection.read(&mut [0; 8]), Ok(0))
+    }
 
     #[test]
     fn what_a_full_queue_loses_is_counted() {

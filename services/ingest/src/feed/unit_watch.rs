@@ -14,6 +14,9 @@ const LEAST_S: f64 = 15.0;
 const EARLY_S: f64 = 2.0;
 /// Time between two looks, s: at first, and later.
 const LOOKS_S: [f64; 2] = [0.5, 5.0];
+/// Later the latest seconds are looked at by themselves, too: good rows before them would hide a unit that has changed.
+const LATEST_S: f64 = 4.0;
+const LATEST_LOOKS_S: f64 = 1.0;
 
 /// The latest seconds of one wagon, and what they gave away.
 #[derive(Debug)]
@@ -21,12 +24,19 @@ pub(crate) struct UnitWatch {
     vehicle: VehicleParameters,
     rows: VecDeque<Row>,
     looked_s: f64,
+    looked_at_latest_s: f64,
     implausible: bool,
 }
 
 impl UnitWatch {
     pub(crate) fn new(vehicle: VehicleParameters) -> Self {
-        Self { vehicle, rows: VecDeque::new(), looked_s: f64::NEG_INFINITY, implausible: false }
+        Self {
+            vehicle,
+            rows: VecDeque::new(),
+            looked_s: f64::NEG_INFINITY,
+            looked_at_latest_s: f64::NEG_INFINITY,
+            implausible: false,
+        }
     }
 
     /// True while the columns cannot be in their units.
@@ -37,7 +47,7 @@ impl UnitWatch {
     /// Forgets what belongs to another time base.
     pub(crate) fn begin(&mut self) {
         self.rows.clear();
-        self.looked_s = f64::NEG_INFINITY;
+        (self.looked_s, self.looked_at_latest_s) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
     }
 
     /// Takes a row; gives a change of mind: what gives the columns away, or nothing once they are plausible again.
@@ -54,11 +64,25 @@ impl UnitWatch {
         }
         let kept_s = self.rows.front().map_or(0.0, |first| row.t_s - first.t_s);
         let long = kept_s >= LEAST_S;
-        if kept_s < EARLY_S || row.t_s - self.looked_s < LOOKS_S[usize::from(long)] {
+        if kept_s < EARLY_S {
             return None;
         }
-        self.looked_s = row.t_s;
-        let found = self.judge(wheelsets, if long { units::check } else { units::check_early });
+        let found = if row.t_s - self.looked_s >= LOOKS_S[usize::from(long)] {
+            (self.looked_s, self.looked_at_latest_s) = (row.t_s, row.t_s);
+            let all = self.judge(
+                wheelsets,
+                f64::NEG_INFINITY,
+                if long { units::check } else { units::check_early },
+            );
+            all.or_else(|| self.judge(wheelsets, row.t_s - LATEST_S, units::check_early))
+        } else if long && !self.implausible && row.t_s - self.looked_at_latest_s >= LATEST_LOOKS_S {
+            self.looked_at_latest_s = row.t_s;
+            let latest = self.judge(wheelsets, row.t_s - LATEST_S, units::check_early);
+            latest.as_ref()?;
+            latest
+        } else {
+            return None;
+        };
         let changed = found.is_some() != self.implausible;
         self.implausible = found.is_some();
         changed.then_some(found)
@@ -67,10 +91,38 @@ impl UnitWatch {
     fn judge(
         &self,
         wheelsets: usize,
+        from_s: f64,
         check: fn(&Recording, &VehicleParameters) -> Result<(), UnitError>,
     ) -> Option<String> {
         let mut recording = Recording::empty("live", None, wheelsets.min(MAX_WHEELSETS), Optional::NONE);
-        self.rows.iter().for_each(|row| recording.push(row));
+        self.rows.iter().filter(|row| row.t_s >= from_s).for_each(|row| recording.push(row));
         check(&recording, &self.vehicle).err().map(|error| error.to_string())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// After twenty good seconds, speeds in km/h once were live for as long again.
+    #[test]
+    fn a_unit_that_changes_during_a_run_shows_soon() {
+        let vehicle: VehicleParameters =
+            toml::from_str(include_str!("../../../../config/vehicle.toml")).expect("a vehicle");
+        let radius_m = vehicle.wheelset.radius_m;
+        let mut watch = UnitWatch::new(vehicle);
+        let mut told = Vec::new();
+        for k in 0..6000 {
+            let t_s = f64::from(k) * 0.01;
+            let kmh = (20.0..45.0).contains(&t_s);
+            let mut row = Row { t_s, v_m_s: if kmh { 72.0 } else { 20.0 }, ..Row::default() };
+            row.wheel_speed_rad_s = [20.0 / radius_m; MAX_WHEELSETS];
+            if let Some(change) = watch.take(&row, 2) {
+                told.push((t_s, change.is_some()));
+            }
+        }
+        println!("{told:?}");
+        let [(shown_s, true), (again_s, false)] = told[..] else { panic!("{told:?}") };
+        assert!((22.0..27.0).contains(&shown_s) && (47.0..80.0).contains(&again_s));
     }
 }
