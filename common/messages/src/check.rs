@@ -9,8 +9,8 @@
 //! a snapshot may know it from an earlier boot. Text needs no check: [`crate::Text::as_str`] ends at the first byte that is no UTF-8.
 
 use crate::{
-    BogieSample, Condition, Grade, Health, Heard, HearingState, Heartbeat, Indicator, MAX_WHEELSETS,
-    MotorSample, Payload, ProcessKind, Sample, SourceState, Stamp, Verdicts, WheelsetHealth,
+    BogieSample, Condition, Event, EventKind, Grade, Health, Heard, HearingState, Heartbeat, Indicator,
+    MAX_WHEELSETS, MotorSample, Payload, ProcessKind, Sample, SourceState, Stamp, Verdicts, WheelsetHealth,
 };
 
 /// A stamp may be so far ahead of the reader's monotonic clock, ns: all processes of a train share that clock.
@@ -209,6 +209,21 @@ impl Checked for SourceState {
         taken(self.stamp, now)?;
         flag(self.drift_known)?;
         if self.drift_known == 0 { Ok(()) } else { finite(self.drift_ppm) }
+    }
+}
+
+impl Checked for Event {
+    const NAME: &'static str = "event";
+
+    fn wagon(&self) -> u32 {
+        self.wagon
+    }
+
+    fn check(&self, now: Stamp) -> Result<(), Refusal> {
+        taken(self.stamp, now)?;
+        code(EventKind::from_code(self.kind))?;
+        code(Grade::from_code(self.grade))?;
+        self.values.iter().try_for_each(|value| finite(*value))
     }
 }
 

@@ -9,7 +9,9 @@ use railgrip_health::shared::{Shared, StreamEvent};
 use railgrip_health::store::Store;
 use railgrip_indicators::INDICATORS;
 use railgrip_indicators::indicator::{BRAKE_FRICTION, RAIL, SLIDES};
-use railgrip_messages::{Grade, Health, Heartbeat, Indicator, ProcessKind, Stamp};
+use railgrip_messages::{
+    Event, EventKind, Grade, Health, Heartbeat, Indicator, NO_WHEELSET, ProcessKind, Stamp, Text,
+};
 use railgrip_settings::{Overrides, TrainSettings};
 use serde_json::Value;
 use std::path::Path;
@@ -144,6 +146,69 @@ async fn a_silent_and_a_stale_wagon_are_named_and_never_shown_as_present() {
             && !metrics.contains("per_second{wagon=\"7\"}")
     );
     assert!(metrics.contains("railgrip_wagon_data_age_seconds{wagon=\"7\"} 12.3"));
+}
+
+/// Samples that the source withholds because of their units once were "no data: check the data connection", and a clock that
+/// drifts reached nobody.
+#[tokio::test]
+async fn what_the_source_says_of_a_wagon_is_its_alert() {
+    let mut store = sound_train();
+    let event = |kind: EventKind, grade: Grade, wagon: u32, text: &str, now: Stamp| Event {
+        stamp: now,
+        kind: kind.code(),
+        grade: grade.code(),
+        wagon,
+        wheelset: NO_WHEELSET,
+        text: Text::new(text),
+        ..Event::default()
+    };
+    let why = "samples withheld: column v_m_s cannot be in m/s";
+    let drift = "the clock of the source drifts by 1000 parts in a million";
+    let run = |store: &mut Store, from: f64, withheld: bool| {
+        for tenth in 0..300 {
+            let now = later(from + f64::from(tenth) * 0.1);
+            for wagon in (1..=8).filter(|wagon| !withheld || *wagon != 2) {
+                store.receive_health(wagon, &health(wagon, now), now).unwrap();
+            }
+            if tenth % 100 == 0 {
+                let grade = if withheld { Grade::Act } else { Grade::Ok };
+                store.receive_event(&event(EventKind::UnitsImplausible, grade, 2, why, now), now).unwrap();
+                let grade = if withheld { Grade::Watch } else { Grade::Ok };
+                store.receive_event(&event(EventKind::ClockDrifts, grade, 3, drift, now), now).unwrap();
+            }
+            let _ = store.snapshot(now);
+        }
+        later(from + 30.0)
+    };
+    let causes = |alerts: Value| -> Vec<(String, String)> {
+        let text = |alert: &Value, key: &str| alert[key].as_str().unwrap_or_default().to_owned();
+        let all = alerts["alerts"].as_array().unwrap().clone();
+        all.iter()
+            .filter(|alert| alert["active"] == true)
+            .map(|a| (text(a, "cause"), text(a, "reason")))
+            .collect()
+    };
+    let now = run(&mut store, 0.0, true);
+    let (router, _) = serve(&mut store, now);
+    let mut active = causes(get_json(&router, "/api/v1/alerts").await);
+    active.sort();
+    assert_eq!(active.len(), 2, "{active:?}");
+    assert!(active[0].0 == "source_clock" && active[0].1.contains("1000 parts"), "{active:?}");
+    assert!(active[1].0 == "units" && active[1].1.contains(why), "{active:?}");
+    // A process that says what is none of its business is refused.
+    let wrong =
+        Event { values: [f64::NAN; 4], ..event(EventKind::UnitsImplausible, Grade::Act, 5, "x", now) };
+    assert!(store.receive_event(&wrong, now).is_none());
+    let wrong = event(EventKind::UnitsImplausible, Grade::Act, 99, "x", now);
+    assert!(store.receive_event(&wrong, now).is_none());
+    let wrong = Event { kind: 9999, ..wrong };
+    assert!(store.receive_event(&wrong, now).is_none());
+    let mut now = run(&mut store, 30.0, false);
+    for minutes in 1..=4 {
+        now = run(&mut store, 30.0 + 30.0 * f64::from(minutes), false);
+    }
+    let (router, _) = serve(&mut store, now);
+    assert_eq!(causes(get_json(&router, "/api/v1/alerts").await), []);
 }
 
 #[tokio::test]

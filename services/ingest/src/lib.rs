@@ -27,13 +27,16 @@ use railgrip_bus::{
     now,
 };
 use railgrip_messages::{
-    Event, EventKind, Heartbeat, NO_WAGON, NO_WHEELSET, ProcessKind, SourceState, Stamp, Text,
+    Event, EventKind, Grade, Heartbeat, NO_WAGON, NO_WHEELSET, ProcessKind, SourceState, Stamp, Text,
 };
 use railgrip_settings::{Source, TrainSettings};
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 /// Time between two looks at the holder, s.
 const HOLDER_CHECK: Duration = Duration::from_millis(500);
+/// How often it is said again what is wrong with a wagon.
+const REPEATED: Duration = Duration::from_secs(10);
 /// Time between two heartbeats.
 const HEARTBEAT: Duration = Duration::from_secs(1);
 /// Longest wait for the estimators before a replay begins: a run should be seen from its first sample on.
@@ -195,6 +198,9 @@ struct Reporter {
     beaten: Option<Instant>,
     sequence: u64,
     event_sequence: u64,
+    /// What is wrong with wagons, said again now and then: who listens may have begun later.
+    lasting: BTreeMap<(u32, u32), Event>,
+    repeated: Instant,
 }
 
 impl Reporter {
@@ -208,6 +214,8 @@ impl Reporter {
             beaten: None,
             sequence: 0,
             event_sequence: 0,
+            lasting: BTreeMap::new(),
+            repeated: Instant::now(),
         })
     }
 
@@ -218,6 +226,14 @@ impl Reporter {
         self.beaten = Some(Instant::now());
         self.sequence += 1;
         self.account(feed)?;
+        if self.repeated.elapsed() >= REPEATED {
+            self.repeated = Instant::now();
+            for mut event in self.lasting.values().copied().collect::<Vec<_>>() {
+                self.event_sequence += 1;
+                (event.sequence, event.stamp) = (self.event_sequence, now());
+                self.events.publish(&[event])?;
+            }
+        }
         self.heartbeats.publish(&[Heartbeat {
             sequence: self.sequence,
             stamp: now(),
@@ -249,40 +265,56 @@ impl Reporter {
 
     /// Tells people why nothing comes of a wagon any more, or that it does again; and of clocks.
     fn tell(&mut self, news: &News) -> Result<(), BusError> {
-        let (kind, wagon, value, text) = match news {
+        let (kind, grade, wagon, value, text) = match news {
             News::Units(wagon, Some(why)) => {
-                (EventKind::UnitsImplausible, *wagon, 0.0, format!("samples withheld: {why}"))
+                (EventKind::UnitsImplausible, Grade::Act, *wagon, 0.0, format!("samples withheld: {why}"))
             }
             News::Units(wagon, None) => {
-                (EventKind::UnitsImplausible, *wagon, 0.0, "the columns are plausible again".to_owned())
+                let text = "the columns are plausible again".to_owned();
+                (EventKind::UnitsImplausible, Grade::Ok, *wagon, 0.0, text)
             }
             News::Clock(wagon, ppm, true) => {
                 let text = format!("the clock of the source drifts by {ppm:.0} parts in a million");
-                (EventKind::ClockDrifts, *wagon, *ppm, text)
+                (EventKind::ClockDrifts, Grade::Watch, *wagon, *ppm, text)
             }
             News::Clock(wagon, ppm, false) => {
-                (EventKind::ClockDrifts, *wagon, *ppm, "the clock of the source runs well again".to_owned())
+                let text = "the clock of the source runs well again".to_owned();
+                (EventKind::ClockDrifts, Grade::Ok, *wagon, *ppm, text)
             }
         };
-        self.event_about(kind, wagon, value, &text)
+        self.event_about(kind, grade, wagon, value, &text)
     }
 
     fn event(&mut self, kind: EventKind, text: &str) -> Result<(), BusError> {
-        self.event_about(kind, NO_WAGON, 0.0, text)
+        self.event_about(kind, Grade::Unknown, NO_WAGON, 0.0, text)
     }
 
-    fn event_about(&mut self, kind: EventKind, wagon: u32, value: f64, text: &str) -> Result<(), BusError> {
+    fn event_about(
+        &mut self,
+        kind: EventKind,
+        grade: Grade,
+        wagon: u32,
+        value: f64,
+        text: &str,
+    ) -> Result<(), BusError> {
         self.event_sequence += 1;
-        self.events.publish(&[Event {
+        let event = Event {
             wagon,
             sequence: self.event_sequence,
             stamp: now(),
             kind: kind.code(),
+            grade: grade.code(),
             wheelset: NO_WHEELSET,
             values: [value, 0.0, 0.0, 0.0],
             text: Text::new(text),
             ..Event::default()
-        }])
+        };
+        if grade > Grade::Ok {
+            self.lasting.insert((kind.code(), wagon), event);
+        } else {
+            self.lasting.remove(&(kind.code(), wagon));
+        }
+        self.events.publish(&[event])
     }
 }
 

@@ -9,8 +9,10 @@ use railgrip_indicators::{Advice, AlertRule, Reach, Table};
 type OwnRule = (&'static str, AlertRule);
 
 /// Rules of the service itself.
-const OWN: [OwnRule; 4] = [
+const OWN: [OwnRule; 6] = [
     ("silent", of_train("silent", "Check the data connection and the processes of these wagons.")),
+    ("units", of_train("units", UNITS)),
+    ("source_clock", of_train("source_clock", SOURCE_CLOCK)),
     // A disk that is full or read-only takes neither indicators nor alerts.
     ("storage", of_train("storage", STORAGE)),
     ("history", of_train("storage", STORAGE)),
@@ -20,6 +22,10 @@ const OWN: [OwnRule; 4] = [
 /// the judge shall have its say first, so that one fault does not raise two alerts.
 const AFTER_THE_JUDGE: f64 = 45.0;
 
+const UNITS: &str =
+    "Say in [mapping] which units the source sends; until then the samples of these wagons are withheld.";
+const SOURCE_CLOCK: &str =
+    "Set the clock of the device that stamps these samples, or have it follow the train's time.";
 const STORAGE: &str = "Free space on the disk, make it writable or replace it; live figures go on, what is remembered has a gap.";
 
 const fn of_train(cause: &'static str, advice: &'static str) -> AlertRule {

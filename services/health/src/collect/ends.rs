@@ -4,8 +4,8 @@ use crate::history::Recorder;
 use crate::history::watch::Watch;
 use crate::store::Store;
 use railgrip_bus::{
-    Bus, BusConfig, BusError, HealthSubscriber, HeardSubscriber, HeartbeatPublisher, HeartbeatSubscriber,
-    SourceSubscriber, VerdictSubscriber, now,
+    Bus, BusConfig, BusError, EventSubscriber, HealthSubscriber, HeardSubscriber, HeartbeatPublisher,
+    HeartbeatSubscriber, SourceSubscriber, VerdictSubscriber, now,
 };
 use railgrip_messages::{Heartbeat, NO_WAGON, ProcessKind};
 use railgrip_settings::TrainSettings;
@@ -19,6 +19,7 @@ pub(super) struct Ends {
     verdicts: Option<VerdictSubscriber>,
     sources: SourceSubscriber,
     heartbeats: HeartbeatSubscriber,
+    events: EventSubscriber,
     own: HeartbeatPublisher,
     sequence: u64,
 }
@@ -38,7 +39,8 @@ impl Ends {
         let verdicts = settings.judged_together.then(|| bus.verdict_subscriber()).transpose()?;
         let sources = bus.source_subscriber()?;
         let (heartbeats, own) = (bus.heartbeat_subscriber()?, bus.heartbeat_publisher()?);
-        Ok(Self { bus, health, heard, verdicts, sources, heartbeats, own, sequence: 0 })
+        let events = bus.event_subscriber()?;
+        Ok(Self { bus, health, heard, verdicts, sources, heartbeats, events, own, sequence: 0 })
     }
 
     /// Hands on everything that has arrived.
@@ -86,6 +88,12 @@ impl Ends {
             let now = now();
             for state in batch {
                 let _ = store.receive_source(state, now);
+            }
+        })?;
+        self.events.receive(|batch| {
+            let now = now();
+            for event in batch.iter().filter_map(|event| store.receive_event(event, now)) {
+                watch.told(&event).into_iter().for_each(tell);
             }
         })?;
         self.heartbeats.receive(|batch| {

@@ -3,7 +3,7 @@
 use crate::alerts::model::{Alert, Scope};
 use railgrip_history::Event;
 use railgrip_indicators::indicator::SLIDES;
-use railgrip_messages::{Health, Heartbeat, NO_WAGON, ProcessKind};
+use railgrip_messages::{EventKind, Grade, Health, Heartbeat, NO_WAGON, NO_WHEELSET, ProcessKind, Text};
 use std::collections::BTreeMap;
 
 /// Slides of a wheelset that follow each other so closely are one event, ns.
@@ -41,6 +41,8 @@ struct Alive {
 pub(crate) struct Watch {
     slides: BTreeMap<(u32, usize), Slides>,
     processes: BTreeMap<(u32, u32), Alive>,
+    /// What was told last, by kind and wagon: what lasts is said again and again.
+    told: BTreeMap<(u32, u32), Text>,
 }
 
 impl Watch {
@@ -73,6 +75,30 @@ impl Watch {
             }
         }
         events
+    }
+
+    /// What another process tells and nothing else here shows.
+    pub(crate) fn told(&mut self, event: &railgrip_messages::Event) -> Option<Event> {
+        let kind = event.kind()?;
+        let shows = matches!(
+            kind,
+            EventKind::UnitsImplausible
+                | EventKind::ClockDrifts
+                | EventKind::FilterRestarted
+                | EventKind::ModelMismatch
+                | EventKind::HearingChanged
+        );
+        let before = shows.then(|| self.told.insert((event.kind, event.wagon), event.text))?;
+        let lasts = matches!(kind, EventKind::UnitsImplausible | EventKind::ClockDrifts);
+        (!lasts || before != Some(event.text)).then(|| Event {
+            unix_ms: event.stamp.unix_ns.div_euclid(1_000_000),
+            kind: kind.to_string().replace(' ', "_"),
+            wagon: (event.wagon != NO_WAGON).then_some(event.wagon),
+            wheelset: (event.wheelset != NO_WHEELSET).then(|| event.wheelset.saturating_add(1)),
+            grade: (event.grade() != Grade::Unknown).then(|| event.grade().to_string()),
+            cause: kind.to_string().replace(' ', "_"),
+            text: event.text.as_str().to_owned(),
+        })
     }
 
     /// A process that began.

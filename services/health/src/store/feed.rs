@@ -9,7 +9,7 @@ use crate::store::snapshot::{Basis, Snapshot};
 use crate::store::symptoms;
 use railgrip_indicators::train::track::KeptCell;
 use railgrip_indicators::{INDICATORS, Table};
-use railgrip_messages::{Health, Heard, Heartbeat, NO_WAGON, SourceState, Stamp, Validated, Verdicts};
+use railgrip_messages::{Event, Health, Heard, Heartbeat, NO_WAGON, SourceState, Stamp, Validated, Verdicts};
 use railgrip_settings::TrainSettings;
 
 /// Everything that is known about the train.
@@ -125,6 +125,13 @@ impl Store {
             self.received.take_source(valid);
         }
         taken
+    }
+
+    /// Checks and takes an event of another process; `None` if it is refused.
+    pub fn receive_event<'a>(&mut self, event: &'a Event, now: Stamp) -> Option<Validated<'a, Event>> {
+        let valid = self.received.admit(NO_WAGON, event, now)?;
+        self.received.take_event(valid);
+        Some(valid)
     }
 
     /// Takes what is wrong with the history, if anything is.

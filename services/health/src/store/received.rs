@@ -4,7 +4,8 @@
 use crate::store::refused::Refused;
 use railgrip_indicators::Nominal;
 use railgrip_messages::{
-    Checked, Health, Heard, Heartbeat, NO_WAGON, Refusal, SourceState, Stamp, Validated,
+    Checked, Event, EventKind, Grade, Health, Heard, Heartbeat, NO_WAGON, Refusal, SourceState, Stamp,
+    Validated,
 };
 use railgrip_settings::{TrainSettings, WagonSettings};
 use std::collections::BTreeMap;
@@ -22,6 +23,8 @@ pub(super) struct Received {
     pub heartbeats: BTreeMap<(u32, u32), Heartbeat>,
     /// What the source of samples said last, by wagon.
     pub sources: BTreeMap<u32, SourceState>,
+    /// What the source of samples says is wrong with a wagon, by what it is and wagon: units, clock; and when it said so last.
+    pub told: BTreeMap<(EventKind, u32), (String, Stamp)>,
     /// Data are stale from this age on, s.
     pub stale_after_s: f64,
     /// What was not taken.
@@ -65,6 +68,7 @@ impl Received {
             wagons: settings.wagons.iter().map(|wagon| Wagon::new(settings, wagon)).collect(),
             heartbeats: BTreeMap::new(),
             sources: BTreeMap::new(),
+            told: BTreeMap::new(),
             stale_after_s: settings.http.stale_after_s,
             refused: Refused::default(),
         }
@@ -120,10 +124,23 @@ impl Received {
         self.sources.insert(state.wagon, *state);
     }
 
+    /// Takes what a process tells of a wagon: something that is wrong with what its source sends, or that it is over.
+    pub fn take_event(&mut self, event: Validated<'_, Event>) {
+        let Some(kind @ (EventKind::UnitsImplausible | EventKind::ClockDrifts)) = event.kind() else {
+            return;
+        };
+        if event.grade() > Grade::Ok {
+            self.told.insert((kind, event.wagon), (event.text.as_str().to_owned(), event.stamp));
+        } else {
+            self.told.remove(&(kind, event.wagon));
+        }
+    }
+
     /// Forgets processes that have been quiet for long.
     pub fn forget_silent_processes(&mut self, now: Stamp) {
         self.heartbeats.retain(|_, beat| beat.stamp.age_s(now.monotonic_ns) < PROCESS_GONE_S);
         self.sources.retain(|_, state| state.stamp.age_s(now.monotonic_ns) < PROCESS_GONE_S);
+        self.told.retain(|_, (_, said)| said.age_s(now.monotonic_ns) < PROCESS_GONE_S);
     }
 
     /// What a wagon said last, unless that is stale.

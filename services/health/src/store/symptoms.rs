@@ -8,7 +8,7 @@ use crate::store::received::Received;
 use crate::time::rfc3339;
 use railgrip_causes::Cause;
 use railgrip_indicators::{Judged, Table};
-use railgrip_messages::Stamp;
+use railgrip_messages::{EventKind, Stamp};
 
 /// Judges every symptom of the train. `started` is when this service began: a wagon of which nothing came is as old.
 pub(super) fn judge(
@@ -25,8 +25,16 @@ pub(super) fn judge(
         let of_wagon = |rule| Symptom { wagon, wheelset: None, rule };
         let last = known.health.as_deref().map_or(started, |health| health.acquired);
         let stale = last.age_s(now.monotonic_ns) > received.stale_after_s;
-        let (grade, reason) =
-            if stale { (Grade::Act, no_data(received, wagon, last)) } else { (Grade::Ok, String::new()) };
+        let told = |kind| received.told.get(&(kind, wagon)).map_or("", |(text, _)| text.as_str());
+        let (units, clock) = (told(EventKind::UnitsImplausible), told(EventKind::ClockDrifts));
+        let graded = |text: &str, grade| if text.is_empty() { Grade::Ok } else { grade };
+        book.judge(of_wagon("units"), graded(units, Grade::Act), units, now);
+        book.judge(of_wagon("source_clock"), graded(clock, Grade::Watch), clock, now);
+        // Nothing comes of a wagon whose samples are withheld: that alert says why.
+        let (grade, reason) = match stale && units.is_empty() {
+            true => (Grade::Act, no_data(received, wagon, last)),
+            false => (Grade::Ok, String::new()),
+        };
         book.judge(of_wagon("silent"), grade, &reason, now);
         let Some(health) = known.health.as_deref().filter(|_| !stale) else { continue };
         for Judged { spec, wheelset, indicator } in table.judged(health) {
