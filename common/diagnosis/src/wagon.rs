@@ -17,14 +17,16 @@ use crate::answer::supplement::{Detail, Settings};
 use crate::data::align::Alignments;
 use crate::data::case::{Case, Run};
 use crate::data::lacks;
+use crate::data::noise::SensorNoise;
 use crate::decide::criteria::Criteria;
 use crate::decide::evidence::{self, Judgement};
 use crate::decide::in_gap::{self, Search};
-use crate::decide::practice::{Practice, in_practice, in_practice_of_curve};
+use crate::decide::practice::{Practice, in_practice, in_practice_of_curve, in_spite_of_curve};
 use crate::decide::selection::{self, Selection};
 use crate::fit::windows::Models;
 use crate::model::parameters::Built;
 use crate::plan::{self, Limits, Plan};
+use crate::predict::open_loop;
 use crate::write::predictions::Predicted;
 use crate::write::{details, predictions, regime, report};
 use railgrip_recording::Table;
@@ -173,6 +175,20 @@ fn diagnose_and<T>(
     // of a coupled wagon is mostly its couplers.
     if !case.is_coupled() {
         judgement.decision = in_practice(judgement.decision, &practice(case, &fit, &holdout), &criteria);
+        let tried = &selection.best.fitted;
+        let is_overruled = judgement.decision.verdict == Verdict::Unknown && judgement.evidence.is_named();
+        if is_overruled && tried.shape.effects.len() == 1 {
+            let with = calibrated.extended_by(thin, Some(tried));
+            let with_built = with.build();
+            let (fit_with, holdout_with) =
+                (predict(&with_built, &case.fit), predict(&with_built, &case.holdout));
+            if let Some(decision) = in_spite_of_curve(&practice(case, &fit_with, &holdout_with), &criteria) {
+                judgement.decision = decision;
+                judgement.forget_missing();
+                named = Some(tried);
+                (models, built, fit, holdout) = (with, with_built, fit_with, holdout_with);
+            }
+        }
         let is_unnamed = judgement.decision.verdict == Verdict::Unknown;
         if is_unnamed && let Some(missing) = &judgement.missing {
             let models = calibrated.extended_by(thin, Some(&missing.fitted));
@@ -243,7 +259,19 @@ fn practice(case: &Case, fit: &[Predicted], holdout: &[Predicted]) -> Practice {
         held_out: is_held_out.then(|| gaps(holdout)),
         predicted: is_held_out.then(|| predictions::robust_gaps(holdout)),
         moved: predictions::moved(case, holdout),
+        floor: floor(case),
     }
+}
+
+/// The largest gap that a model without error has on a run of the case.
+fn floor(case: &Case) -> f64 {
+    let (vehicle, file) = (&case.vehicle, SensorNoise::of_file(&case.vehicle.sensors));
+    let noise = [0, 1].map(|j| case.noise[j].level() / file[j].level());
+    let runs = case.fit.iter().chain(&case.holdout);
+    let of_run = |run: &Run| {
+        open_loop::floor(&vehicle.sensors, noise, vehicle.wheelset.radius_m, run.dt_s, run.wheelsets)
+    };
+    runs.map(of_run).fold(1.0, f64::max)
 }
 
 /// What is said of a wagon that does not run alone.

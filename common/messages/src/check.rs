@@ -39,13 +39,15 @@ pub enum Refusal {
     UnknownCode,
     /// More wheelsets than there are places.
     WrongCount,
+    /// Nothing has been measured for long: what follows would be invented.
+    NothingMeasured,
     /// It is about a wagon that the train or the channel does not have.
     WrongWagon,
 }
 
 impl Refusal {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::FutureStamp,
         Self::NoStamp,
         Self::NotFinite,
@@ -53,6 +55,7 @@ impl Refusal {
         Self::ReversedInterval,
         Self::UnknownCode,
         Self::WrongCount,
+        Self::NothingMeasured,
         Self::WrongWagon,
     ];
 
@@ -67,6 +70,7 @@ impl Refusal {
             Self::ReversedInterval => "reversed_interval",
             Self::UnknownCode => "unknown_code",
             Self::WrongCount => "wrong_count",
+            Self::NothingMeasured => "nothing_measured",
             Self::WrongWagon => "wrong_wagon",
         }
     }

@@ -4,7 +4,7 @@
 use crate::worker::Worker;
 use railgrip_bus::{BogieSubscriber, Bus, BusError, MotorSubscriber, SampleSubscriber, Wake, now};
 use railgrip_filter::PlantKind;
-use railgrip_messages::{Checked, Refusal};
+use railgrip_messages::{Checked, Refusal, Sample, valid};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -47,9 +47,9 @@ impl Inlet {
     pub fn receive(&mut self, worker: &mut Worker) -> Result<usize, BusError> {
         let refused = &mut self.refused;
         match &mut self.channel {
-            Channel::Wagon(samples) => {
-                samples.receive(|batch| refused.hand_on(batch, |sample| worker.estimate(sample)))
-            }
+            Channel::Wagon(samples) => samples.receive(|batch| {
+                refused.hand_on_if(batch, Blind::sees, |sample| worker.estimate(sample));
+            }),
             Channel::Motor(samples) => {
                 samples.receive(|batch| refused.hand_on(batch, |sample| worker.estimate_motor(sample)))
             }
@@ -78,14 +78,47 @@ impl Inlet {
 #[derive(Debug, Default)]
 struct Refused {
     counts: BTreeMap<Refusal, u64>,
+    blind: Blind,
+}
+
+/// For so long a filter goes on without a measured speed, s; then it would tell what nobody has measured.
+const GOES_ON_S: f64 = 2.0;
+
+/// Since when no speed has been measured.
+#[derive(Debug, Default)]
+struct Blind {
+    /// Time of the sample that had one last, s.
+    seen_s: Option<f64>,
+}
+
+impl Blind {
+    fn sees(&mut self, sample: &Sample) -> bool {
+        let wheels = (0..sample.wheelset_count()).any(|i| sample.has(valid::wheel_speed(i)));
+        let seen_s = self.seen_s.get_or_insert(sample.time_s);
+        // A source that began anew counts from its own beginning.
+        if wheels || sample.has(valid::SPEED) || sample.time_s < *seen_s {
+            *seen_s = sample.time_s;
+        }
+        sample.time_s - *seen_s <= GOES_ON_S
+    }
 }
 
 impl Refused {
-    fn hand_on<T: Checked>(&mut self, batch: &[T], mut take: impl FnMut(&T)) {
+    fn hand_on<T: Checked>(&mut self, batch: &[T], take: impl FnMut(&T)) {
+        self.hand_on_if(batch, |_, _| true, take);
+    }
+
+    fn hand_on_if<T: Checked>(
+        &mut self,
+        batch: &[T],
+        mut sees: impl FnMut(&mut Blind, &T) -> bool,
+        mut take: impl FnMut(&T),
+    ) {
         let now = now();
         for sample in batch {
             match sample.validated(now) {
-                Ok(sample) => take(&sample),
+                Ok(sample) if sees(&mut self.blind, &sample) => take(&sample),
+                Ok(_) => self.count(T::NAME, Refusal::NothingMeasured),
                 Err(why) => self.count(T::NAME, why),
             }
         }
@@ -104,7 +137,33 @@ impl Refused {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use railgrip_messages::{Sample, Stamp};
+    use railgrip_messages::Stamp;
+
+    /// A wagon whose every value was missing once was live for ever, with figures that nobody had measured.
+    #[test]
+    fn without_a_measured_speed_nothing_is_estimated_for_long() {
+        let sample = |k: u32, valid: u32| Sample {
+            acquired: now(),
+            wheelsets: 2,
+            time_s: f64::from(k) * 0.1,
+            valid,
+            ..Sample::default()
+        };
+        let speeds = valid::SPEED | valid::wheel_speed(0);
+        let batch: Vec<Sample> =
+            (0..100).map(|k| sample(k, if (30..80).contains(&k) { valid::GRADE } else { speeds })).collect();
+        let (mut refused, mut taken) = (Refused::default(), Vec::new());
+        refused.hand_on_if(&batch, Blind::sees, |sample| taken.push(sample.time_s));
+        let missing = refused.counts[&Refusal::NothingMeasured];
+        assert_eq!(
+            (taken.len(), missing),
+            (70, 30),
+            "two seconds are gone through, then it is as if nothing came"
+        );
+        let again = [sample(0, valid::GRADE)];
+        refused.hand_on_if(&again, Blind::sees, |sample| taken.push(sample.time_s));
+        assert_eq!(taken.len(), 71, "another run");
+    }
 
     #[test]
     fn samples_from_the_future_are_refused_and_counted_and_the_rest_goes_on() {

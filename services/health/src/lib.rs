@@ -28,6 +28,8 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::TcpListener;
 
+/// How often it is looked whether this process has joined its train.
+const JOIN_POLL: Duration = Duration::from_millis(5);
 /// How often the stop flag is looked at.
 const STOP_POLL: Duration = Duration::from_millis(50);
 /// How long running requests may take once the service shall stop.
@@ -69,11 +71,13 @@ pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle, build: Build) -> Res
         .enable_all()
         .build()
         .map_err(|source| HealthError::Serve { what: "runtime".to_owned(), source })?;
+    // Whoever may not join the train takes no port and leaves the address of whoever may alone.
+    let joined = Lifecycle::new();
     let result = side_by_side(
         &runtime,
         lifecycle,
-        || collect::collect(settings, &shared, lifecycle, recorder).map_err(HealthError::from),
-        |ended| serve(settings, shared.clone(), lifecycle, ended),
+        || collect::collect(settings, &shared, lifecycle, &joined, recorder).map_err(HealthError::from),
+        |ended| serve(settings, shared.clone(), lifecycle, &joined, ended),
     );
     // The recorder is gone with the collector, so the writer writes what is left and ends.
     if let Some(writer) = writer {
@@ -136,8 +140,15 @@ async fn serve(
     settings: &TrainSettings,
     shared: Shared,
     lifecycle: &Lifecycle,
+    joined: &Lifecycle,
     ended: Lifecycle,
 ) -> Result<(), HealthError> {
+    while !joined.is_ready() {
+        if ended.should_stop() || lifecycle.should_stop() {
+            return Ok(());
+        }
+        tokio::time::sleep(JOIN_POLL).await;
+    }
     let failed = |what: String| move |source| HealthError::Serve { what, source };
     let access = Access::open(settings)?;
     let wanted = settings.http.listen;

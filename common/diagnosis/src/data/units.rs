@@ -22,6 +22,8 @@ const IDLE_M_S2: f64 = 0.03;
 const SPAN_S: f64 = 1.0;
 /// Averages that are compared, at the least.
 const LEAST_SPANS: usize = 20;
+/// Averages that are compared among themselves: ten a span, a hundred spans.
+const PIECE: usize = 1000;
 /// Change of the slowing that a brake must explain, m/s².
 const BRAKED_M_S2: f64 = 0.3;
 /// Correlation of forces and slowing from which the forces are what slows.
@@ -80,6 +82,18 @@ pub fn check_early(run: &Recording, vehicle: &VehicleParameters) -> Result<(), U
         ratios.iter().all(|of_wheelset| of_wheelset.iter().all(within))
     };
     if KNOWN.iter().any(|(factor, _)| steady(*factor)) { check(run, vehicle) } else { Ok(()) }
+}
+
+/// Whether a run shows that its columns are in their units: that every wheelset rolls as fast as the vehicle, and, where `forces` were in
+/// doubt, that they brake.
+pub fn are_shown(run: &Recording, vehicle: &VehicleParameters, forces: bool) -> bool {
+    let rolls = |i| ratios(run, i, vehicle.wheelset.radius_m).is_some();
+    let lever = vehicle.brake.radius_m / vehicle.wheelset.radius_m / vehicle.body.mass_kg;
+    let brakes = |k: usize| {
+        let each = run.pressing_force_n.iter().zip(vehicle.pad_friction());
+        each.map(|(column, pad)| pad * lever * column[k]).sum::<f64>() > IDLE_M_S2
+    };
+    (0..run.wheelsets).all(rolls) && (!forces || (0..run.len()).any(brakes))
 }
 
 fn disagreement(ratio: f64) -> String {
@@ -141,7 +155,9 @@ fn forces(run: &Recording, vehicle: &VehicleParameters) -> Result<(), UnitError>
     let mut steps: Vec<f64> = braking.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     steps.sort_by(f64::total_cmp);
     let scatter = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
-    let Some(times) = slowed_by(&averages, scatter) else { return Ok(()) };
+    // What stands or rolls for long hides a stop in the middle of it.
+    let pieces = averages.chunks(PIECE).chain([&averages[..]]);
+    let Some(times) = pieces.filter_map(|piece| slowed_by(piece, scatter)).next() else { return Ok(()) };
     let most = run.pressing_force_n.iter().flatten().fold(0.0_f64, |most, force| most.max(*force));
     let row = (0..run.len()).max_by(|a, b| braking[*a].total_cmp(&braking[*b])).unwrap_or(0);
     Err(UnitError {

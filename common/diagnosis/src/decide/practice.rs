@@ -18,6 +18,8 @@ pub struct Practice {
     pub predicted: Option<[f64; 2]>,
     /// By how much the effects change what is predicted of runs that were not fitted: RMS over the sigmas of the sensors.
     pub moved: f64,
+    /// The gap of a model without error, see [`open_loop::floor`](crate::predict::open_loop::floor).
+    pub floor: f64,
 }
 
 /// When a rule of this table decides.
@@ -33,7 +35,7 @@ pub static RULES: [(Verdict, Rule, Holds); 6] = [
             verdict: Verdict::Unknown,
             missing: Missing::BesideEffects,
         },
-        |practice, limits| practice.calibrated() > limits.unnatural_gap,
+        |practice, limits| practice.calibrated() > practice.unnatural(limits),
     ),
     (Verdict::Effects, NEXT_TO_NOTHING, Practice::does_nothing),
     (Verdict::EffectsAndUnknown, NEXT_TO_NOTHING, |practice, limits| {
@@ -101,6 +103,21 @@ impl Practice {
         f64::sqrt(sum / count)
     }
 
+    /// Gap beyond which something is missing: what tolerances make beside noise adds to what the noise of a window's start makes.
+    fn unnatural(&self, limits: &VerdictLimits) -> f64 {
+        limits.unnatural_gap.hypot((self.floor.powi(2) - 1.0).max(0.0).sqrt())
+    }
+
+    /// Whether the greater part of the gap is closed in the fitted runs and in those only predicted.
+    fn closes_most(&self, limits: &VerdictLimits) -> bool {
+        self.sets().all(|[calibrated, extended]| extended < (1.0 - limits.most_of_gap) * calibrated)
+    }
+
+    /// Whether what is left is no more than noise and tolerances make.
+    fn is_natural(&self, limits: &VerdictLimits) -> bool {
+        self.sets().all(|[_, extended]| extended < limits.noticeable_gap)
+    }
+
     /// Whether effects shrink next to nothing even the gap of the runs that they were fitted to.
     fn does_nothing(&self, limits: &VerdictLimits) -> bool {
         is_unchanged(self.fitted, limits)
@@ -155,6 +172,31 @@ pub fn in_practice_of_curve(decision: Decision, practice: &Practice, criteria: &
     Decision { verdict: CURVE_NEXT_TO_NOTHING.verdict, rule: &CURVE_NEXT_TO_NOTHING }
 }
 
+/// One candidate that closes the gap, whatever a free curve gains by a filter: the curve may be the candidate's own force at another
+/// place.
+static CLOSES_GAP: Rule = Rule {
+    name: "effect_closes_gap",
+    words: "A free curve gains more by a filter than the best candidate, but with the candidate no more of the gap is left than tolerances and noise make.",
+    verdict: Verdict::Effects,
+    missing: Missing::Nothing,
+};
+
+/// One that closes the greater part.
+static CLOSES_MOST: Rule = Rule {
+    name: "effect_closes_most",
+    words: "A free curve gains more by a filter than the best candidate, but the candidate closes the greater part of the gap, also in runs that were not fitted.",
+    verdict: Verdict::EffectsAndUnknown,
+    missing: Missing::BesideEffects,
+};
+
+/// The decision for an effect that gains more than chance and was overruled, in view of what it does to the gap; `None` where it
+/// does too little.
+pub fn in_spite_of_curve(practice: &Practice, criteria: &Criteria) -> Option<Decision> {
+    let limits = &criteria.verdict;
+    let rule = if practice.is_natural(limits) { &CLOSES_GAP } else { &CLOSES_MOST };
+    practice.closes_most(limits).then_some(Decision { verdict: rule.verdict, rule })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -163,25 +205,51 @@ mod tests {
     use crate::decide::verdict::tests::{EXPLAINED, NOTHING, beside};
 
     #[test]
+    fn a_candidate_that_closes_the_gap_is_not_overruled_by_a_curve() {
+        let criteria = Criteria::default();
+        let asked = |fitted, held_out| {
+            let practice =
+                Practice { fitted, held_out: Some(held_out), predicted: None, moved: 3.0, floor: 1.2 };
+            in_spite_of_curve(&practice, &criteria).map(|decision| decision.rule.name)
+        };
+        assert_eq!(asked([6.8, 1.7], [6.6, 2.0]), Some("effect_closes_gap"));
+        assert_eq!(asked([10.1, 3.6], [12.0, 4.0]), Some("effect_closes_most"));
+        assert_eq!(asked([27.5, 17.8], [55.0, 20.0]), None);
+        assert_eq!(asked([17.5, 3.3], [3.4, 3.6]), None, "it does not carry over");
+    }
+
+    #[test]
     fn effects_that_do_next_to_nothing_are_none() {
         let criteria = Criteria::default();
         let named = decide(&EXPLAINED, &criteria);
         let asked = |shrinks: [f64; 2]| {
             let [fitted, held_out] = shrinks.map(|share| [2.0, 2.0 * (1.0 - share)]);
-            let practice = Practice { fitted, held_out: Some(held_out), predicted: None, moved: 3.0 };
+            let practice =
+                Practice { fitted, held_out: Some(held_out), predicted: None, moved: 3.0, floor: 1.2 };
             in_practice(named, &practice, &criteria).rule.name
         };
         assert_eq!(asked([0.001, 0.002]), "next_to_nothing");
         assert_eq!(asked([0.001, 0.02]), "next_to_nothing", "fitted runs are no better");
         assert_eq!(asked([0.05, 0.001]), "effects_explain_gap");
         let in_part = decide(&beside(300.0), &criteria);
-        let practice =
-            Practice { fitted: [8.0, 8.1], held_out: Some([24.0, 50.0]), predicted: None, moved: 3.0 };
+        let practice = Practice {
+            fitted: [8.0, 8.1],
+            held_out: Some([24.0, 50.0]),
+            predicted: None,
+            moved: 3.0,
+            floor: 1.2,
+        };
         assert_eq!(in_practice(in_part, &practice, &criteria).rule.name, "names_do_nothing");
-        let small = Practice { fitted: [1.4, 1.4], held_out: Some([1.5, 1.5]), predicted: None, moved: 3.0 };
+        let small = Practice {
+            fitted: [1.4, 1.4],
+            held_out: Some([1.5, 1.5]),
+            predicted: None,
+            moved: 3.0,
+            floor: 1.2,
+        };
         assert_eq!(in_practice(in_part, &small, &criteria).rule.name, "next_to_nothing");
         let unknown = decide(&beside(700.0), &criteria);
-        let practice = Practice { fitted: [2.0; 2], held_out: None, predicted: None, moved: 3.0 };
+        let practice = Practice { fitted: [2.0; 2], held_out: None, predicted: None, moved: 3.0, floor: 1.2 };
         assert_eq!(in_practice(unknown, &practice, &criteria).rule.name, unknown.rule.name);
     }
 
@@ -190,12 +258,13 @@ mod tests {
         let criteria = Criteria::default();
         let unknown = decide(&Evidence { effects: 0, gain: 0.0, ..beside(100.0) }, &criteria);
         let asked = |fitted: [f64; 2]| {
-            let practice = Practice { fitted, held_out: Some([1.7, 1.69]), predicted: None, moved: 3.0 };
+            let practice =
+                Practice { fitted, held_out: Some([1.7, 1.69]), predicted: None, moved: 3.0, floor: 1.2 };
             in_practice_of_curve(unknown, &practice, &criteria).rule.name
         };
         assert_eq!(asked([1.64, 1.63]), "curve_next_to_nothing");
         assert_eq!(asked([1.64, 1.4]), "structure_without_effect");
-        let large = Practice { fitted: [5.0, 4.99], held_out: None, predicted: None, moved: 3.0 };
+        let large = Practice { fitted: [5.0, 4.99], held_out: None, predicted: None, moved: 3.0, floor: 1.2 };
         assert_eq!(in_practice_of_curve(unknown, &large, &criteria).rule.name, unknown.rule.name);
     }
 
@@ -204,8 +273,13 @@ mod tests {
         let criteria = Criteria::default();
         let named = decide(&EXPLAINED, &criteria);
         let asked = |fitted: [f64; 2], held_out: [f64; 2]| {
-            let practice =
-                Practice { fitted, held_out: Some(held_out), predicted: Some([9.0, 5.0]), moved: 3.0 };
+            let practice = Practice {
+                fitted,
+                held_out: Some(held_out),
+                predicted: Some([9.0, 5.0]),
+                moved: 3.0,
+                floor: 1.2,
+            };
             in_practice(named, &practice, &criteria).rule.name
         };
         assert_eq!(asked([35.0, 33.0], [41.0, 41.0]), "most_of_gap_left");
@@ -227,6 +301,7 @@ mod tests {
                 held_out: Some([calibrated, extended]),
                 predicted: Some([calibrated, extended]),
                 moved,
+                floor: 1.2,
             };
             in_practice(named, &practice, &criteria).rule.name
         };
@@ -245,11 +320,15 @@ mod tests {
     fn a_gap_that_tolerances_cannot_make_is_something() {
         let criteria = Criteria::default();
         let none = decide(&NOTHING, &criteria);
-        let asked = |calibrated: f64| {
-            let practice = Practice { fitted: [calibrated; 2], held_out: None, predicted: None, moved: 3.0 };
+        let over = |floor: f64, calibrated: f64| {
+            let fitted = [calibrated; 2];
+            let practice = Practice { fitted, held_out: None, predicted: None, moved: 3.0, floor };
             in_practice(none, &practice, &criteria).rule.name
         };
+        let asked = |calibrated: f64| over(1.2, calibrated);
         assert_eq!(asked(4.4), "gap_left");
         assert_eq!(asked(3.4), none.rule.name);
+        assert_eq!(over(4.2, 5.1), none.rule.name, "at 20 samples a second a window starts from one sample");
+        assert_eq!(over(4.2, 6.5), "gap_left");
     }
 }

@@ -53,6 +53,17 @@ fn start(run: &Run, range: &std::ops::Range<usize>) -> [f64; OUTPUTS] {
     })
 }
 
+/// The gap that a model without error has on a run: the noise of the sensors, and what the noise of the speeds from which a window
+/// starts makes of the prediction. A wheelset that rolls follows the vehicle, so that an error of its speed stays in all of them.
+/// `noise` are the noises of vehicle speed and wheelset speeds over those of the vehicle file.
+pub fn floor(sensors: &Sensors, noise: [f64; 2], radius_m: f64, dt_s: f64, wheelsets: usize) -> f64 {
+    let started = 1.0 / start_samples(dt_s) as f64;
+    let carried = sensors.speed_sigma_m_s / (radius_m * sensors.wheel_speed_sigma_rad_s);
+    let [speed, wheel] = noise.map(|times| times * times);
+    let squares = speed * (1.0 + started) + wheelsets as f64 * (wheel + speed * started * carried * carried);
+    (squares / (1 + wheelsets) as f64).sqrt()
+}
+
 /// Predicted outputs of one window.
 #[derive(Clone, Debug)]
 pub struct Prediction {

@@ -33,9 +33,11 @@ pub(crate) fn collect(
     settings: &TrainSettings,
     shared: &Shared,
     lifecycle: &Lifecycle,
+    joined: &Lifecycle,
     recorder: Option<Recorder>,
 ) -> Result<(), BusError> {
     let mut ends = Ends::open(settings)?;
+    joined.ready();
     let mut store = Store::new(settings);
     recall_map(settings, &mut store);
     let mut notifying = Notifying::open(settings, shared, &store);

@@ -26,6 +26,8 @@ pub(crate) struct UnitWatch {
     looked_s: f64,
     looked_at_latest_s: f64,
     implausible: bool,
+    /// It was the forces that gave the columns away.
+    of_forces: bool,
 }
 
 impl UnitWatch {
@@ -36,6 +38,7 @@ impl UnitWatch {
             looked_s: f64::NEG_INFINITY,
             looked_at_latest_s: f64::NEG_INFINITY,
             implausible: false,
+            of_forces: false,
         }
     }
 
@@ -83,9 +86,28 @@ impl UnitWatch {
         } else {
             return None;
         };
+        // A wagon that stands shows nothing: what was wrong is wrong until the contrary is seen.
+        if found.is_none() && self.implausible && !self.shows_units(wheelsets, row.t_s - LATEST_S) {
+            return None;
+        }
+        if let Some(why) = &found {
+            self.of_forces = why.contains("f_perp") || why.contains("force");
+        }
         let changed = found.is_some() != self.implausible;
         self.implausible = found.is_some();
         changed.then_some(found)
+    }
+
+    /// Whether the latest rows show that the columns are in their units; of forces all rows, since a brake presses now and then.
+    fn shows_units(&self, wheelsets: usize, latest_s: f64) -> bool {
+        let from_s = if self.of_forces { f64::NEG_INFINITY } else { latest_s };
+        units::are_shown(&self.recording(wheelsets, from_s), &self.vehicle, self.of_forces)
+    }
+
+    fn recording(&self, wheelsets: usize, from_s: f64) -> Recording {
+        let mut recording = Recording::empty("live", None, wheelsets.min(MAX_WHEELSETS), Optional::NONE);
+        self.rows.iter().filter(|row| row.t_s >= from_s).for_each(|row| recording.push(row));
+        recording
     }
 
     fn judge(
@@ -94,8 +116,7 @@ impl UnitWatch {
         from_s: f64,
         check: fn(&Recording, &VehicleParameters) -> Result<(), UnitError>,
     ) -> Option<String> {
-        let mut recording = Recording::empty("live", None, wheelsets.min(MAX_WHEELSETS), Optional::NONE);
-        self.rows.iter().filter(|row| row.t_s >= from_s).for_each(|row| recording.push(row));
+        let recording = self.recording(wheelsets, from_s);
         check(&recording, &self.vehicle).err().map(|error| error.to_string())
     }
 }
@@ -103,6 +124,26 @@ impl UnitWatch {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A wagon in km/h once was served again as soon as it stood.
+    #[test]
+    fn what_stands_is_not_plausible_again() {
+        let vehicle: VehicleParameters =
+            toml::from_str(include_str!("../../../../config/vehicle.toml")).expect("a vehicle");
+        let radius_m = vehicle.wheelset.radius_m;
+        let mut watch = UnitWatch::new(vehicle);
+        let told: Vec<(f64, bool)> = (0..12_000)
+            .filter_map(|k| {
+                let t_s = f64::from(k) * 0.01;
+                let v = if t_s < 20.0 { 20.0 } else { 0.0 };
+                let mut row = Row { t_s, v_m_s: 3.6 * v, ..Row::default() };
+                row.wheel_speed_rad_s = [v / radius_m; MAX_WHEELSETS];
+                watch.take(&row, 2).map(|change| (t_s, change.is_some()))
+            })
+            .collect();
+        println!("{told:?}");
+        assert!(told.len() == 1 && told[0].1 && watch.implausible());
+    }
 
     /// After twenty good seconds, speeds in km/h once were live for as long again.
     #[test]
