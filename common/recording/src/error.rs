@@ -179,12 +179,37 @@ pub enum Problem {
         high_hz: f64,
     },
     /// More than is read into memory.
-    #[error("{cells} cells; at most {most} are read at once: cut the file, or name fewer columns")]
+    #[error(
+        "{rows} rows of {columns} columns fill {mib} MiB of memory; at most {most_mib} MiB are read at once: cut the file, or \
+         name fewer columns"
+    )]
     TooManyCells {
-        /// Rows times columns that are wanted.
-        cells: i64,
-        /// Most that are read.
-        most: i64,
+        /// Rows that the metadata names.
+        rows: u64,
+        /// Columns that are wanted.
+        columns: usize,
+        /// What both would fill, 8 bytes a cell.
+        mib: u64,
+        /// Most that is read.
+        most_mib: u64,
+    },
+    /// Metadata and data that do not belong together.
+    #[error("{found} values where the metadata says {claimed} rows: the file is damaged or forged")]
+    RowCount {
+        /// Rows by the metadata.
+        claimed: u64,
+        /// What there is.
+        found: u64,
+    },
+    /// A page that would fill the memory by itself.
+    #[error(
+        "a page or dictionary of {mib} MiB; at most {most_mib} MiB are unpacked at once: write the file with smaller pages"
+    )]
+    PageSize {
+        /// Bytes of the page, stored, unpacked or as a dictionary.
+        mib: u64,
+        /// Most that is unpacked.
+        most_mib: u64,
     },
     /// A clock that does not count seconds.
     #[error(

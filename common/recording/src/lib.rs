@@ -27,6 +27,7 @@ mod mend;
 mod motor;
 mod parquet_cells;
 mod parquet_form;
+mod parquet_pages;
 mod prepare;
 mod recording;
 mod rig;

@@ -4,7 +4,7 @@ use crate::checks::check_required;
 use crate::columns::{columns_of_run, usual_name, wheelsets_of_header};
 use crate::csv_form::Missing;
 use crate::error::{Problem, Result};
-use crate::mapping::Mapping;
+use crate::mapping::{Mapping, Rule};
 use crate::table::Table;
 use std::path::Path;
 
@@ -20,16 +20,27 @@ pub(crate) fn mapped(path: &Path, mapping: &Mapping) -> Result<Table> {
             |name: &String| targets.contains(name) && !mapping.rules.iter().any(|rule| rule.to == *name);
         Ok(names.iter().map(|name| own(name) || mapping.inputs().any(|input| input == name)).collect())
     };
-    let read = Table::read_chosen(path, &choose, Missing::AnyText)?;
-    let targets = targets(read.names(), mapping);
-    let column = |name: &String| {
-        let cell = |row: usize| {
-            mapping.value(name, &mut |input| read.column(input).map_or(f64::NAN, |cells| cells[row]))
+    let mut read = Table::read_chosen(path, &choose, Missing::AnyText)?;
+    let (rows, targets) = (read.rows(), targets(read.names(), mapping));
+    let mut columns = Vec::new();
+    // Rules stand before the columns that stay as they are, which may be inputs too. An input goes with its last rule, so that a
+    // large file is not held twice.
+    for (index, name) in targets.iter().enumerate() {
+        let Some(rule) = mapping.rules.get(index) else {
+            columns.push(read.take(name).unwrap_or_default());
+            continue;
         };
-        (0..read.rows()).map(cell).collect::<Vec<f64>>()
-    };
-    let columns = targets.iter().map(column).collect();
-    read.replaced(targets.clone(), columns)
+        let cell =
+            |row: usize| rule.value(&mut |input| read.column(input).map_or(f64::NAN, |cells| cells[row]));
+        columns.push((0..rows).map(cell).collect());
+        let later: Vec<&str> = mapping.rules[index + 1..].iter().flat_map(Rule::inputs).collect();
+        for input in rule.inputs().filter(|input| !later.contains(input)) {
+            if !targets[mapping.rules.len()..].iter().any(|target| target == input) {
+                read.remove(input);
+            }
+        }
+    }
+    read.replaced(targets, columns)
 }
 
 /// The columns of a run that a file has or that the mapping makes of it.

@@ -59,9 +59,7 @@ impl Mapping {
 
     /// Names of all inputs.
     pub fn inputs(&self) -> impl Iterator<Item = &str> {
-        self.rules.iter().flat_map(|rule| {
-            rule.from.iter().chain(rule.flag.as_ref().map(|flag| &flag.from)).map(String::as_str)
-        })
+        self.rules.iter().flat_map(Rule::inputs)
     }
 
     /// The value of a column from what `read` gives of the inputs by their names, NaN where there is nothing.
@@ -74,7 +72,12 @@ impl Mapping {
 }
 
 impl Rule {
-    fn value(&self, read: &mut dyn FnMut(&str) -> f64) -> f64 {
+    /// Names of its inputs.
+    pub(crate) fn inputs(&self) -> impl Iterator<Item = &str> {
+        self.from.iter().chain(self.flag.as_ref().map(|flag| &flag.from)).map(String::as_str)
+    }
+
+    pub(crate) fn value(&self, read: &mut dyn FnMut(&str) -> f64) -> f64 {
         if let Some(flag) = &self.flag
             && read(&flag.from) != flag.is
         {

@@ -8,7 +8,7 @@ use parquet::data_type::{AsBytes, DataType};
 use parquet::schema::types::ColumnDescriptor;
 
 /// Values that are read at once.
-const CHUNK_ROWS: usize = 8192;
+const CHUNK_ROWS: u64 = 8192;
 
 /// How the stored values of a column become numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,8 +68,21 @@ fn counts(unit: &TimeUnit) -> i64 {
     }
 }
 
-/// Appends the cells of one row group; a null is NaN.
-pub(crate) fn append(cells: ColumnReader, meaning: Meaning, to: &mut Vec<f64>) -> Result<(), Problem> {
+/// Where the cells of a column in one row group go.
+pub(crate) struct Sink<'a> {
+    /// Whether cells may be missing: only then are there marks of those that are present.
+    pub(crate) nullable: bool,
+    /// How many there are to be.
+    pub(crate) rows: u64,
+    /// The column so far.
+    pub(crate) to: &'a mut Vec<f64>,
+}
+
+/// Appends the cells of a column in one row group; a null is NaN.
+///
+/// # Errors
+/// Other than as many cells as there are rows; more are not taken.
+pub(crate) fn append(cells: ColumnReader, meaning: Meaning, to: Sink<'_>) -> Result<(), Problem> {
     match cells {
         ColumnReader::DoubleColumnReader(cells) => append_typed(cells, to, |value| *value),
         ColumnReader::FloatColumnReader(cells) => append_typed(cells, to, |value| f64::from(*value)),
@@ -120,30 +133,42 @@ fn decimal(bytes: &[u8], meaning: Meaning) -> f64 {
 
 fn append_typed<T: DataType>(
     mut cells: ColumnReaderImpl<T>,
-    to: &mut Vec<f64>,
+    sink: Sink<'_>,
     convert: impl Fn(&T::T) -> f64,
 ) -> Result<(), Problem> {
+    let Sink { nullable, rows, to } = sink;
     let mut values = Vec::new();
     let mut present = Vec::new();
-    loop {
+    let mut found = 0;
+    // One more is asked for than there are to be, so that a surplus shows.
+    while found <= rows {
         values.clear();
         present.clear();
-        let (rows, _, levels) = cells
-            .read_records(CHUNK_ROWS, Some(&mut present), None, &mut values)
+        let most = (rows - found + 1).min(CHUNK_ROWS);
+        let (read, _, _) = cells
+            .read_records(most as usize, Some(&mut present), None, &mut values)
             .map_err(|e| Problem::Parquet(e.to_string()))?;
-        if rows == 0 {
-            return Ok(());
+        if read == 0 {
+            break;
         }
-        let mut values = values.drain(..).map(|value| convert(&value));
-        if levels == 0 {
-            to.extend(values);
-        } else {
+        found += read as u64;
+        if found > rows {
+            break;
+        }
+        let mut values = values.iter().map(&convert);
+        if nullable {
             to.extend(
                 present
                     .iter()
                     .map(|level| if *level > 0 { values.next().unwrap_or(f64::NAN) } else { f64::NAN }),
             );
+        } else {
+            to.extend(values);
         }
+    }
+    match found == rows {
+        true => Ok(()),
+        false => Err(Problem::RowCount { claimed: rows, found }),
     }
 }
 

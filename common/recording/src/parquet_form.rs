@@ -2,69 +2,168 @@
 //! flat column of numbers, decimals and times (see [`parquet_cells`]) and ignores the index column that pandas may add.
 
 use crate::error::{Problem, RecordingError, Result};
+use crate::parquet_cells::{Meaning, Sink};
 use crate::table::{ColumnChoice, Table, Words};
-use crate::{arrow_schema, parquet_cells};
-use bytes::Bytes;
+use crate::{arrow_schema, parquet_cells, parquet_pages};
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
+use parquet::column::reader::get_column_reader;
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
 use parquet::errors::ParquetError;
+use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData, ParquetMetaDataReader};
 use parquet::file::properties::WriterProperties;
-use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::reader::ChunkReader;
+use parquet::file::serialized_reader::SerializedPageReader;
 use parquet::file::writer::SerializedFileWriter;
-use parquet::schema::types::{SchemaDescriptor, Type};
+use parquet::schema::types::{ColumnDescPtr, SchemaDescriptor, Type};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Where Arrow keeps its schema in the metadata of a file.
 const ARROW_SCHEMA: &str = "ARROW:schema";
-/// Most cells that are read of a file, wanted columns times rows: 16 columns of two days at 100 Hz. Beyond, a small file that
-/// packs a repeated value well would fill the memory.
-const MOST_CELLS: i64 = 300_000_000;
+/// Most memory that the columns of a file may fill: 512 MiB, which a computer on board has to spare. Twelve hours of 15 columns
+/// at 100 Hz.
+const MOST_BYTES: u64 = 512 << 20;
 
 /// Reads the columns that `choose` wants.
-pub(crate) fn read(bytes: Bytes, file: &Path, choose: ColumnChoice<'_>) -> Result<Table> {
-    let broken = |e: ParquetError| RecordingError::new(file, Problem::Parquet(e.to_string()));
-    let reader = SerializedFileReader::new(bytes).map_err(broken)?;
-    let schema = reader.metadata().file_metadata().schema_descr_ptr();
-    let kept: Vec<usize> = (0..schema.num_columns()).filter(|index| !is_index(&schema, *index)).collect();
-    let names: Vec<String> = kept.iter().map(|index| schema.column(*index).path().string()).collect();
+///
+/// The memory is that of the [`Table`], 8 bytes a cell in one `Vec<f64>` a column and at most [`MOST_BYTES`], and beside it one page
+/// of one column, as stored and unpacked, with its dictionary. Columns that nobody wants are not looked at. What the file claims
+/// is checked against its pages' headers before there is room made for it.
+pub(crate) fn read<R: ChunkReader + 'static>(
+    source: R,
+    file: &Path,
+    choose: ColumnChoice<'_>,
+) -> Result<Table> {
+    read_at_most(source, file, choose, MOST_BYTES)
+}
+
+fn read_at_most<R: ChunkReader + 'static>(
+    source: R,
+    file: &Path,
+    choose: ColumnChoice<'_>,
+    most_bytes: u64,
+) -> Result<Table> {
+    let whole = |problem| RecordingError::new(file, problem);
     let error = |column: &str, problem| RecordingError::new(file, problem).column(column);
+    let metadata = ParquetMetaDataReader::new()
+        .parse_and_finish(&source)
+        .map_err(|e| whole(Problem::Parquet(e.to_string())))?;
+    let schema = metadata.file_metadata().schema_descr();
+    let kept: Vec<usize> = (0..schema.num_columns()).filter(|index| !is_index(schema, *index)).collect();
+    let names: Vec<String> = kept.iter().map(|index| schema.column(*index).path().string()).collect();
     if let Some((_, twice)) = names.iter().enumerate().find(|(at, name)| names[..*at].contains(name)) {
         return Err(error(twice, Problem::DuplicateColumn));
     }
     let wanted = choose(&names).map_err(|(column, problem)| error(&column, problem))?;
 
-    let rows = reader.metadata().file_metadata().num_rows();
-    let cells = rows.saturating_mul(wanted.iter().filter(|wanted| **wanted).count() as i64);
-    if cells > MOST_CELLS {
-        return Err(RecordingError::new(file, Problem::TooManyCells { cells, most: MOST_CELLS }));
+    let durations = durations(&metadata);
+    let mut chosen = Vec::new();
+    for ((index, name), _) in kept.into_iter().zip(names).zip(wanted).filter(|(_, wanted)| *wanted) {
+        let column = Column::of(schema.column(index), index, &durations).map_err(|p| error(&name, p))?;
+        chosen.push((name, column));
     }
-    let durations = durations(&reader);
-    let mut columns = vec![Vec::new(); names.len()];
-    for group in 0..reader.num_row_groups() {
-        let group = reader.get_row_group(group).map_err(broken)?;
-        let each = kept.iter().zip(&names).zip(&mut columns).zip(&wanted);
-        for ((index, name), column) in each.filter_map(|(each, wanted)| wanted.then_some(each)) {
-            let flat =
-                schema.column(*index).max_rep_level() == 0 && schema.column(*index).max_def_level() <= 1;
-            if !flat {
-                return Err(error(name, Problem::ColumnType("nested values".to_owned())));
-            }
-            let duration = durations.iter().find(|(known, _)| known == name).map(|(_, counts)| *counts);
-            let meaning = parquet_cells::meaning(&schema.column(*index), duration);
-            let cells = group.get_column_reader(*index).map_err(broken)?;
-            meaning
-                .and_then(|meaning| parquet_cells::append(cells, meaning, column))
-                .map_err(|problem| error(name, problem))?;
+    let rows = rows(&metadata).map_err(whole)?;
+    fits(rows, chosen.len(), most_bytes).map_err(whole)?;
+
+    let source = Arc::new(source);
+    let (mut names, mut columns) = (Vec::new(), Vec::new());
+    for (name, column) in chosen {
+        columns.push(column.read(&source, &metadata, rows).map_err(|problem| error(&name, problem))?);
+        names.push(name);
+    }
+    Table::assemble(file, names, columns, None)
+}
+
+/// Rows of a file, on which its row groups agree.
+fn rows(metadata: &ParquetMetaData) -> std::result::Result<u64, Problem> {
+    let count = |rows: i64| u64::try_from(rows).map_err(|_| Problem::Parquet("less than no rows".to_owned()));
+    let claimed = count(metadata.file_metadata().num_rows())?;
+    let mut found = 0_u64;
+    for group in metadata.row_groups() {
+        found = found.saturating_add(count(group.num_rows())?);
+    }
+    match found == claimed {
+        true => Ok(claimed),
+        false => Err(Problem::RowCount { claimed, found }),
+    }
+}
+
+fn fits(rows: u64, columns: usize, most_bytes: u64) -> std::result::Result<(), Problem> {
+    let bytes = rows.saturating_mul(columns as u64).saturating_mul(size_of::<f64>() as u64);
+    let mib = |bytes: u64| bytes.div_ceil(1 << 20);
+    match bytes <= most_bytes {
+        true => Ok(()),
+        false => Err(Problem::TooManyCells { rows, columns, mib: mib(bytes), most_mib: mib(most_bytes) }),
+    }
+}
+
+/// A column that is read.
+struct Column {
+    index: usize,
+    described: ColumnDescPtr,
+    meaning: Meaning,
+}
+
+impl Column {
+    fn of(
+        described: ColumnDescPtr,
+        index: usize,
+        durations: &[(String, i64)],
+    ) -> std::result::Result<Self, Problem> {
+        if described.max_rep_level() > 0 || described.max_def_level() > 1 {
+            return Err(Problem::ColumnType("nested values".to_owned()));
         }
+        let name = described.path().string();
+        let duration = durations.iter().find(|(known, _)| *known == name).map(|(_, counts)| *counts);
+        let meaning = parquet_cells::meaning(&described, duration)?;
+        Ok(Self { index, described, meaning })
     }
-    Table::chosen(file, names, columns, &wanted, None)
+
+    /// All cells. Room is made when the pages of all row groups were found to hold so many.
+    fn read<R: ChunkReader + 'static>(
+        &self,
+        source: &Arc<R>,
+        metadata: &ParquetMetaData,
+        rows: u64,
+    ) -> std::result::Result<Vec<f64>, Problem> {
+        let groups =
+            || metadata.row_groups().iter().map(|group| (group.column(self.index), group.num_rows()));
+        for (chunk, rows) in groups() {
+            parquet_pages::check(source.as_ref(), chunk, rows.cast_unsigned())?;
+        }
+        let mut cells = Vec::new();
+        cells
+            .try_reserve_exact(rows as usize)
+            .map_err(|e| Problem::Io(std::io::Error::new(std::io::ErrorKind::OutOfMemory, e)))?;
+        for (chunk, rows) in groups() {
+            // The decoders assert what every writer does; a forged page may do otherwise.
+            let read = std::panic::AssertUnwindSafe(|| self.append(source, chunk, rows, &mut cells));
+            std::panic::catch_unwind(read)
+                .unwrap_or_else(|_| Err(Problem::Parquet("a page cannot be decoded".to_owned())))?;
+        }
+        Ok(cells)
+    }
+
+    fn append<R: ChunkReader + 'static>(
+        &self,
+        source: &Arc<R>,
+        chunk: &ColumnChunkMetaData,
+        rows: i64,
+        to: &mut Vec<f64>,
+    ) -> std::result::Result<(), Problem> {
+        let rows = rows.cast_unsigned();
+        let pages = SerializedPageReader::new(Arc::clone(source), chunk, rows as usize, None)
+            .map_err(|e| Problem::Parquet(e.to_string()))?;
+        let cells = get_column_reader(Arc::clone(&self.described), Box::new(pages));
+        let nullable = self.described.max_def_level() > 0;
+        parquet_cells::append(cells, self.meaning, Sink { nullable, rows, to })
+    }
 }
 
 /// Columns that are durations, with their counts a second.
-fn durations(reader: &SerializedFileReader<Bytes>) -> Vec<(String, i64)> {
-    let entries = reader.metadata().file_metadata().key_value_metadata();
+fn durations(metadata: &ParquetMetaData) -> Vec<(String, i64)> {
+    let entries = metadata.file_metadata().key_value_metadata();
     let schema = entries.into_iter().flatten().find(|entry| entry.key == ARROW_SCHEMA);
     schema.and_then(|entry| entry.value.as_deref()).map(arrow_schema::durations).unwrap_or_default()
 }
@@ -140,5 +239,42 @@ impl<W: Write + Send> Writer<W> {
     pub(crate) fn finish(self) -> Result<W> {
         let file = self.file;
         self.inner.into_inner().map_err(|e| RecordingError::new(&file, Problem::Parquet(e.to_string())))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytes::Bytes;
+
+    /// 1,000 rows of `a`, `b` and `c` in two row groups.
+    fn three_columns() -> Bytes {
+        let names = ["a", "b", "c"].map(str::to_owned);
+        let mut writer = Writer::with_sink(Vec::new(), PathBuf::from("x"), &names, &[]).expect("writer");
+        for group in 0..2 {
+            let column = |factor: f64| (0..500).map(|row| factor * f64::from(500 * group + row)).collect();
+            writer.write_group(&[column(1.0), column(2.0), column(3.0)], &[]).expect("group");
+        }
+        writer.finish().expect("file").into()
+    }
+
+    fn read_of(names: &[&str], most_bytes: u64) -> Result<Table> {
+        let choose =
+            |header: &[String]| Ok(header.iter().map(|name| names.contains(&name.as_str())).collect());
+        read_at_most(three_columns(), Path::new("x.parquet"), &choose, most_bytes)
+    }
+
+    #[test]
+    fn the_columns_that_are_wanted_fit_exactly_or_are_refused_with_the_limit() {
+        let table = read_of(&["a", "c"], 16_000).expect("it fits");
+        assert_eq!((table.names(), table.rows()), (["a".to_owned(), "c".to_owned()].as_slice(), 1_000));
+        assert_eq!(table.column("c").map(|cells| cells[999]), Some(2_997.0));
+        assert!(table.columns.iter().all(|cells| cells.capacity() == 1_000), "no room beside the table");
+
+        let error = read_of(&["a", "c"], 15_999).expect_err("too much");
+        assert!(matches!(error.problem, Problem::TooManyCells { rows: 1_000, columns: 2, .. }), "{error}");
+        let error = read_of(&["a", "b", "c"], 16_000).expect_err("one column more");
+        assert!(error.to_string().starts_with("x.parquet: 1000 rows of 3 columns fill"), "{error}");
+        assert_eq!(read_of(&[], 0).expect("nothing").rows(), 0);
     }
 }

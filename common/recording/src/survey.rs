@@ -5,6 +5,8 @@ use crate::columns::{Quantity, columns_of_run};
 use crate::csv_form::Missing;
 use crate::error::{Problem, Result};
 use crate::table::Table;
+use crate::table_file::Form;
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -24,31 +26,16 @@ pub struct Surveyed {
 /// # Errors
 /// A file that is no table of either form.
 pub fn survey(path: &Path) -> Result<Vec<Surveyed>> {
-    let mut text: BTreeSet<String> = BTreeSet::new();
-    let names = std::cell::RefCell::new(Vec::new());
-    let table = loop {
-        let choose = |header: &[String]| {
-            names.replace(header.to_vec());
-            Ok(header.iter().map(|name| !text.contains(name)).collect())
-        };
-        match Table::read_chosen(path, &choose, Missing::AnyText) {
-            Ok(table) => break table,
-            Err(error) => match (&error.problem, error.column.clone()) {
-                (Problem::NotANumber(_) | Problem::ColumnType(_) | Problem::NotText, Some(column))
-                    if !text.contains(&column) =>
-                {
-                    text.insert(column);
-                }
-                _ => return Err(error),
-            },
-        }
+    let (names, source) = match Form::of(path)? {
+        Form::Csv => read(path)?,
+        Form::Parquet => (header(path)?, Source::ByColumn),
     };
-    let names = names.into_inner();
     let wheelsets = names.iter().filter(|name| kind(name) == Some(Quantity::WheelSpeed)).count().clamp(1, 4);
     let mut seen = std::collections::BTreeMap::new();
     let mut taken = BTreeSet::new();
     let surveyed = names.into_iter().map(|name| {
-        let cells = table.column(&name);
+        let cells = source.cells(path, &name)?;
+        let cells = cells.as_deref();
         let figures = cells.map(figures);
         let guess = cells.and_then(|cells| {
             let own = columns_of_run(wheelsets).into_iter().find(|(.., column)| *column == name);
@@ -63,9 +50,64 @@ pub fn survey(path: &Path) -> Result<Vec<Surveyed>> {
             let fits = (quantity.per_wheelset() && wheelset < wheelsets) || *number == 1;
             (fits && taken.insert(column.clone())).then(|| (column, unit(quantity, &name, cells)))
         });
-        Surveyed { name, figures, guess }
+        Ok(Surveyed { name, figures, guess })
     });
-    Ok(surveyed.collect())
+    surveyed.collect()
+}
+
+/// Where the cells of a column come from: of Parquet one column at a time is held, of text they are all read at once.
+enum Source {
+    Read(Table),
+    ByColumn,
+}
+
+impl Source {
+    /// The cells of a column, nothing for one that holds no numbers.
+    fn cells(&self, path: &Path, name: &str) -> Result<Option<Cow<'_, [f64]>>> {
+        match self {
+            Self::Read(table) => Ok(table.column(name).map(Cow::Borrowed)),
+            Self::ByColumn => {
+                let choose = |header: &[String]| Ok(header.iter().map(|column| column == name).collect());
+                match Table::read_chosen(path, &choose, Missing::AnyText) {
+                    Ok(mut table) => Ok(table.take(name).map(Cow::Owned)),
+                    Err(error) if matches!(error.problem, Problem::ColumnType(_)) => Ok(None),
+                    Err(error) => Err(error),
+                }
+            }
+        }
+    }
+}
+
+fn header(path: &Path) -> Result<Vec<String>> {
+    let names = std::cell::RefCell::new(Vec::new());
+    let choose = |header: &[String]| {
+        names.replace(header.to_vec());
+        Ok(vec![false; header.len()])
+    };
+    Table::read_chosen(path, &choose, Missing::AnyText)?;
+    Ok(names.into_inner())
+}
+
+/// The names of all columns of a text file, and those that hold numbers.
+fn read(path: &Path) -> Result<(Vec<String>, Source)> {
+    let mut text: BTreeSet<String> = BTreeSet::new();
+    let names = std::cell::RefCell::new(Vec::new());
+    let table = loop {
+        let choose = |header: &[String]| {
+            names.replace(header.to_vec());
+            Ok(header.iter().map(|name| !text.contains(name)).collect())
+        };
+        match Table::read_chosen(path, &choose, Missing::AnyText) {
+            Ok(table) => break table,
+            Err(error) => match (&error.problem, error.column.clone()) {
+                (Problem::NotANumber(_) | Problem::NotText, Some(column)) if !text.contains(&column) => {
+                    text.insert(column);
+                }
+                _ => return Err(error),
+            },
+        }
+    };
+    Ok((names.into_inner(), Source::Read(table)))
 }
 
 fn figures(cells: &[f64]) -> (usize, f64, f64) {

@@ -5,6 +5,7 @@ use crate::csv_form::Missing;
 use crate::error::{Problem, RecordingError, Result};
 use crate::table::{ColumnChoice, HeaderCheck, Table};
 use crate::{csv_form, parquet_form};
+use bytes::Bytes;
 use flate2::read::MultiGzDecoder;
 use std::path::Path;
 
@@ -65,7 +66,7 @@ impl Table {
                     false => csv_form::read(source, path, choose, missing),
                 }
             }
-            Form::Parquet => parquet_form::read(std::fs::read(path).map_err(file)?.into(), path, choose),
+            Form::Parquet => parquet_form::read(std::fs::File::open(path).map_err(file)?, path, choose),
         }
     }
 
@@ -76,7 +77,7 @@ impl Table {
 
     /// Reads a Parquet file from memory; `label` stands for the file in messages.
     pub fn read_parquet(bytes: Vec<u8>, label: &Path, check: HeaderCheck<'_>) -> Result<Self> {
-        parquet_form::read(bytes.into(), label, &all(check))
+        parquet_form::read(Bytes::from(bytes), label, &all(check))
     }
 
     /// Writes the table in the form that the ending names; the file appears whole or not at all.

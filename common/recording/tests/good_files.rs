@@ -248,6 +248,37 @@ fn a_mapped_file_is_the_same_run_as_one_with_the_usual_names_and_units() {
     assert!(said.to_string().contains("column seconds"), "{said}");
 }
 
+#[test]
+fn an_input_of_several_rules_and_a_column_that_is_an_input_too_stay_until_the_last() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("run.parquet");
+    let column = |name: &str, factor: f64| {
+        (name.to_owned(), (0..150).map(|row| 20.0 + factor * f64::from(row)).collect::<Vec<f64>>())
+    };
+    let names = ["t_s", "v_m_s", "p", "n"];
+    let columns = names.iter().zip([0.01, 0.02, 0.03, 0.04]).map(|(name, factor)| column(name, factor));
+    Table::new(columns.collect()).expect("table").write(&path).expect("write");
+    let rule = |to: &str, from: &[&str]| Rule {
+        to: to.to_owned(),
+        from: from.iter().map(|from| (*from).to_owned()).collect(),
+        combine: Combine::Sum,
+        factor: 1.0,
+        offset: 0.0,
+        flag: None,
+    };
+    let rules = vec![
+        rule("f_perp_f_n", &["p"]),
+        rule("omega_f_rad_s", &["n"]),
+        rule("omega_r_rad_s", &["v_m_s", "n"]),
+        rule("f_perp_r_n", &["p"]),
+    ];
+    let run = Recording::read_mapped(&path, &Mapping { rules }, Strictness::Strict).expect("mapped");
+    let last = run.row(149);
+    assert_eq!((last.v_m_s, last.wheel_speed_rad_s[0]), (22.98, 25.96));
+    assert_eq!(last.wheel_speed_rad_s[1], 22.98 + 25.96);
+    assert_eq!(last.pressing_force_n[..2], [24.47; 2]);
+}
+
 fn fixture(name: &str) -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
 }
