@@ -286,8 +286,11 @@ impl Unit {
         }
     }
 
-    /// Ends a process that did not want to.
+    /// Ends a process that did not want to; one that has ended meanwhile, unnoticed because of another, is left in peace.
     pub(super) fn kill(&mut self) {
+        if self.gone() {
+            return;
+        }
         if let Some(mut child) = self.child.take() {
             tracing::warn!(process = self.name, "does not stop; killed");
             let _ = child.kill();

@@ -10,6 +10,12 @@ use railgrip_settings::{NotifySettings, TrainSettings, WagonSettings};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// Longest wait for receivers when the service stops; `up` kills who takes longer than 5 s.
+const CLOSING: Duration = Duration::from_secs(3);
+/// How often it is looked whether they are done.
+const CLOSING_POLL: Duration = Duration::from_millis(10);
 
 /// Alerts on the disk, and the threads that notify receivers.
 pub(super) struct Notifying {
@@ -81,15 +87,42 @@ impl Notifying {
         }));
     }
 
-    /// Stops the threads and waits for them.
+    /// Stops the threads and waits for them, though not as long as a webhook may take to answer: what it confirms too late comes
+    /// again, with the same key.
     pub fn close(self) {
         self.stop.store(true, Ordering::Relaxed);
-        join(self.threads);
+        let until = Instant::now() + CLOSING;
+        while self.threads.iter().any(|thread| !thread.is_finished()) && Instant::now() < until {
+            std::thread::sleep(CLOSING_POLL);
+        }
+        let (ended, late): (Vec<_>, Vec<_>) = self.threads.into_iter().partition(JoinHandle::is_finished);
+        join(ended);
+        if !late.is_empty() {
+            tracing::warn!(
+                late = late.len(),
+                "receivers have not answered yet; nobody waits for them any more"
+            );
+        }
     }
 }
 
 fn join(threads: Vec<JoinHandle<()>>) {
     for thread in threads {
         let _ = thread.join();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_receiver_that_takes_its_time_does_not_keep_the_service() {
+        let slow = std::thread::spawn(|| std::thread::sleep(Duration::from_secs(20)));
+        let threads = vec![slow, std::thread::spawn(|| ())];
+        let notified = NotifySettings::default();
+        let began = Instant::now();
+        Notifying { stop: Arc::default(), threads, notified, kept: true }.close();
+        assert!((CLOSING..Duration::from_secs(5)).contains(&began.elapsed()), "{:?}", began.elapsed());
     }
 }
