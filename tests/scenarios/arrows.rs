@@ -22,6 +22,7 @@ const ALLOWED: &[Row] = &[
     ("railgrip-acoustics", &[]),
     ("railgrip-classifier", &["railgrip-acoustics"]),
     ("railgrip-history", &[]),
+    ("railgrip-mqtt", &[]),
     ("railgrip-truth-plant", &["railgrip-recording"]),
     ("railgrip-simulation", &["railgrip-vehicle", "railgrip-recording"]),
     ("railgrip-filter", &["railgrip-vehicle"]),

@@ -47,7 +47,9 @@ pub use mistakes::mistakes;
 pub use nominal::nominal;
 pub use overrides::Overrides;
 pub use plant::{BrakeController, RigProgramme};
-pub use receivers::{MqttSettings, NotifySettings, ReceiverSettings, ReceiverWay, WebhookSettings};
+pub use receivers::{
+    BrokerTls, MqttSettings, NotifySettings, ReceiverSettings, ReceiverWay, WebhookSettings, has_login,
+};
 pub use reference::{Key, keys, reference};
 pub use runs::ReplayRun;
 pub use source::{MqttSource, Source};

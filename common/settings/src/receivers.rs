@@ -51,6 +51,20 @@ pub struct WebhookSettings {
     pub token_file: Option<PathBuf>,
 }
 
+impl WebhookSettings {
+    /// Whether notifications carry a secret: a token, or user and password in the address.
+    #[must_use]
+    pub fn carries_secret(&self) -> bool {
+        self.token_file.is_some() || has_login(&self.url)
+    }
+}
+
+/// Whether a URL has a user or a password in it, which is sent as a secret with every request.
+#[must_use]
+pub fn has_login(url: &str) -> bool {
+    url.split_once("://").is_some_and(|(_, rest)| authority(rest).0.is_some())
+}
+
 /// An MQTT broker.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MqttSettings {
@@ -64,11 +78,55 @@ pub struct MqttSettings {
     pub client_id: String,
     /// User, if the broker asks for one.
     pub user: Option<String>,
-    /// File with the user's password.
+    /// File with the user's password, read at every connection.
     pub password_file: Option<PathBuf>,
+    /// TLS, where the broker is reached by it.
+    pub tls: Option<BrokerTls>,
     /// Whether the broker keeps the last message of a topic for those who come later.
     pub retain: bool,
 }
+
+/// TLS to a broker, whose certificate must be for its host.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct BrokerTls {
+    /// Authorities (PEM) of which one must have signed the certificate, read at every connection; without a file, the public ones
+    /// that webhooks are checked by, too.
+    pub ca_file: Option<PathBuf>,
+}
+
+impl BrokerTls {
+    /// Port where nothing else is said: what IANA gives MQTT with TLS, and without it.
+    pub(crate) fn port(tls: Option<&Self>) -> u16 {
+        if tls.is_some() { 8883 } else { 1883 }
+    }
+
+    /// What the keys `tls` and `ca_file` of the table `key` say.
+    pub(crate) fn of(
+        at: &ConfigText<'_>,
+        key: &str,
+        tls: bool,
+        ca_file: Option<&str>,
+    ) -> Result<Option<Self>, SettingsError> {
+        let key = format!("{key}.ca_file");
+        let Some(given) = ca_file else { return Ok(tls.then(Self::default)) };
+        if !tls {
+            return Err(at.refuse(&key, "given", "nothing without tls = true"));
+        }
+        let file = at.beside(given);
+        // Read again at every connection; whoever starts a train wants to know now that it would fail.
+        let allowed = "a file with a certificate (PEM) of an authority";
+        match std::fs::read(&file) {
+            Ok(text) if text.windows(BEGIN.len()).any(|part| part == BEGIN) => {
+                Ok(Some(Self { ca_file: Some(file) }))
+            }
+            Ok(_) => Err(at.refuse(&key, format!("{}, which holds none", file.display()), allowed)),
+            Err(error) => Err(at.refuse(&key, format!("{}: {error}", file.display()), allowed)),
+        }
+    }
+}
+
+/// Where a certificate begins in a PEM file.
+const BEGIN: &[u8] = b"-----BEGIN CERTIFICATE-----";
 
 /// `[notify]`.
 #[derive(Debug, Deserialize)]
@@ -127,13 +185,15 @@ pub(crate) struct WebhookTable {
 pub(crate) struct MqttTable {
     name: Option<String>,
     host: String,
-    #[serde(default = "mqtt_port")]
-    port: u16,
+    port: Option<u16>,
     #[serde(default = "mqtt_topic")]
     topic: String,
     client_id: Option<String>,
     user: Option<String>,
     password_file: Option<String>,
+    #[serde(default)]
+    tls: bool,
+    ca_file: Option<String>,
     #[serde(default)]
     retain: bool,
     #[serde(default)]
@@ -142,14 +202,23 @@ pub(crate) struct MqttTable {
     grade: Least,
 }
 
-/// Why a secret is refused.
-pub(crate) const IN_THE_CLEAR: &str = "nothing without TLS beyond this machine, because it would travel in the clear: https://, a broker on this machine that \
-     bridges by TLS, or allow_insecure = true where the network is trusted";
+/// Why a secret of a webhook is refused.
+const URL_IN_THE_CLEAR: &str = "nothing without TLS beyond this machine, because it would travel in the clear: https://, or \
+     allow_insecure = true where the network is trusted";
 
-/// Host and port of what follows the scheme of a URL.
-fn authority(rest: &str) -> &str {
+/// Why a secret of a broker is refused.
+pub(crate) const BROKER_IN_THE_CLEAR: &str = "nothing without TLS beyond this machine, because it would travel in the clear: \
+     tls = true, or allow_insecure = true where the network is trusted";
+
+/// What is before `@` and after it in a URL that follows its scheme: user and password, then host and port.
+fn authority(rest: &str) -> (Option<&str>, &str) {
     let authority = rest.split(['/', '?', '#']).next().unwrap_or_default();
-    let host = authority.rsplit_once('@').map_or(authority, |(_, host)| host);
+    authority.rsplit_once('@').map_or((None, authority), |(login, host)| (Some(login), host))
+}
+
+/// The host of what follows the scheme of a URL.
+fn host(rest: &str) -> &str {
+    let (_, host) = authority(rest);
     match host.strip_prefix('[') {
         Some(bracketed) => bracketed.split(']').next().unwrap_or_default(),
         None => host.split(':').next().unwrap_or_default(),
@@ -159,10 +228,6 @@ fn authority(rest: &str) -> &str {
 /// True for names and addresses of loopback.
 pub(crate) fn is_this_machine(host: &str) -> bool {
     host.eq_ignore_ascii_case("localhost") || host.parse().is_ok_and(is_loopback)
-}
-
-fn mqtt_port() -> u16 {
-    1883
 }
 
 fn mqtt_topic() -> String {
@@ -236,14 +301,25 @@ impl DeliveryTable {
 
 impl WebhookTable {
     fn check(self, at: &ConfigText<'_>, key: &str, number: usize) -> Result<ReceiverSettings, SettingsError> {
-        let host = self.url.strip_prefix("http://").or_else(|| self.url.strip_prefix("https://"));
-        if host.is_none_or(|host| host.is_empty() || host.contains(char::is_whitespace)) {
+        let rest = self.url.strip_prefix("http://").or_else(|| self.url.strip_prefix("https://"));
+        if rest.is_none_or(|rest| host(rest).is_empty() || rest.contains(char::is_whitespace)) {
             let allowed = "http://HOST... or https://HOST...";
-            return Err(at.refuse(&format!("{key}.url"), &self.url, allowed));
+            // What is wrong may hide a password.
+            let shown = self.url.rsplit_once('@').map_or(self.url.as_str(), |(_, host)| host);
+            return Err(at.refuse(&format!("{key}.url"), shown, allowed));
         }
-        let plain = self.url.strip_prefix("http://").is_some_and(|rest| !is_this_machine(authority(rest)));
-        if plain && self.token_file.is_some() && !self.allow_insecure {
-            return Err(at.refuse(&format!("{key}.token_file"), "given", IN_THE_CLEAR));
+        let plain = self.url.strip_prefix("http://").is_some_and(|rest| !is_this_machine(host(rest)));
+        if plain && !self.allow_insecure {
+            if self.token_file.is_some() {
+                return Err(at.refuse(&format!("{key}.token_file"), "given", URL_IN_THE_CLEAR));
+            }
+            if has_login(&self.url) {
+                return Err(at.refuse(
+                    &format!("{key}.url"),
+                    "given with a user or password",
+                    URL_IN_THE_CLEAR,
+                ));
+            }
         }
         let token_file = self.token_file.map(|file| at.beside(&file));
         Ok(ReceiverSettings {
@@ -256,11 +332,13 @@ impl WebhookTable {
 
 impl MqttTable {
     fn check(self, at: &ConfigText<'_>, key: &str, train: &str) -> Result<ReceiverSettings, SettingsError> {
+        let tls = BrokerTls::of(at, key, self.tls, self.ca_file.as_deref())?;
         let key = |name: &str| format!("{key}.{name}");
         if self.host.is_empty() || self.host.contains(['/', ' ']) {
             return Err(at.refuse(&key("host"), format!("{:?}", self.host), "a host name or address"));
         }
-        if self.port == 0 {
+        let port = self.port.unwrap_or_else(|| BrokerTls::port(tls.as_ref()));
+        if port == 0 {
             return Err(at.refuse(&key("port"), 0, "1 to 65535"));
         }
         if self.topic.is_empty() || self.topic.contains(['+', '#', '\0']) {
@@ -270,16 +348,18 @@ impl MqttTable {
         if self.user.is_none() && self.password_file.is_some() {
             return Err(at.refuse(&key("user"), "absent", "a user for the password"));
         }
-        if self.password_file.is_some() && !is_this_machine(&self.host) && !self.allow_insecure {
-            return Err(at.refuse(&key("password_file"), "given", IN_THE_CLEAR));
+        let clear = tls.is_none() && !is_this_machine(&self.host);
+        if self.password_file.is_some() && clear && !self.allow_insecure {
+            return Err(at.refuse(&key("password_file"), "given", BROKER_IN_THE_CLEAR));
         }
         let settings = MqttSettings {
             host: self.host,
-            port: self.port,
+            port,
             topic: self.topic,
             client_id: self.client_id.unwrap_or_else(|| format!("railgrip-{train}")),
             user: self.user,
             password_file: self.password_file.map(|file| at.beside(&file)),
+            tls,
             retain: self.retain,
         };
         Ok(ReceiverSettings {
@@ -350,7 +430,70 @@ mod tests {
         assert!(parse(&insecure.replace("true", "false").replace("depot", "localhost@depot")).is_err());
         let broker =
             "[[receiver]]\nkind = \"mqtt\"\nhost = \"127.0.0.1\"\nuser = \"u\"\npassword_file = \"p\"\n";
-        assert!(parse(broker).is_ok() && parse(&broker.replace("127.0.0.1", "10.0.0.7")).is_err());
+        let far = broker.replace("127.0.0.1", "10.0.0.7");
+        assert!(parse(broker).is_ok() && parse(&far).is_err());
+        assert!(
+            parse(&format!("{far}tls = true\n")).is_ok() && parse(&format!("{far}tls = false\n")).is_err()
+        );
+        let login = "[[receiver]]\nkind = \"webhook\"\nurl = \"http://kim:word@localhost:9/a\"\n";
+        assert!(
+            parse(login).is_ok()
+                && parse(&login.replace("http:", "https:").replace("localhost", "depot")).is_ok()
+        );
+        for far in ["depot", "localhost@depot", "127.0.0.1.depot", "[::1@depot"] {
+            let far = login.replace("localhost", far);
+            assert!(parse(&far).is_err() && parse(&format!("{far}allow_insecure = true\n")).is_ok(), "{far}");
+        }
+        assert!(
+            parse(&login.replace("kim:word@", "").replace("localhost", "depot")).is_ok(),
+            "no secret, no refusal"
+        );
+    }
+
+    #[test]
+    fn a_login_in_an_address_is_a_secret() {
+        for (url, secret) in [
+            ("http://kim:word@localhost/a", true),
+            ("https://kim@depot", true),
+            ("https://:word@depot?x", true),
+            ("https://depot/a@b", false),
+            ("https://depot?a=@b", false),
+        ] {
+            let webhook = |token: Option<&str>| WebhookSettings {
+                url: url.to_owned(),
+                token_file: token.map(PathBuf::from),
+            };
+            assert_eq!(webhook(None).carries_secret(), secret, "{url}");
+            assert!(webhook(Some("t")).carries_secret());
+        }
+    }
+
+    #[test]
+    fn tls_has_a_port_of_its_own_and_an_authority_beside_the_config() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("x.toml");
+        let parse = |text: &str| {
+            let at = ConfigText { file: &file, text };
+            let form: Form = at.parse().unwrap();
+            let tables =
+                ReceiverTables { receiver: form.receiver, notify: form.notify, delivery: form.delivery };
+            tables.check(&at, "demo").map(|mut settings| settings.receivers.remove(0).way)
+        };
+        let mqtt = "[[receiver]]\nkind = \"mqtt\"\nhost = \"b\"\n";
+        let Ok(ReceiverWay::Mqtt(plain)) = parse(mqtt) else { panic!("a broker") };
+        assert_eq!((plain.port, plain.tls), (1883, None));
+        let Ok(ReceiverWay::Mqtt(public)) = parse(&format!("{mqtt}tls = true\n")) else { panic!("a broker") };
+        assert_eq!((public.port, public.tls), (8883, Some(BrokerTls { ca_file: None })));
+        let own = format!("{mqtt}tls = true\nport = 1883\nca_file = \"ca.pem\"\n");
+        std::fs::write(folder.path().join("ca.pem"), "no certificate").unwrap();
+        let said = parse(&own).unwrap_err().to_string();
+        assert!(said.contains("`receiver.1.ca_file`") && said.contains("which holds none"), "{said}");
+        std::fs::write(folder.path().join("ca.pem"), [BEGIN, b"\n"].concat()).unwrap();
+        let Ok(ReceiverWay::Mqtt(own)) = parse(&own) else { panic!("a broker") };
+        assert_eq!(
+            (own.port, own.tls),
+            (1883, Some(BrokerTls { ca_file: Some(folder.path().join("ca.pem")) }))
+        );
     }
 
     #[test]
@@ -374,12 +517,28 @@ mod tests {
             ),
             (
                 "[[receiver]]\nkind = \"mqtt\"\nhost = \"broker\"\nuser = \"u\"\npassword_file = \"p\"\n",
-                "`receiver.1.password_file` is given, allowed is nothing without TLS",
+                "`receiver.1.password_file` is given, allowed is nothing without TLS beyond this machine, because it would travel in the clear: tls = true",
+            ),
+            (
+                "[[receiver]]\nkind = \"webhook\"\nurl = \"http://kim:word@depot:9/a\"\n",
+                "x.toml:3: `receiver.1.url` is given with a user or password, allowed is nothing without TLS",
+            ),
+            (
+                "[[receiver]]\nkind = \"webhook\"\nurl = \"http://kim:word@\"\n",
+                "`receiver.1.url` is , allowed is http://HOST",
+            ),
+            (
+                "[[receiver]]\nkind = \"mqtt\"\nhost = \"b\"\nca_file = \"x.toml\"\n",
+                "`receiver.1.ca_file` is given, allowed is nothing without tls = true",
+            ),
+            (
+                "[[receiver]]\nkind = \"mqtt\"\nhost = \"b\"\ntls = true\nca_file = \"gone.pem\"\n",
+                "x.toml:5: `receiver.1.ca_file` is dir/gone.pem: ",
             ),
         ] {
             let error = parse(text).unwrap_err();
             println!("{error}");
-            assert!(error.contains(said), "{error}");
+            assert!(error.contains(said) && !error.contains("word@"), "{error}");
         }
     }
 }

@@ -6,7 +6,7 @@ use crate::fieldbus::{self, CanKeys, CanSource, MessageKeys, Several, TrdpSource
 use crate::overrides::Overrides;
 use crate::place::{ConfigText, folder};
 use crate::plant::RigProgramme;
-use crate::receivers::{IN_THE_CLEAR, is_this_machine};
+use crate::receivers::{BROKER_IN_THE_CLEAR, BrokerTls, is_this_machine};
 use crate::runs::{self, ReplayRun};
 use railgrip_recording::Mapping;
 use railgrip_simulation::Scenario;
@@ -39,6 +39,8 @@ pub(crate) struct SourceTable {
     pub client_id: Option<String>,
     pub user: Option<String>,
     pub password_file: Option<String>,
+    pub tls: Option<bool>,
+    pub ca_file: Option<String>,
     pub allow_insecure: Option<bool>,
     pub interface: Option<Several>,
     pub file: Option<String>,
@@ -127,8 +129,10 @@ pub struct MqttSource {
     pub client_id: String,
     /// User, where the broker asks for one.
     pub user: Option<String>,
-    /// File with the password.
+    /// File with the password, read at every connection.
     pub password_file: Option<PathBuf>,
+    /// TLS, where the broker is reached by it.
+    pub tls: Option<BrokerTls>,
 }
 
 /// Settles where samples come from.
@@ -239,16 +243,19 @@ fn broker(at: &ConfigText<'_>, table: &SourceTable) -> Result<MqttSource, Settin
         None => Err(at.refuse(key, "absent", allowed)),
     };
     let host = given("source.host", &table.host, "name or address of the broker")?;
-    if table.password_file.is_some() && !is_this_machine(&host) && !table.allow_insecure.unwrap_or(false) {
-        return Err(at.refuse("source.password_file", "given", IN_THE_CLEAR));
+    let tls = BrokerTls::of(at, "source", table.tls.unwrap_or(false), table.ca_file.as_deref())?;
+    let clear = tls.is_none() && !is_this_machine(&host);
+    if table.password_file.is_some() && clear && !table.allow_insecure.unwrap_or(false) {
+        return Err(at.refuse("source.password_file", "given", BROKER_IN_THE_CLEAR));
     }
     Ok(MqttSource {
         host,
-        port: table.port.unwrap_or(1883),
+        port: table.port.unwrap_or_else(|| BrokerTls::port(tls.as_ref())),
         topic: given("source.topic", &table.topic, "a topic or a filter, for example train/+/samples")?,
         client_id: table.client_id.clone().unwrap_or_else(|| "railgrip-ingest".to_owned()),
         user: table.user.clone(),
         password_file: table.password_file.as_deref().map(|file| at.beside(file)),
+        tls,
     })
 }
 
@@ -271,7 +278,7 @@ fn scenario(at: &ConfigText<'_>, given: &str) -> Result<Scenario, SettingsError>
 fn check_keys_of_kind(at: &ConfigText<'_>, table: &SourceTable) -> Result<(), SettingsError> {
     use SourceKind as Kind;
     let kind = table.kind;
-    let keys: [(&str, bool, &[Kind]); 22] = [
+    let keys: [(&str, bool, &[Kind]); 24] = [
         ("scenario", table.scenario.is_some(), &[Kind::Simulate]),
         ("programme", table.programme.is_some(), &[Kind::Rig]),
         ("seed", table.seed.is_some(), &[Kind::Simulate, Kind::Rig]),
@@ -287,6 +294,8 @@ fn check_keys_of_kind(at: &ConfigText<'_>, table: &SourceTable) -> Result<(), Se
         ("user", table.user.is_some(), &[Kind::Mqtt]),
         ("allow_insecure", table.allow_insecure.is_some(), &[Kind::Mqtt]),
         ("password_file", table.password_file.is_some(), &[Kind::Mqtt]),
+        ("tls", table.tls.is_some(), &[Kind::Mqtt]),
+        ("ca_file", table.ca_file.is_some(), &[Kind::Mqtt]),
         ("interface", table.interface.is_some(), &[Kind::Can]),
         ("file", table.file.is_some(), &[Kind::Can]),
         ("database", table.database.is_some(), &[Kind::Can, Kind::Trdp]),

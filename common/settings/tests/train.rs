@@ -162,3 +162,32 @@ fn a_train_is_judged_together_where_it_is_coupled() {
     );
     assert!(matches!(settings.source, Source::Replay { repeat: false, .. }));
 }
+
+#[test]
+fn a_password_travels_to_a_broker_by_tls_or_not_at_all() {
+    let broker = |more: &str| {
+        let text = format!("\"mqtt\"\ntopic = \"a\"\nuser = \"u\"\npassword_file = \"p\"\n{more}");
+        parse(&SMALL.replace("\"simulate\"\n", &text)).map(|settings| settings.source)
+    };
+    let far = "host = \"broker\"\n";
+    let said = broker(far).unwrap_err().to_string();
+    assert!(said.contains(":10: `source.password_file` is given") && said.contains("tls = true"), "{said}");
+    for allowed in ["host = \"localhost\"\n", "host = \"broker\"\nallow_insecure = true\n"] {
+        let Ok(Source::Mqtt(plain)) = broker(allowed) else { panic!("{allowed}") };
+        assert_eq!((plain.port, plain.tls), (1883, None));
+    }
+    let Ok(Source::Mqtt(by_tls)) = broker(&format!("{far}tls = true\n")) else { panic!("a broker") };
+    assert_eq!((by_tls.port, by_tls.tls.map(|tls| tls.ca_file)), (8883, Some(None)));
+    for (more, key) in [
+        (
+            "ca_file = \"train.pem\"\n",
+            ":12: `source.ca_file` is given, allowed is nothing without tls = true",
+        ),
+        ("tls = true\nca_file = \"nowhere.pem\"\n", ":13: `source.ca_file` is "),
+    ] {
+        let said = broker(&format!("{far}{more}")).unwrap_err().to_string();
+        assert!(said.contains(key), "{said}");
+    }
+    let said = refused("\"simulate\"\n", "\"simulate\"\ntls = true\n");
+    assert!(said.contains(":8: `source.tls`"), "{said}");
+}

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may end at what it does not expect")]
 #![allow(clippy::print_stdout, reason = "tests print what they measure")]
 
+use brokers::{Authority, FakeBroker, Manner};
 use railgrip_health::alerts::journal::Journal;
 use railgrip_health::alerts::notify::{self, ReceiverStates};
 use railgrip_health::alerts::{AlertBook, Symptom};
@@ -9,7 +10,7 @@ use railgrip_health::api::grade::Grade;
 use railgrip_messages::Stamp;
 use railgrip_requirements::MOSQUITTO;
 use railgrip_settings::{
-    AlertSettings, MqttSettings, NotifySettings, ReceiverSettings, ReceiverWay, WebhookSettings,
+    AlertSettings, BrokerTls, MqttSettings, NotifySettings, ReceiverSettings, ReceiverWay, WebhookSettings,
 };
 use serde_json::Value;
 use std::io::{Read, Write};
@@ -23,7 +24,12 @@ use std::time::{Duration, Instant};
 railgrip_requirements::tests! {
     a_receiver_that_fails_at_first_gets_every_notification_in_order_after_a_restart_too: [],
     a_broker_that_comes_late_gets_every_notification: [MOSQUITTO],
+    a_broker_by_tls_gets_every_notification_if_its_certificate_is_good: [],
+    no_broker_holds_its_receiver: [],
 }
+
+#[path = "../../../common/mqtt/tests/support/mod.rs"]
+mod brokers;
 
 /// Puts notifications about one alert, raised and cleared, into the outbox.
 fn write_notifications(journal: &Path, settings: &NotifySettings) {
@@ -141,20 +147,24 @@ impl Drop for Broker {
     }
 }
 
-fn a_broker_that_comes_late_gets_every_notification() {
-    let folder = tempfile::tempdir().unwrap();
-    let journal = folder.path().join("alerts.db");
-    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-    let mqtt = MqttSettings {
-        host: "127.0.0.1".to_owned(),
+fn mqtt(host: &str, port: u16, tls: Option<BrokerTls>) -> MqttSettings {
+    MqttSettings {
+        host: host.to_owned(),
         port,
         topic: "railgrip/{train}/alerts/{id}".to_owned(),
         client_id: "railgrip-test".to_owned(),
         user: None,
         password_file: None,
+        tls,
         retain: true,
-    };
-    let settings = notify_by("mqtt", ReceiverWay::Mqtt(mqtt));
+    }
+}
+
+fn a_broker_that_comes_late_gets_every_notification() {
+    let folder = tempfile::tempdir().unwrap();
+    let journal = folder.path().join("alerts.db");
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let settings = notify_by("mqtt", ReceiverWay::Mqtt(mqtt("127.0.0.1", port, None)));
     write_notifications(&journal, &settings);
     let (receiver_states, stop) = (ReceiverStates::default(), Arc::new(AtomicBool::new(false)));
     let threads = notify::start(&settings, "demo", &journal, &receiver_states, &stop);
@@ -179,4 +189,70 @@ fn a_broker_that_comes_late_gets_every_notification() {
     println!("{}: {} {}", kept.topic, body["change"], body["key"]);
     assert_eq!((kept.topic.as_str(), &body["change"]), ("railgrip/demo/alerts/1", &"cleared".into()));
     drop(broker);
+}
+
+fn a_broker_by_tls_gets_every_notification_if_its_certificate_is_good() {
+    let folder = tempfile::tempdir().unwrap();
+    let (right, wrong) = (Authority::new(), Authority::new());
+    let ca_file = folder.path().join("ca.pem");
+    let broker = FakeBroker::start(Some(right.server(&["localhost"])), Manner::Good(Vec::new()));
+    let tls = Some(BrokerTls { ca_file: Some(ca_file.clone()) });
+    let settings = notify_by("yard", ReceiverWay::Mqtt(mqtt("localhost", broker.port, tls)));
+    let journal = folder.path().join("alerts.db");
+    write_notifications(&journal, &settings);
+    std::fs::write(&ca_file, wrong.pem()).unwrap();
+    let (states, stop) = (ReceiverStates::default(), Arc::new(AtomicBool::new(false)));
+    let threads = notify::start(&settings, "demo", &journal, &states, &stop);
+    wait_until("trouble", || states.view().receivers.iter().any(|one| one.trouble.is_some()));
+    let trouble = states.view().receivers[0].trouble.clone().unwrap();
+    println!("{trouble}");
+    assert!(trouble.contains("the broker's certificate is refused"), "{trouble}");
+    assert!(broker.published().is_empty());
+    // The file is read again at every connection.
+    std::fs::write(&ca_file, right.pem()).unwrap();
+    wait_until("delivery", || states.view().receivers.iter().any(|one| one.delivered == 2));
+    stop.store(true, Ordering::Relaxed);
+    threads.into_iter().for_each(|thread| thread.join().unwrap());
+    let changes: Vec<Value> = broker
+        .published()
+        .iter()
+        .map(|(topic, body)| {
+            assert_eq!(topic, "railgrip/demo/alerts/1");
+            serde_json::from_slice::<Value>(body).unwrap()["change"].clone()
+        })
+        .collect();
+    assert_eq!(changes, ["raised", "cleared"]);
+}
+
+fn no_broker_holds_its_receiver() {
+    for (manner, said, within_s) in [
+        (Manner::Floods, "sends what nobody asked for", 3.0),
+        (Manner::Trickles, "did not confirm in time", 12.0),
+        (Manner::Silent, "did not confirm in time", 12.0),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let journal = folder.path().join("alerts.db");
+        let broker = FakeBroker::start(None, manner.clone());
+        let settings = notify_by("mqtt", ReceiverWay::Mqtt(mqtt("127.0.0.1", broker.port, None)));
+        write_notifications(&journal, &settings);
+        let (states, stop) = (ReceiverStates::default(), Arc::new(AtomicBool::new(false)));
+        let began = Instant::now();
+        let threads = notify::start(&settings, "demo", &journal, &states, &stop);
+        wait_until("trouble", || states.view().receivers.iter().any(|one| one.trouble.is_some()));
+        let (took_s, trouble) = (began.elapsed().as_secs_f64(), states.view().receivers[0].trouble.clone());
+        let trouble = trouble.unwrap();
+        println!("{manner:?}: {trouble} after {took_s:.1} s");
+        assert!(trouble.contains(said) && took_s < within_s, "{manner:?}: {trouble} after {took_s} s");
+        // In the middle of the next attempt it is asked to stop.
+        wait_until("another attempt", || broker.connections.load(Ordering::Relaxed) > 1);
+        let asked = Instant::now();
+        stop.store(true, Ordering::Relaxed);
+        threads.into_iter().for_each(|thread| thread.join().unwrap());
+        let took_s = asked.elapsed().as_secs_f64();
+        println!("{manner:?}: stopped after {took_s:.2} s");
+        assert!(took_s < 1.0, "{manner:?}: stopped after {took_s} s");
+        let view = states.view().receivers[0].clone();
+        assert_eq!((view.delivered, view.waiting), (0, 2), "nothing is lost, and nothing confirmed");
+        assert_eq!(view.trouble.as_deref(), Some(trouble.as_str()), "stopping is no trouble");
+    }
 }

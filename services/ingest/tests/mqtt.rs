@@ -1,6 +1,7 @@
 //! Samples from a real broker: every message becomes its rows, and the source outlives the broker's restart.
 #![allow(clippy::unwrap_used, reason = "a test may end at what it does not expect")]
 
+use brokers::{Authority, FakeBroker, Manner};
 use railgrip_ingest::feed::{Arrival, Feed, open};
 use railgrip_requirements::MOSQUITTO;
 use railgrip_settings::{Overrides, TrainSettings};
@@ -11,7 +12,12 @@ use std::time::{Duration, Instant};
 
 railgrip_requirements::tests! {
     messages_of_a_broker_become_samples: [MOSQUITTO],
+    messages_by_tls_become_samples: [],
+    a_broker_of_another_authority_brings_nothing: [],
 }
+
+#[path = "../../../common/mqtt/tests/support/mod.rs"]
+mod brokers;
 
 struct Broker(Child);
 
@@ -49,10 +55,14 @@ fn publish(port: u16, from: u32, messages: u32) {
     assert_eq!(connection.iter().filter(confirmed).take(messages as usize).count(), messages as usize);
 }
 
-/// Takes what arrives until there are so many rows.
+/// Takes what arrives until there are so many rows, for 20 s at most.
 fn rows(feed: &mut dyn Feed, wanted: usize) -> Vec<f64> {
+    rows_within(feed, wanted, Duration::from_secs(20))
+}
+
+fn rows_within(feed: &mut dyn Feed, wanted: usize, patience: Duration) -> Vec<f64> {
     let mut times = Vec::new();
-    let until = Instant::now() + Duration::from_secs(20);
+    let until = Instant::now() + patience;
     while times.len() < wanted && Instant::now() < until {
         feed.take_due(0.0, &mut |arrival| match arrival {
             Arrival::Row { row, .. } => times.push(row.t_s),
@@ -63,16 +73,20 @@ fn rows(feed: &mut dyn Feed, wanted: usize) -> Vec<f64> {
     times
 }
 
+fn settings(host: &str, port: u16, more: &str) -> TrainSettings {
+    let vehicle = concat!(env!("CARGO_MANIFEST_DIR"), "/../../config/vehicle.toml");
+    let text = format!(
+        "schema = 1\n[train]\nname = \"m\"\nwagons = 1\nvehicle = \"{vehicle}\"\n[source]\nkind = \"mqtt\"\n\
+         host = \"{host}\"\nport = {port}\ntopic = \"train/+/samples\"\n{more}"
+    );
+    TrainSettings::parse(Path::new("train.toml"), &text, &Overrides::default()).unwrap()
+}
+
 fn messages_of_a_broker_become_samples() {
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
     drop(listener);
-    let vehicle = concat!(env!("CARGO_MANIFEST_DIR"), "/../../config/vehicle.toml");
-    let text = format!(
-        "schema = 1\n[train]\nname = \"m\"\nwagons = 1\nvehicle = \"{vehicle}\"\n[source]\nkind = \"mqtt\"\n\
-         host = \"127.0.0.1\"\nport = {port}\ntopic = \"train/+/samples\"\n"
-    );
-    let settings = TrainSettings::parse(Path::new("train.toml"), &text, &Overrides::default()).unwrap();
+    let settings = settings("127.0.0.1", port, "");
     // The source is there before its broker is.
     let mut feed = open(&settings).unwrap();
     let first = broker(port);
@@ -85,4 +99,33 @@ fn messages_of_a_broker_become_samples() {
     std::thread::sleep(Duration::from_secs(3));
     publish(port, 50, 10);
     assert_eq!(rows(&mut *feed, 100).len(), 100);
+}
+
+/// Messages of ten rows each.
+fn messages(count: u32) -> Vec<String> {
+    let row = |number: u32| format!("{{\"wagon\":1,\"t_s\":{},\"v_m_s\":20}}\n", f64::from(number) * 0.01);
+    (0..count).map(|message| (0..10).map(|k| row(message * 10 + k)).collect()).collect()
+}
+
+fn messages_by_tls_become_samples() {
+    let folder = tempfile::tempdir().unwrap();
+    let (authority, ca_file) = (Authority::new(), folder.path().join("ca.pem"));
+    std::fs::write(&ca_file, authority.pem()).unwrap();
+    let broker = FakeBroker::start(Some(authority.server(&["localhost"])), Manner::Good(messages(50)));
+    let tls = format!("tls = true\nca_file = \"{}\"\n", ca_file.display());
+    let mut feed = open(&settings("localhost", broker.port, &tls)).unwrap();
+    let times = rows(&mut *feed, 500);
+    assert_eq!((times.len(), times.last().copied()), (500, Some(4.99)));
+}
+
+fn a_broker_of_another_authority_brings_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let ca_file = folder.path().join("ca.pem");
+    std::fs::write(&ca_file, Authority::new().pem()).unwrap();
+    let broker = FakeBroker::start(Some(Authority::new().server(&["localhost"])), Manner::Good(messages(1)));
+    let tls = format!("tls = true\nca_file = \"{}\"\n", ca_file.display());
+    let mut feed = open(&settings("localhost", broker.port, &tls)).unwrap();
+    assert_eq!(rows_within(&mut *feed, 1, Duration::from_secs(3)), Vec::<f64>::new());
+    assert!(broker.seen.lock().unwrap().is_empty(), "it was told nothing");
+    assert!(broker.connections.load(std::sync::atomic::Ordering::Relaxed) > 1, "it is tried again");
 }

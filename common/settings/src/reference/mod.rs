@@ -115,6 +115,12 @@ mod tests {
         );
         let text = reference().expect("every type says what it takes");
         assert_eq!(key("receiver[] of kind webhook.url").takes, "a text");
+        for tls in ["source.tls", "receiver[] of kind mqtt.tls"] {
+            assert_eq!(key(tls).takes, "true or false");
+        }
+        for ca_file in ["source.ca_file", "receiver[] of kind mqtt.ca_file"] {
+            assert_eq!(key(ca_file).takes, "a text");
+        }
         assert!(
             text.contains("## `[[wagon]]`")
                 && text.contains("## `[[receiver]] of kind mqtt`")

@@ -3,13 +3,14 @@
 use super::overrun::{self, Overruns};
 use super::{Inlet, InputError};
 use super::{cbor, lines};
+use railgrip_mqtt::{Authorities, Broker, Connection, MqttError, News};
 use railgrip_settings::{MqttSource, Source};
-use rumqttc::{Client, Connection, Event, MqttOptions, Packet, QoS};
 use rustix::net::sockopt::{
     set_socket_keepalive, set_socket_recv_buffer_size, set_tcp_keepcnt, set_tcp_keepidle, set_tcp_keepintvl,
 };
 use std::io::{BufReader, Read, stdin};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream, UdpSocket};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::thread::spawn;
 use std::time::{Duration, Instant};
@@ -24,10 +25,10 @@ const ASKED_EVERY: Duration = Duration::from_secs(5);
 const ASKED_TIMES: u32 = 3;
 /// Largest datagram.
 const LARGEST_DATAGRAM: usize = 64 * 1024;
-/// Largest message of a broker, bytes.
-const LARGEST_MESSAGE: usize = 1 << 20;
 /// Time between two signs of life of an idle connection to a broker.
 const KEEP_ALIVE: Duration = Duration::from_secs(10);
+/// Longest wait for a broker to let us in.
+const LOGIN: Duration = Duration::from_secs(10);
 /// Pause before a broker is tried again.
 const PAUSE: Duration = Duration::from_secs(1);
 
@@ -155,21 +156,18 @@ fn datagrams(socket: &UdpSocket, inlet: &Inlet) {
     }
 }
 
-fn connect(broker: &MqttSource) -> Result<(Client, Connection), String> {
-    let mut options = MqttOptions::new(&broker.client_id, &broker.host, broker.port);
-    options.set_keep_alive(KEEP_ALIVE);
-    options.set_clean_session(true);
-    options.set_max_packet_size(LARGEST_MESSAGE, LARGEST_MESSAGE);
-    if let Some(user) = &broker.user {
-        let password = match &broker.password_file {
-            Some(file) => {
-                std::fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?
-            }
-            None => String::new(),
-        };
-        options.set_credentials(user, password.trim());
-    }
-    Ok(Client::new(options, 10))
+fn connect(source: &MqttSource) -> Result<Connection, MqttError> {
+    let broker = Broker {
+        host: &source.host,
+        port: source.port,
+        client_id: &source.client_id,
+        user: source.user.as_deref(),
+        password_file: source.password_file.as_deref(),
+        tls: source.tls.as_ref().map(|tls| Authorities::of(tls.ca_file.as_deref())),
+    };
+    // Nobody waits for this thread: it ends with the process.
+    let stop = Arc::new(AtomicBool::new(false));
+    Connection::open(&broker, KEEP_ALIVE, Instant::now() + LOGIN, &stop)
 }
 
 /// Listens to the broker, and connects again for as long as anybody takes the rows.
@@ -177,13 +175,9 @@ fn messages(broker: &MqttSource, inlet: &Inlet) {
     let name = format!("mqtt {}:{}", broker.host, broker.port);
     let mut told = false;
     loop {
-        let trouble = match connect(broker) {
-            Ok((client, connection)) => match listen(broker, &client, connection, &name, inlet, &mut told) {
-                None => return,
-                Some(trouble) => trouble,
-            },
-            Err(trouble) => trouble,
-        };
+        let listened =
+            connect(broker).and_then(|connection| listen(broker, connection, &name, inlet, &mut told));
+        let Err(trouble) = listened else { return };
         if !told {
             tracing::warn!("{name}: {trouble}; tried again and again");
             told = true;
@@ -192,34 +186,29 @@ fn messages(broker: &MqttSource, inlet: &Inlet) {
     }
 }
 
-/// Until the connection fails; `None` once nobody takes the rows any more.
+/// Until the connection fails, or nobody takes the rows any more.
 fn listen(
     broker: &MqttSource,
-    client: &Client,
     mut connection: Connection,
     name: &str,
     inlet: &Inlet,
     told: &mut bool,
-) -> Option<String> {
-    for event in connection.iter() {
-        match event {
-            Ok(Event::Incoming(Packet::ConnAck(_))) => {
-                if let Err(error) = client.subscribe(&broker.topic, QoS::AtLeastOnce) {
-                    return Some(error.to_string());
-                }
+) -> Result<(), MqttError> {
+    connection.subscribe(&broker.topic)?;
+    loop {
+        match connection.news(KEEP_ALIVE)? {
+            News::Subscribed => {
                 tracing::info!("{name}: connected");
                 *told = false;
             }
-            Ok(Event::Incoming(Packet::Publish(message))) => {
+            News::Message(message) => {
                 if !put_all(&message.payload, &format!("{name} {}", message.topic), inlet) {
-                    return None;
+                    return Ok(());
                 }
             }
-            Ok(_) => {}
-            Err(error) => return Some(error.to_string()),
+            News::None => {}
         }
     }
-    Some("the connection has ended".to_owned())
 }
 
 #[cfg(test)]

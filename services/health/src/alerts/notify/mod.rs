@@ -49,7 +49,7 @@ pub fn start(
         let (receiver, train, path) = (receiver.clone(), train.to_owned(), journal.to_owned());
         let (states, stop) = (states.clone(), Arc::clone(stop));
         std::thread::spawn(move || {
-            let mut notifier = notifier_of(receiver.way, &train);
+            let mut notifier = notifier_of(receiver.way, &train, &stop);
             let round = Round { name: &receiver.name, longest, states: &states, stop: &stop };
             while !stop.load(Ordering::Relaxed) {
                 match Journal::open(&path, &train, Vec::new(), u32::MAX) {
@@ -64,10 +64,12 @@ pub fn start(
 }
 
 /// The way to a receiver.
-fn notifier_of(way: ReceiverWay, train: &str) -> Box<dyn Notifier> {
+fn notifier_of(way: ReceiverWay, train: &str, stop: &Arc<AtomicBool>) -> Box<dyn Notifier> {
     match way {
         ReceiverWay::Webhook(settings) => Box::new(webhook::Webhook::new(settings)),
-        ReceiverWay::Mqtt(settings) => Box::new(mqtt::Mqtt::new(settings, train.to_owned())),
+        ReceiverWay::Mqtt(settings) => {
+            Box::new(mqtt::Mqtt::new(settings, train.to_owned(), Arc::clone(stop)))
+        }
     }
 }
 
@@ -94,6 +96,10 @@ impl Round<'_> {
                 continue;
             };
             let outcome = notifier.notify(&notification);
+            if matches!(outcome, Outcome::Later(_)) && self.stop.load(Ordering::Relaxed) {
+                // What was broken off by stopping is no trouble of the receiver.
+                return;
+            }
             let given_up = notification.refused + 1 >= REFUSALS;
             let kept = match &outcome {
                 Outcome::Confirmed => journal.done(self.name, notification.id, true),

@@ -2,77 +2,62 @@
 
 use super::notifier::{ANSWER, Notifier, Outcome};
 use crate::alerts::nflog::Queued;
+use railgrip_mqtt::{Authorities, Broker, Connection, MqttError};
 use railgrip_settings::MqttSettings;
-use rumqttc::{Client, Connection, Event, MqttOptions, Packet, QoS, RecvTimeoutError};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 /// Time between two signs of life of an idle connection.
 const KEEP_ALIVE: Duration = Duration::from_secs(30);
-/// Largest notification, bytes.
-const LARGEST: usize = 1 << 20;
 
 /// The way to a broker.
 pub(super) struct Mqtt {
     settings: MqttSettings,
     train: String,
-    connection: Option<(Client, Connection)>,
+    stop: Arc<AtomicBool>,
+    connection: Option<Connection>,
     used: Instant,
 }
 
 impl Mqtt {
-    pub fn new(settings: MqttSettings, train: String) -> Self {
-        Self { settings, train, connection: None, used: Instant::now() }
+    /// An attempt ends soon after `stop` is set.
+    pub fn new(settings: MqttSettings, train: String, stop: Arc<AtomicBool>) -> Self {
+        Self { settings, train, stop, connection: None, used: Instant::now() }
     }
 
-    fn connect(&self) -> Result<(Client, Connection), String> {
+    fn connect(&self, until: Instant) -> Result<Connection, MqttError> {
         let settings = &self.settings;
-        let mut options = MqttOptions::new(&settings.client_id, &settings.host, settings.port);
-        options.set_keep_alive(KEEP_ALIVE);
-        options.set_clean_session(true);
-        options.set_max_packet_size(LARGEST, LARGEST);
-        if let Some(user) = &settings.user {
-            let password = match &settings.password_file {
-                Some(file) => {
-                    std::fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?
-                }
-                None => String::new(),
-            };
-            options.set_credentials(user, password.trim());
-        }
-        Ok(Client::new(options, 10))
+        let broker = Broker {
+            host: &settings.host,
+            port: settings.port,
+            client_id: &settings.client_id,
+            user: settings.user.as_deref(),
+            password_file: settings.password_file.as_deref(),
+            tls: settings.tls.as_ref().map(|tls| Authorities::of(tls.ca_file.as_deref())),
+        };
+        Connection::open(&broker, KEEP_ALIVE, until, &self.stop)
     }
 
     /// Publishes and waits for the broker's confirmation.
-    fn publish(&mut self, notification: &Queued) -> Result<(), String> {
+    fn publish(&mut self, notification: &Queued) -> Result<(), MqttError> {
         let topic = self
             .settings
             .topic
             .replace("{train}", &self.train)
             .replace("{id}", &notification.alert.to_string());
+        // Connecting and confirming share the time of an answer.
+        let until = Instant::now() + ANSWER;
         // The broker has cut an idle connection that nobody looked after.
         let fresh = self.connection.take().filter(|_| self.used.elapsed() < KEEP_ALIVE / 2);
-        let (client, mut connection) = match fresh {
+        let mut connection = match fresh {
             Some(connection) => connection,
-            None => self.connect()?,
+            None => self.connect(until)?,
         };
-        client
-            .publish(topic, QoS::AtLeastOnce, self.settings.retain, notification.body.as_bytes())
-            .map_err(|error| error.to_string())?;
-        let until = Instant::now() + ANSWER;
-        loop {
-            let left = until.saturating_duration_since(Instant::now());
-            match connection.recv_timeout(left) {
-                Ok(Ok(Event::Incoming(Packet::PubAck(_)))) => {
-                    self.connection = Some((client, connection));
-                    self.used = Instant::now();
-                    return Ok(());
-                }
-                Ok(Ok(_)) => {}
-                Ok(Err(error)) => return Err(error.to_string()),
-                Err(RecvTimeoutError::Timeout) => return Err("the broker did not confirm in time".to_owned()),
-                Err(RecvTimeoutError::Disconnected) => return Err("the connection has ended".to_owned()),
-            }
-        }
+        connection.publish(&topic, notification.body.as_bytes(), self.settings.retain, until)?;
+        self.connection = Some(connection);
+        self.used = Instant::now();
+        Ok(())
     }
 }
 
