@@ -169,6 +169,36 @@ async fn a_receiver_is_added_changed_and_removed_in_the_file() {
 }
 
 #[tokio::test]
+async fn a_login_in_an_address_is_a_secret_that_is_not_told_and_not_sent_in_the_clear() {
+    const PATH: &str = "/api/v1/settings/receivers";
+    let folder = tempfile::tempdir().unwrap();
+    let file = config(folder.path());
+    let login = "\n[[receiver]]\nkind = \"webhook\"\nname = \"near\"\nurl = \"http://kim:word@127.0.0.1:9/a\"\n\
+                 [[receiver]]\nkind = \"webhook\"\nname = \"open\"\nurl = \"http://depot:9/a\"\n";
+    std::fs::write(&file, CONFIG.to_owned() + login).unwrap();
+    let shared = shared(&file);
+    let (status, text) = ask(&shared, PATH, None).await;
+    assert_eq!(status, StatusCode::OK);
+    let list: Value = serde_json::from_str(&text).unwrap();
+    let told: Vec<_> =
+        list["receivers"].as_array().unwrap().iter().map(|one| (&one["address"], &one["secret"])).collect();
+    let (near, open) = (json!("http://127.0.0.1:9"), json!("http://depot:9"));
+    assert_eq!(told, [(&near, &json!(true)), (&open, &json!(false))]);
+    assert!(!text.contains("word") && !text.contains("kim"), "{text}");
+    for (change, said) in [
+        (json!({"name": "near", "url": "http://127.0.0.1:10/a", "by": "lee", "why": "x"}), "secret"),
+        (
+            json!({"name": "open", "url": "http://kim:word@depot:9/a", "by": "lee", "why": "x"}),
+            "receiver.2.url",
+        ),
+    ] {
+        let (status, problem) = ask(&shared, PATH, Some(&change)).await;
+        assert!(status == 409 && problem.contains(said) && !problem.contains("word@"), "{status} {problem}");
+    }
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), CONFIG.to_owned() + login);
+}
+
+#[tokio::test]
 async fn a_receiver_that_a_start_would_refuse_is_not_written() {
     let folder = tempfile::tempdir().unwrap();
     let file = config(folder.path());

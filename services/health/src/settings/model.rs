@@ -103,7 +103,7 @@ pub struct ReceiverSetting {
     pub topic: Option<String>,
     /// The least grade of which it is told.
     pub grade: LeastGrade,
-    /// Whether it is sent a secret from a file; its address then changes in the config file only.
+    /// Whether it is sent a secret, from a file or in its address, which then changes in the config file only.
     pub secret: bool,
     /// Whether the running service knows it so.
     pub now: bool,
@@ -143,7 +143,7 @@ pub struct ReceiverRequest {
     #[schema(min_length = 1, max_length = 255)]
     #[serde(default)]
     pub host: Option<String>,
-    /// Its port; 1883 if nothing else is said.
+    /// Its port; 1883 if nothing else is said, 8883 by TLS.
     #[schema(maximum = 65535)]
     #[serde(default)]
     pub port: Option<u16>,

@@ -40,9 +40,7 @@ pub(crate) fn list(shared: &Shared) -> ReceiverSettingList {
 
 fn view(one: &ReceiverSettings, now: bool, next: bool) -> ReceiverSetting {
     let (kind, address, topic, secret) = match &one.way {
-        ReceiverWay::Webhook(way) => {
-            (ReceiverKind::Webhook, host_of(&way.url), None, way.token_file.is_some())
-        }
+        ReceiverWay::Webhook(way) => (ReceiverKind::Webhook, host_of(&way.url), None, way.carries_secret()),
         ReceiverWay::Mqtt(way) => {
             let address = format!("{}:{}", way.host, way.port);
             (ReceiverKind::Mqtt, address, Some(way.topic.clone()), way.password_file.is_some())

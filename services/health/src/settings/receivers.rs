@@ -5,6 +5,7 @@
 
 use super::file::{ChangeError, RECEIVER, document, noted, rewrite};
 use super::model::{ReceiverKind, ReceiverRequest};
+use railgrip_settings::has_login;
 use std::path::Path;
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, Value, value};
 
@@ -109,8 +110,10 @@ fn replace(table: &mut Table, request: &ReceiverRequest) -> Result<(), ChangeErr
     let address =
         |table: &Table| ADDRESS.map(|key| table.get(key).map(|item| item.to_string().trim().to_owned()));
     let before = address(table);
+    let login = table.get("url").and_then(Item::as_str).is_some_and(has_login);
+    let secret = login || SECRETS.iter().any(|key| table.contains_key(key));
     set(table, request);
-    if SECRETS.iter().any(|key| table.contains_key(key)) && address(table) != before {
+    if secret && address(table) != before {
         return form("this receiver is sent a secret; its address is changed in the file only");
     }
     Ok(())
@@ -199,6 +202,11 @@ mod tests {
         let elsewhere = ReceiverRequest { url: Some("https://elsewhere/a".to_owned()), ..night.clone() };
         assert!(
             matches!(edit(FILE, &elsewhere, "by kim"), Err(ChangeError::Form(said)) if said.contains("secret"))
+        );
+        let login = FILE.replace("https://depot/a", "https://kim:word@depot/a");
+        let moved = ReceiverRequest { url: elsewhere.url.clone(), ..ask("webhook-1") };
+        assert!(
+            matches!(edit(&login, &moved, "by kim"), Err(ChangeError::Form(said)) if said.contains("secret"))
         );
         assert!(
             edit(FILE, &ReceiverRequest { grade: Some(LeastGrade::Act), ..night.clone() }, "by kim").is_ok()
