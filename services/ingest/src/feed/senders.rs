@@ -10,7 +10,7 @@ use rustix::net::sockopt::{
 };
 use std::io::{BufReader, Read, stdin};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream, UdpSocket};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::thread::spawn;
 use std::time::{Duration, Instant};
