@@ -1,6 +1,6 @@
 //! The socket: whatever is done with it ends at a deadline, or soon after it is asked to stop.
 
-use crate::{MqttError, tls};
+use crate::MqttError;
 use rustls::pki_types::ServerName;
 use rustls::{ClientConfig, ClientConnection, StreamOwned};
 use std::io::{self, ErrorKind, Read, Write};
@@ -95,7 +95,7 @@ impl Stream {
         let mut session =
             ClientConnection::new(config, name).map_err(|error| MqttError::Tls(error.to_string()))?;
         while session.is_handshaking() {
-            session.complete_io(&mut line).map_err(tls::refusal)?;
+            session.complete_io(&mut line).map_err(refusal)?;
         }
         Ok(Self::Tls(Box::new(StreamOwned::new(session, line))))
     }
@@ -135,6 +135,16 @@ pub(crate) fn meaning(error: io::Error) -> MqttError {
         Some(GivenUp::Stopped) => MqttError::Stopped,
         None if error.kind() == ErrorKind::UnexpectedEof => MqttError::Closed,
         None => MqttError::Socket(error),
+    }
+}
+
+/// What it means that there is no TLS.
+fn refusal(error: io::Error) -> MqttError {
+    match error.get_ref().and_then(|inner| inner.downcast_ref::<rustls::Error>()) {
+        Some(rustls::Error::InvalidCertificate(why)) => MqttError::Certificate(why.clone()),
+        Some(other) => MqttError::Tls(other.to_string()),
+        None if error.kind() == ErrorKind::UnexpectedEof => MqttError::Unanswered,
+        None => meaning(error),
     }
 }
 

@@ -1,12 +1,10 @@
 //! Whom we believe to be the broker: rustls with the provider `ring`, TLS 1.2 and 1.3, as everywhere in this project.
 
-use crate::line::meaning;
 use crate::{Authorities, MqttError};
 use rustls::crypto::ring;
 use rustls::pki_types::CertificateDer;
 use rustls::pki_types::pem::PemObject;
 use rustls::{ClientConfig, RootCertStore};
-use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -37,14 +35,4 @@ fn read(file: &Path) -> Result<RootCertStore, String> {
         return Err("holds no `BEGIN CERTIFICATE`".to_owned());
     }
     Ok(roots)
-}
-
-/// What it means that there is no TLS.
-pub(crate) fn refusal(error: io::Error) -> MqttError {
-    match error.get_ref().and_then(|inner| inner.downcast_ref::<rustls::Error>()) {
-        Some(rustls::Error::InvalidCertificate(why)) => MqttError::Certificate(why.clone()),
-        Some(other) => MqttError::Tls(other.to_string()),
-        None if error.kind() == io::ErrorKind::UnexpectedEof => MqttError::Unanswered,
-        None => meaning(error),
-    }
 }
