@@ -15,7 +15,7 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::thread::spawn;
 use std::time::{Duration, Instant};
 
-/// TCP connections at a time. A further one takes the place of the longest silent, if that has been silent for the second time.
+/// TCP connections at a time. A further one takes the place of the longest silent, if that has been silent for [`MAY_BE_SILENT`].
 const MOST_CONNECTIONS: usize = 64;
 const MAY_BE_SILENT: Duration = Duration::from_secs(10);
 /// A sender whose computer has lost its power says so to nobody: it is asked after so many seconds of silence, so often and at such

@@ -102,7 +102,8 @@ pub(crate) async fn export(
         if let Err(error) = run(&reader, &wanted, form, gzip, pieces) {
             // What has been sent cannot be taken back; a connection that breaks off says that it is not whole.
             tracing::debug!(%error, "an export broke off");
-            let _ = sender.try_send(Err(io::Error::other(error.to_string())));
+            // The turn is over by now, so that waiting for a slow receiver holds nobody up.
+            let _ = sender.blocking_send(Err(io::Error::other(error.to_string())));
         }
     });
     Ok(answer(form, gzip, from_s, to_s, receiver))
