@@ -168,6 +168,9 @@ pub struct Acceptance {
     pub per_parameter: f64,
     /// Share of its gain by which a further effect on a bound of its strength must lead. Set by hand (plant).
     pub on_bound_share: f64,
+    /// How often the evidence of the best finalist at a likely place one that shows elsewhere must gain to lead before it: a pressing
+    /// force that errs on all wheelsets shows in the body's force as well, and more there. Set by hand.
+    pub outweighing_factor: f64,
     /// Share of the gap of fitted runs by which an effect must shrink it to be taken although it gains less than
     /// [`Self::gain`] by a filter: what is slow, as a fade, a filter takes for pads that drift. Set by hand (family).
     pub faint_share: f64,
@@ -194,6 +197,7 @@ impl Default for Acceptance {
             left_by_more: 0.5,
             per_parameter: 5.0,
             on_bound_share: 0.1,
+            outweighing_factor: 1.5,
             faint_share: 0.08,
             further_share: 0.08,
         }

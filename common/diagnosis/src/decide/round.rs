@@ -187,7 +187,13 @@ pub(crate) fn refit_finalists<'a>(
         Some((last.spec.id, current.evidence_cost() - frozen.evidence_cost()))
     };
     let gains: Vec<(&str, f64)> = refitted.iter().filter_map(gained).collect();
-    let stands_back = |frozen: &FrozenFit| stands_back(at, frozen, criteria);
+    let at_likely = refitted.iter().filter(|frozen| !stands_back(at, frozen, criteria));
+    let most = at_likely.map(|frozen| current.evidence_cost() - frozen.evidence_cost()).fold(0.0, f64::max);
+    let outweighs = |frozen: &FrozenFit| {
+        let gain = current.evidence_cost() - frozen.evidence_cost();
+        gain > criteria.acceptance.outweighing_factor * most && is_apart(at, frozen, criteria)
+    };
+    let stands_back = |frozen: &FrozenFit| stands_back(at, frozen, criteria) && !outweighs(frozen);
     let cost = |frozen: &FrozenFit| cost(current, frozen, criteria);
     let first =
         |a: &FrozenFit, b: &FrozenFit| stands_back(a).cmp(&stands_back(b)).then(cost(a).total_cmp(&cost(b)));
@@ -235,6 +241,11 @@ fn stands_back(at: &Standpoint, frozen: &FrozenFit, criteria: &Criteria) -> bool
         }
         Some(Relation::Beside) | None => false,
     }
+}
+
+/// Whether a finalist shows at no place at which an effect of the model does.
+fn is_apart(at: &Standpoint, frozen: &FrozenFit, criteria: &Criteria) -> bool {
+    at.relation(frozen, criteria) == Some(Relation::Apart)
 }
 
 /// Cost by which finalists are compared: a law with more to adjust must earn it, and a further one whose strength runs into
