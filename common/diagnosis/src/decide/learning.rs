@@ -1,7 +1,8 @@
 //! Learning how probable findings are, from reports on cases of which it is known what was at work.
 
 use crate::answer::schema::{FoundEffect, PosteriorSet, Report, Verdict};
-use crate::decide::posterior::{Calibration, Grounds, Holds, Scaling, WhenWrong, fewest, grounds};
+use crate::decide::holds::{Held, Holds, Lean, place_evidence};
+use crate::decide::posterior::{Calibration, Grounds, Scaling, WhenWrong, fewest, grounds};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -33,10 +34,7 @@ pub fn learn(cases: &[(Report, Truth)], provenance: String) -> Calibration {
     let means = |effect: &FoundEffect, id: &String| effect.id == *id || effect.equivalent.contains(id);
     let mut names: Vec<(Grounds, bool)> = Vec::new();
     let mut wrong = [[1.0; 3]; 2];
-    let mut verdicts: BTreeMap<String, [f64; 3]> = BTreeMap::new();
-    for word in [Verdict::None, Verdict::Effects, Verdict::Unknown, Verdict::EffectsAndUnknown] {
-        verdicts.insert(word.name().to_owned(), [0.5; 3]);
-    }
+    let mut classes: Vec<(Verdict, Option<f64>, usize)> = Vec::new();
     for (report, truth) in cases {
         for (index, effect) in report.effects.iter().enumerate() {
             let further = usize::from(index > 0);
@@ -57,19 +55,20 @@ pub fn learn(cases: &[(Report, Truth)], provenance: String) -> Calibration {
             Truth { unknown: true, .. } => 2,
             Truth { effects, .. } => usize::from(!effects.is_empty()),
         };
-        if let Some(counts) = verdicts.get_mut(report.verdict.name()) {
-            counts[class] += 1.0;
-        }
+        classes.push((report.verdict, place_evidence(report), class));
     }
-    let shares = |counts: [f64; 3]| counts.map(|count| count / counts.iter().sum::<f64>());
     let when_wrong = |counts| {
         let [rival, nothing, other] = shares(counts);
         WhenWrong { rival, nothing, other }
     };
-    let holds = |counts| {
-        let [none, known, unknown] = shares(counts);
-        Holds { none, known, unknown }
+    let verdicts: BTreeMap<String, Holds> =
+        [Verdict::None, Verdict::Effects, Verdict::Unknown, Verdict::EffectsAndUnknown]
+            .map(|verdict| (verdict.name().to_owned(), counted(verdict, &classes)))
+            .into();
+    let held = |(verdict, place, class): &(Verdict, Option<f64>, usize)| -> Option<Held> {
+        Some((*verdicts.get(verdict.name())?, (*place)?, *class))
     };
+    let places = Lean::fit(&classes.iter().filter_map(held).collect::<Vec<Held>>());
     let mut calibration = Calibration {
         provenance,
         cases: cases.len(),
@@ -77,10 +76,27 @@ pub fn learn(cases: &[(Report, Truth)], provenance: String) -> Calibration {
         names: Scaling::fit(&names),
         first_wrong: when_wrong(wrong[0]),
         further_wrong: when_wrong(wrong[1]),
-        verdicts: verdicts.into_iter().map(|(word, counts)| (word, holds(counts))).collect(),
+        places,
+        verdicts,
     };
     calibration.set_level = calibration.level_that_holds(cases, HELD);
     calibration
+}
+
+/// What the cases of a verdict held, half a case more of each, and the mean evidence of their places.
+fn counted(verdict: Verdict, classes: &[(Verdict, Option<f64>, usize)]) -> Holds {
+    let of = || classes.iter().filter(|(other, _, _)| *other == verdict);
+    let [none, known, unknown] =
+        shares([0, 1, 2].map(|class| 0.5 + of().filter(|(_, _, held)| *held == class).count() as f64));
+    let places: Vec<f64> = of().filter_map(|(_, place, _)| *place).collect();
+    let place = places.iter().sum::<f64>() / places.len().max(1) as f64;
+    Holds { none, known, unknown, place }
+}
+
+/// Counts as shares.
+fn shares(counts: [f64; 3]) -> [f64; 3] {
+    let all: f64 = counts.iter().sum();
+    counts.map(|count| count / all)
 }
 
 impl Calibration {

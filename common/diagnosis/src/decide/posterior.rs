@@ -12,9 +12,11 @@
 //!   freeing a place gains most.
 //! * Where it is wrong, one of its rivals is at work in its place, or nothing, or something that is not listed, with shares
 //!   counted on the cases. Rivals share theirs by the square of how near they came.
-//! * A verdict says with counted frequency that the truth holds none, known effects only, or an unknown one.
+//! * A verdict says with counted frequency that the truth holds none, known effects only, or an unknown one, and the evidence of
+//!   the likeliest place leans it ([`holds`](crate::decide::holds)).
 
 use crate::answer::schema::{FoundEffect, PosteriorSet, Report, Verdict};
+use crate::decide::holds::{Holds, Lean, place_evidence};
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -127,18 +129,6 @@ pub struct WhenWrong {
     pub other: f64,
 }
 
-/// What the truth holds where a verdict was given; shares that add up to one.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Holds {
-    /// Nothing beyond tolerances that could be seen.
-    pub none: f64,
-    /// Effects that the library knows, and nothing else.
-    pub known: f64,
-    /// Something that the library does not know.
-    pub unknown: f64,
-}
-
 /// How findings become probabilities, and from which cases that was learnt.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -155,6 +145,9 @@ pub struct Calibration {
     pub first_wrong: WhenWrong,
     /// The same for further names.
     pub further_wrong: WhenWrong,
+    /// How the evidence of a place leans what the truth holds.
+    #[serde(default)]
+    pub places: Lean,
     /// What the truth holds, by verdict.
     pub verdicts: BTreeMap<String, Holds>,
 }
@@ -192,14 +185,15 @@ impl Calibration {
         report.effects.iter().map(of).collect()
     }
 
-    fn holds(&self, verdict: Verdict) -> Holds {
-        let even = Holds { none: 1.0 / 3.0, known: 1.0 / 3.0, unknown: 1.0 / 3.0 };
-        self.verdicts.get(verdict.name()).copied().unwrap_or(even)
+    /// What the truth holds in view of a report.
+    fn holds(&self, report: &Report) -> Holds {
+        let counted = self.verdicts.get(report.verdict.name()).unwrap_or(&Holds::EVEN);
+        counted.leant(&self.places, place_evidence(report))
     }
 
     /// Sets of effects and their probabilities, the likeliest first.
     pub fn sets(&self, report: &Report) -> Vec<PosteriorSet> {
-        let holds = self.holds(report.verdict);
+        let holds = self.holds(report);
         let mut sets = match report.verdict {
             Verdict::Effects | Verdict::EffectsAndUnknown => self.around_names(report, holds),
             Verdict::None | Verdict::Unknown => without_names(report, holds),
