@@ -54,12 +54,14 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     }
     let agreement = learning::agreement(&cases);
     say(&format!(
-        "{} cases, {} names: calibration error {:.3}, verdict sets hold the truth in {:.1} %, mean size {:.2}{}",
+        "{} cases, {} names: calibration error {:.3}, verdict sets hold the truth in {:.1} %, mean size {:.2}, \
+         area of unknown {:.2}{}",
         cases.len(),
         agreement.names,
         agreement.calibration_error,
         100.0 * agreement.sets_hold,
         agreement.mean_size,
+        agreement.unknown_area,
         if args.out.is_some() { " (on the cases that it was learnt from)" } else { "" },
     ));
     if let Some(out) = &args.out {

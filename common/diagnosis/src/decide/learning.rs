@@ -129,6 +129,9 @@ pub struct Agreement {
     pub sets_hold: f64,
     /// Mean number of sets in a verdict set.
     pub mean_size: f64,
+    /// How well the probability of something unknown sorts the cases that hold such from the others: the share of pairs of one of
+    /// each in the right order (area under the curve of the receiver); NaN without both.
+    pub unknown_area: f64,
 }
 
 /// Compares reports, settled with a calibration, with what was at work.
@@ -153,7 +156,23 @@ pub fn agreement(cases: &[(Report, Truth)]) -> Agreement {
         calibration_error: error / names.max(1.0),
         sets_hold: holds.count() as f64 / number,
         mean_size: cases.iter().map(|(report, _)| report.verdict_set.len()).sum::<usize>() as f64 / number,
+        unknown_area: unknown_area(cases),
     }
+}
+
+/// See [`Agreement::unknown_area`].
+fn unknown_area(cases: &[(Report, Truth)]) -> f64 {
+    let stated =
+        |report: &Report| -> f64 { report.posterior.iter().filter(|set| set.unknown).map(|set| set.p).sum() };
+    let of = |unknown: bool| {
+        let held = cases.iter().filter(move |(_, truth)| (truth.unknown && truth.visible) == unknown);
+        held.map(|(report, _)| stated(report)).collect::<Vec<f64>>()
+    };
+    let (with, without) = (of(true), of(false));
+    let above = |p: &f64| -> f64 {
+        without.iter().map(|other| if p > other { 1.0 } else { 0.5 * f64::from(u8::from(p == other)) }).sum()
+    };
+    with.iter().map(above).sum::<f64>() / (with.len() * without.len()) as f64
 }
 
 #[cfg(test)]
@@ -183,5 +202,27 @@ mod tests {
         assert!(agreement.calibration_error < 0.03, "{agreement:?}");
         assert!(agreement.sets_hold >= 0.9, "{agreement:?}");
         assert_eq!(agreement.mean_size, 2.0);
+        assert!(agreement.unknown_area.is_nan(), "no case holds something unknown");
+    }
+
+    /// Where nothing is named, a place that errs tells cases that hold something unknown from those that hold nothing.
+    #[test]
+    fn a_place_that_errs_sorts_what_is_unknown() {
+        let mut random = Pcg64Mcg::seed_from_u64(7);
+        let mut cases: Vec<(Report, Truth)> = (0..300)
+            .map(|number| {
+                let unknown = number % 4 == 0;
+                let place = if unknown { 60.0 } else { 6.0 } * random.random::<f64>();
+                let evidence = crate::decide::verdict::tests::NOTHING;
+                let evidence = Some(crate::answer::schema::Evidence { place_evidence: place, ..evidence });
+                let report = Report { evidence, ..report(Verdict::None, Vec::new()) };
+                (report, Truth { effects: Vec::new(), unknown, visible: unknown })
+            })
+            .collect();
+        let calibration = learn(&cases, "a test".into());
+        cases.iter_mut().for_each(|(report, _)| calibration.settle(report));
+        let agreement = agreement(&cases);
+        println!("{agreement:?}");
+        assert!(calibration.places.unknown > 0.3 && agreement.unknown_area > 0.85, "{agreement:?}");
     }
 }
