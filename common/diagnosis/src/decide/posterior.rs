@@ -291,13 +291,13 @@ pub(super) fn fewest(sets: &[PosteriorSet], level: f64) -> Vec<usize> {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::answer::schema::{Candidate, Gap, HoldoutGap, Location, ParameterEstimate, Rival, ThreeGaps};
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
-    pub(in super::super) fn named(id: &str, score: f64, rivals: &[(&str, f64)]) -> FoundEffect {
+    pub(crate) fn named(id: &str, score: f64, rivals: &[(&str, f64)]) -> FoundEffect {
         FoundEffect {
             id: id.into(),
             term: "adhesion".into(),
@@ -311,7 +311,7 @@ pub(super) mod tests {
         }
     }
 
-    pub(in super::super) fn report(verdict: Verdict, effects: Vec<FoundEffect>) -> Report {
+    pub(crate) fn report(verdict: Verdict, effects: Vec<FoundEffect>) -> Report {
         let candidate =
             |id: &str| Candidate { id: id.into(), fit_gap: 1.0, cv_gain: 0.1, p_value: 0.5, converged: true };
         Report {

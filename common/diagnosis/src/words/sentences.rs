@@ -3,6 +3,7 @@
 use super::findings;
 use super::format::{capital, decimals, gap, list, or_list, percent, plain, term};
 use crate::answer::schema::{FoundEffect, Report, Verdict};
+use crate::decide::criteria::Criteria;
 use railgrip_words::{reword, say, t, word};
 
 /// The verdict in one sentence, with its number.
@@ -160,7 +161,18 @@ pub fn evidence(report: &Report) -> Vec<String> {
         false => t("On runs that were only predicted, the gap shrinks by "),
     };
     let interval = say(" (95 % interval {low} to {high}). ", &[("low", &low), ("high", &high)]);
-    vec![change.to_owned(), percent(holdout.reduction.abs()), interval + end]
+    vec![change.to_owned(), percent(holdout.reduction.abs()), interval + end + &left(report)]
+}
+
+/// What is said of a gap that effects leave, where it is larger than tolerances and noise make it.
+fn left(report: &Report) -> String {
+    let most = report.gap.fit.extended.max(report.gap.holdout.extended);
+    if most > Criteria::default().verdict.unnatural_gap {
+        let words = " Up to {gap} times the noise of the sensors is left, more than tolerances and noise make: the form differs, or something else is at work as well.";
+        say(words, &[("gap", &gap(most))])
+    } else {
+        String::new()
+    }
 }
 
 /// How likely in words, as the IPCC's guidance note on uncertainties (2010) sets them.
@@ -313,6 +325,15 @@ pub fn freed(place: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::decide::posterior::tests::{named, report};
+
+    #[test]
+    fn a_large_rest_is_said_beside_the_share_that_is_explained() {
+        let mut report = report(Verdict::Effects, vec![named("a", 3.0, &[])]);
+        assert!(!evidence(&report).concat().contains("is left"), "one sigma is nothing");
+        report.gap.fit.extended = 11.2;
+        assert!(evidence(&report).concat().contains("Up to 11.2 times the noise of the sensors is left"));
+    }
 
     #[test]
     fn likelihoods_have_their_words() {
