@@ -264,7 +264,7 @@ impl EstimatorConfig {
     ///
     /// # Errors
     /// The first value out of range, with its dotted key.
-    pub(crate) fn check_ranges(&self) -> Result<(), ConfigError> {
+    pub(crate) fn out_of_range(&self) -> Vec<ConfigError> {
         let (rates, priors, hygiene) = (&self.rates, &self.priors, &self.hygiene);
         let positive = (1e-9, 1e6, "above 0, up to 1e6");
         let share = (1e-6, 1.0, "1e-6 to 1");
@@ -322,12 +322,8 @@ impl EstimatorConfig {
             ("imm.pads_late_s", self.imm.pads_late_s, seconds),
             ("hygiene.late_s", hygiene.late_s, (0.0, 1e5, "0 to 100000")),
         ];
-        for (key, value, (low, high, allowed)) in checks {
-            if !(low..=high).contains(&value) {
-                return Err(ConfigError::OutOfRange { key, value, allowed });
-            }
-        }
-        Ok(())
+        let wrong = checks.into_iter().filter(|(_, value, (low, high, _))| !(*low..=*high).contains(value));
+        wrong.map(|(key, value, (.., allowed))| ConfigError::OutOfRange { key, value, allowed }).collect()
     }
 }
 

@@ -69,7 +69,7 @@ impl WagonEstimator {
         vehicle: &VehicleParameters,
         model: WagonModel,
     ) -> Result<Self, FilterError> {
-        config.check_ranges()?;
+        config.out_of_range().into_iter().next().map_or(Ok(()), Err)?;
         let constants = model.constants();
         let load_n = model.load_distribution().static_load_n[0];
         let entry = crate::models::find(&config.filter).ok_or_else(|| crate::ConfigError::UnknownFilter {

@@ -33,10 +33,14 @@ impl EstimatorConfig {
     /// # Errors
     /// An unknown filter, or the first value out of range, with its dotted key.
     pub fn check(&self) -> Result<(), ConfigError> {
-        match find(&self.filter) {
-            Some(_) => self.check_ranges(),
-            None => Err(unknown(&self.filter)),
-        }
+        self.wrong().into_iter().next().map_or(Ok(()), Err)
+    }
+
+    /// Everything that is wrong with it: an unknown filter, and each value out of range with its dotted key.
+    #[must_use]
+    pub fn wrong(&self) -> Vec<ConfigError> {
+        let filter = find(&self.filter).is_none().then(|| unknown(&self.filter));
+        filter.into_iter().chain(self.out_of_range()).collect()
     }
 }
 

@@ -51,4 +51,12 @@ impl<'a> Authorities<'a> {
     pub fn of(file: Option<&'a Path>) -> Self {
         file.map_or(Self::Public, Self::File)
     }
+
+    /// Whether they can be used.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or that holds no certificate or a broken one.
+    pub fn check(self) -> Result<(), MqttError> {
+        tls::config(self).map(|_| ())
+    }
 }

@@ -180,83 +180,92 @@ impl AccessSettings {
         listen: SocketAddr,
         overridden: bool,
         lasting_dir: &Path,
-    ) -> Result<Self, SettingsError> {
+    ) -> Self {
         let base = at.file.parent().unwrap_or(Path::new(""));
         let tls = match &http.tls {
             None => None,
             Some(table) => Some(TlsFiles {
-                certificate: base.join(path(at, "http.tls.certificate", &table.certificate)?),
-                key: base.join(path(at, "http.tls.key", &table.key)?),
+                certificate: base.join(path(at, "http.tls.certificate", &table.certificate)),
+                key: base.join(path(at, "http.tls.key", &table.key)),
             }),
         };
         let token_file = match &http.token_file {
             None => None,
-            Some(file) => Some(base.join(path(at, "http.token_file", file)?)),
+            Some(file) => Some(base.join(path(at, "http.token_file", file))),
         };
         let shut = tls.is_some() && token_file.is_some();
         if !is_loopback(listen.ip()) && !shut && !http.allow_insecure {
-            return Err(if overridden {
-                let problem = format!("allowed is {WANTED}");
-                SettingsError::Option { option: "--listen", value: listen.to_string(), problem }
-            } else {
-                at.refuse("http.listen", listen, WANTED)
-            });
+            let problem = || format!("allowed is {WANTED}");
+            // Without sound tables it is not known what the operator meant.
+            match overridden {
+                _ if at.doubts("http.tls") || at.doubts("http.token_file") => {}
+                _ if at.doubts("http.allow_insecure") => {}
+                true => {
+                    let value = listen.to_string();
+                    at.note(SettingsError::Option { option: "--listen", value, problem: problem() });
+                }
+                false => at.note(at.refuse("http.listen", listen, WANTED)),
+            }
         }
         for (index, host) in http.hosts.iter().enumerate() {
-            check_host(at, index, host)?;
+            at.or(check_host(at, index, host), ());
         }
         let audit = &http.audit;
         let audit_file = match &audit.file {
-            Some(file) => base.join(path(at, "http.audit.file", file)?),
+            Some(file) => base.join(path(at, "http.audit.file", file)),
             None => lasting_dir.join("audit.jsonl"),
         };
-        Ok(Self {
+        Self {
             tls,
             token_file,
             allow_insecure: http.allow_insecure,
             hosts: http.hosts.iter().map(|host| host.to_ascii_lowercase()).collect(),
-            session: hours(at.within("http.session_hours", http.session_hours, 0.01..=720.0)?),
-            limits: http.limits.check(at)?,
-            proxies: http.limits.proxies(at)?,
+            session: hours(at.number("http.session_hours", http.session_hours, 0.01..=720.0)),
+            limits: http.limits.check(at),
+            proxies: http.limits.proxies(at),
             audit: AuditSettings {
                 file: audit_file,
-                max_bytes: (at.within("http.audit.max_mb", audit.max_mb, 0.01..=1000.0)? * 1e6) as u64,
-                keep: whole(at, "http.audit.keep", audit.keep, 1..=100)?,
+                max_bytes: (at.number("http.audit.max_mb", audit.max_mb, 0.01..=1000.0) * 1e6) as u64,
+                keep: whole(at, "http.audit.keep", audit.keep, 1..=100),
             },
-        })
+        }
     }
 }
 
 impl LimitsTable {
-    fn proxies(&self, at: &ConfigText<'_>) -> Result<Vec<IpAddr>, SettingsError> {
+    fn proxies(&self, at: &ConfigText<'_>) -> Vec<IpAddr> {
         let address = |(index, text): (usize, &String)| {
             let key = format!("http.limits.proxies[{index}]");
-            text.parse().map_err(|_| at.refuse(&key, format!("{text:?}"), "an IP address, such as 127.0.0.1"))
+            let parsed = text.parse();
+            if parsed.is_err() {
+                at.note(at.refuse(&key, format!("{text:?}"), "an IP address, such as 127.0.0.1"));
+            }
+            parsed.ok()
         };
-        self.proxies.iter().enumerate().map(address).collect()
+        self.proxies.iter().enumerate().filter_map(address).collect()
     }
 
-    fn check(&self, at: &ConfigText<'_>) -> Result<AccessLimits, SettingsError> {
+    fn check(&self, at: &ConfigText<'_>) -> AccessLimits {
         let seconds = |key: &str, value: f64| {
-            at.within(&format!("http.limits.{key}"), value, 0.1..=3600.0).map(Duration::from_secs_f64)
+            Duration::from_secs_f64(at.number(&format!("http.limits.{key}"), value, 0.1..=3600.0))
         };
-        Ok(AccessLimits {
-            connections: whole(at, "http.limits.connections", self.connections, 4..=100_000)?,
+        AccessLimits {
+            connections: whole(at, "http.limits.connections", self.connections, 4..=100_000),
             connections_per_client: whole(
                 at,
                 "http.limits.connections_per_client",
                 self.connections_per_client,
                 1..=100_000,
-            )?,
-            requests_per_s: at.within("http.limits.requests_per_s", self.requests_per_s, 0.0..=1e6)?,
-            burst: at.within("http.limits.burst", self.burst, 1.0..=1e6)?,
+            ),
+            requests_per_s: at.number("http.limits.requests_per_s", self.requests_per_s, 0.0..=1e6),
+            burst: at.number("http.limits.burst", self.burst, 1.0..=1e6),
             on_loopback: self.on_loopback,
-            body_bytes: (at.within("http.limits.body_kb", self.body_kb, 1.0..=10_000.0)? * 1e3) as usize,
-            head: seconds("head_s", self.head_s)?,
-            body: seconds("body_s", self.body_s)?,
-            answer: seconds("answer_s", self.answer_s)?,
-            stall: seconds("stall_s", self.stall_s)?,
-        })
+            body_bytes: (at.number("http.limits.body_kb", self.body_kb, 1.0..=10_000.0) * 1e3) as usize,
+            head: seconds("head_s", self.head_s),
+            body: seconds("body_s", self.body_s),
+            answer: seconds("answer_s", self.answer_s),
+            stall: seconds("stall_s", self.stall_s),
+        }
     }
 }
 
@@ -266,11 +275,11 @@ pub fn is_loopback(address: IpAddr) -> bool {
     address.to_canonical().is_loopback()
 }
 
-fn path<'a>(at: &ConfigText<'_>, key: &str, given: &'a str) -> Result<&'a str, SettingsError> {
+fn path<'a>(at: &ConfigText<'_>, key: &str, given: &'a str) -> &'a str {
     if given.is_empty() || given.contains('\0') {
-        return Err(at.refuse(key, format!("{given:?}"), "a file, relative to this one"));
+        at.note(at.refuse(key, format!("{given:?}"), "a file, relative to this one"));
     }
-    Ok(given)
+    given
 }
 
 fn check_host(at: &ConfigText<'_>, index: usize, host: &str) -> Result<(), SettingsError> {
@@ -285,14 +294,9 @@ fn hours(hours: f64) -> Duration {
     Duration::from_secs_f64(hours * 3600.0)
 }
 
-fn whole(
-    at: &ConfigText<'_>,
-    key: &str,
-    value: u32,
-    range: std::ops::RangeInclusive<u32>,
-) -> Result<usize, SettingsError> {
-    at.within(key, f64::from(value), f64::from(*range.start())..=f64::from(*range.end()))?;
-    Ok(value as usize)
+fn whole(at: &ConfigText<'_>, key: &str, value: u32, range: std::ops::RangeInclusive<u32>) -> usize {
+    at.number(key, f64::from(value), f64::from(*range.start())..=f64::from(*range.end()));
+    value as usize
 }
 
 #[cfg(test)]

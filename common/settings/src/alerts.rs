@@ -1,6 +1,5 @@
 //! `[alerts]`: when an alert is raised, grouped and cleared, and where alerts are kept.
 
-use crate::SettingsError;
 use crate::place::ConfigText;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -58,15 +57,15 @@ impl Default for AlertTable {
 }
 
 impl AlertTable {
-    pub(crate) fn check(&self, at: &ConfigText<'_>) -> Result<AlertSettings, SettingsError> {
-        at.within("alerts.group_least", f64::from(self.group_least), 2.0..=1000.0)?;
-        Ok(AlertSettings {
-            raise_after_s: at.within("alerts.raise_after_s", self.raise_after_s, 0.0..=3600.0)?,
-            clear_after_s: at.within("alerts.clear_after_s", self.clear_after_s, 0.0..=3600.0)?,
-            reopen_within_s: at.within("alerts.reopen_within_s", self.reopen_within_s, 0.0..=86_400.0)?,
-            group_share: at.within("alerts.group_share", self.group_share, 0.05..=1.0)?,
+    pub(crate) fn check(&self, at: &ConfigText<'_>) -> AlertSettings {
+        at.number("alerts.group_least", f64::from(self.group_least), 2.0..=1000.0);
+        AlertSettings {
+            raise_after_s: at.number("alerts.raise_after_s", self.raise_after_s, 0.0..=3600.0),
+            clear_after_s: at.number("alerts.clear_after_s", self.clear_after_s, 0.0..=3600.0),
+            reopen_within_s: at.number("alerts.reopen_within_s", self.reopen_within_s, 0.0..=86_400.0),
+            group_share: at.number("alerts.group_share", self.group_share, 0.05..=1.0),
             group_least: self.group_least,
-        })
+        }
     }
 
     /// Where alerts and the notification log are kept: as given, relative to the config, else in the folder of the history.

@@ -1,6 +1,5 @@
 //! `[capability]`: what full braking of the train is, for stopping distances and the adhesion map.
 
-use crate::SettingsError;
 use crate::place::ConfigText;
 use railgrip_indicators::train::capability::FullBraking;
 use serde::Deserialize;
@@ -59,27 +58,27 @@ impl Default for CapabilityTable {
 }
 
 impl CapabilityTable {
-    pub(crate) fn check(self, at: &ConfigText<'_>) -> Result<CapabilitySettings, SettingsError> {
+    pub(crate) fn check(self, at: &ConfigText<'_>) -> CapabilitySettings {
         let key = "capability.speeds_km_h";
         if !(1..=20).contains(&self.speeds_km_h.len()) {
-            return Err(at.refuse(key, format!("{} speeds", self.speeds_km_h.len()), "1 to 20 speeds"));
+            at.note(at.refuse(key, format!("{} speeds", self.speeds_km_h.len()), "1 to 20 speeds"));
         }
         for speed in &self.speeds_km_h {
-            at.within(key, *speed, 1.0..=500.0)?;
+            at.number(key, *speed, 1.0..=500.0);
         }
-        at.within("capability.most_cells", f64::from(self.most_cells), 10.0..=100_000.0)?;
-        Ok(CapabilitySettings {
-            full_deceleration_m_s2: at.within(
+        at.number("capability.most_cells", f64::from(self.most_cells), 10.0..=100_000.0);
+        CapabilitySettings {
+            full_deceleration_m_s2: at.number(
                 "capability.full_deceleration_m_s2",
                 self.full_deceleration_m_s2,
                 0.1..=5.0,
-            )?,
-            response_s: at.within("capability.response_s", self.response_s, 0.0..=60.0)?,
+            ),
+            response_s: at.number("capability.response_s", self.response_s, 0.0..=60.0),
             speeds_km_h: self.speeds_km_h,
-            cell_m: at.within("capability.cell_m", self.cell_m, 5.0..=1000.0)?,
-            map_memory_s: at.within("capability.map_memory_s", self.map_memory_s, 10.0..=1e7)?,
-            map_save_s: at.within("capability.map_save_s", self.map_save_s, 0.5..=3600.0)?,
+            cell_m: at.number("capability.cell_m", self.cell_m, 5.0..=1000.0),
+            map_memory_s: at.number("capability.map_memory_s", self.map_memory_s, 10.0..=1e7),
+            map_save_s: at.number("capability.map_save_s", self.map_save_s, 0.5..=3600.0),
             most_cells: self.most_cells,
-        })
+        }
     }
 }

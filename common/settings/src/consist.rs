@@ -55,7 +55,7 @@ impl RecordedTrain {
         let file = folder.join("train.toml");
         let text = std::fs::read_to_string(&file)
             .map_err(|source| SettingsError::Read { file: file.clone(), source })?;
-        let at = ConfigText { file: &file, text: &text };
+        let at = ConfigText::new(&file, &text);
         let form: ConsistFile = at.parse()?;
         if form.wagon.is_empty() {
             return Err(at.refuse("wagon", "absent", "one [[wagon]] table a wagon"));

@@ -1,6 +1,5 @@
 //! `[diagnosis]`: whether the train diagnoses by itself what its model does not explain.
 
-use crate::SettingsError;
 use crate::place::ConfigText;
 use serde::Deserialize;
 
@@ -27,8 +26,8 @@ impl Default for DiagnosisTable {
 }
 
 impl DiagnosisTable {
-    pub(crate) fn check(&self, at: &ConfigText) -> Result<DiagnosisSettings, SettingsError> {
-        let time_limit_s = at.within("diagnosis.time_limit_s", self.time_limit_s, 10.0..=86_400.0)?;
-        Ok(DiagnosisSettings { automatic: self.automatic, time_limit_s })
+    pub(crate) fn check(&self, at: &ConfigText) -> DiagnosisSettings {
+        let time_limit_s = at.number("diagnosis.time_limit_s", self.time_limit_s, 10.0..=86_400.0);
+        DiagnosisSettings { automatic: self.automatic, time_limit_s }
     }
 }

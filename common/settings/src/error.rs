@@ -1,8 +1,18 @@
 //! What can be wrong with a config file; every message names the file and, where there is one, line, key and what is
 //! allowed.
 
-use crate::vehicle::VehicleFileError;
 use std::path::PathBuf;
+
+impl SettingsError {
+    /// The line of the config that is to blame, where it is one.
+    #[must_use]
+    pub const fn line(&self) -> Option<usize> {
+        match self {
+            Self::Form { line, .. } | Self::Value { line, .. } | Self::Named { line, .. } => Some(*line),
+            Self::Read { .. } | Self::Option { .. } => None,
+        }
+    }
+}
 
 /// Why the settings were refused.
 #[derive(Debug, thiserror::Error)]
@@ -41,6 +51,18 @@ pub enum SettingsError {
         /// What may stand there.
         allowed: String,
     },
+    /// A file that a key names is missing or wrong.
+    #[error("{}:{line}: `{key}` names what cannot be used: {problem}", file.display())]
+    Named {
+        /// The file.
+        file: PathBuf,
+        /// Line of the key, or of its table where the key is absent; counted from 1.
+        line: usize,
+        /// Dotted key.
+        key: String,
+        /// What is wrong, with the name of the file that is.
+        problem: String,
+    },
     /// A value that was given on the command line is not allowed.
     #[error("{option} {value}: {problem}")]
     Option {
@@ -51,10 +73,4 @@ pub enum SettingsError {
         /// What is wrong with it.
         problem: String,
     },
-    /// A vehicle file is wrong.
-    #[error(transparent)]
-    Vehicle(#[from] VehicleFileError),
-    /// A scenario file is wrong.
-    #[error(transparent)]
-    Scenario(#[from] railgrip_simulation::ScenarioError),
 }

@@ -102,21 +102,24 @@ pub(crate) fn can(
     let sound = |name: &&String| (1..=15).contains(&name.len()) && name.bytes().all(plain);
     let allowed = "the name of an interface such as can0, or a list of them";
     if let Some(name) = interfaces.iter().find(|name| !sound(name)) {
-        return Err(at.refuse("source.interface", format!("{name:?}"), allowed));
+        at.note(at.refuse("source.interface", format!("{name:?}"), allowed));
     }
     let log = match keys.file {
         Some(file) => {
-            let speed = at.within("source.speed", speed, 1.0..=1000.0)?;
+            let speed = at.number("source.speed", speed, 1.0..=1000.0);
             Some(CanLog { file: at.beside(file), speed, repeat: keys.repeat.unwrap_or(false) })
         }
         None if interfaces.is_empty() => {
             let allowed = "the name of an interface such as can0, or `file`, a log of candump";
-            return Err(at.refuse("source.interface", "absent", allowed));
+            if !at.is_blamed("source.file") {
+                at.note(at.refuse("source.interface", "absent", allowed));
+            }
+            None
         }
         None => {
             let of_a_log = [("source.speed", keys.speed.is_some()), ("source.loop", keys.repeat.is_some())];
-            if let Some((key, _)) = of_a_log.into_iter().find(|(_, given)| *given) {
-                return Err(at.refuse(key, "given", "nothing here without `file`"));
+            for (key, _) in of_a_log.into_iter().filter(|(_, given)| *given && !at.is_blamed("source.file")) {
+                at.note(at.refuse(key, "given", "nothing here without `file`"));
             }
             None
         }
@@ -144,8 +147,8 @@ pub(crate) fn trdp(
     });
     Ok(TrdpSource {
         listen: listen.unwrap_or_else(|| SocketAddr::from((Ipv4Addr::UNSPECIFIED, trdp::PORT))),
-        groups: groups.collect::<Result<_, _>>()?,
-        senders: senders.collect::<Result<_, _>>()?,
+        groups: at.or(groups.collect(), Vec::new()),
+        senders: at.or(senders.collect(), Vec::new()),
         messages: messages(
             at,
             of_messages,
@@ -162,6 +165,7 @@ fn messages(
     read: fn(&str) -> Result<Catalogue, FieldbusError>,
 ) -> Result<Messages, SettingsError> {
     let key = "source.database";
+    let hold_ms = at.number("source.hold_ms", keys.hold_ms.unwrap_or(HOLD_MS), 1.0..=60_000.0);
     let Some(given) = keys.database.filter(|given| !given.is_empty()) else {
         return Err(at.refuse(key, "absent", allowed));
     };
@@ -174,7 +178,6 @@ fn messages(
     let bytes = std::fs::read(&database).map_err(|error| refuse(error.to_string()))?;
     // Comments in such files are often in Latin-1; nothing that counts here is.
     let catalogue = read(&String::from_utf8_lossy(&bytes)).map_err(|error| refuse(error.to_string()))?;
-    let hold_ms = at.within("source.hold_ms", keys.hold_ms.unwrap_or(HOLD_MS), 1.0..=60_000.0)?;
     let sample_on = keys.sample_on.map(str::to_owned);
     Ok(Messages { database, catalogue, hold_s: hold_ms * 1e-3, sample_on, plan: Plan::default() })
 }

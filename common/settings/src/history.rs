@@ -1,6 +1,5 @@
 //! Where the health service remembers indicators, and for how long.
 
-use crate::SettingsError;
 use crate::instance::systemd_state;
 use crate::place::ConfigText;
 use serde::Deserialize;
@@ -75,34 +74,35 @@ impl HistorySettings {
         table: &HistoryTable,
         train: &str,
         instance_override: Option<&Path>,
-    ) -> Result<Self, SettingsError> {
-        let days = |key: &str, value| at.within(&format!("history.{key}"), value, 0.01..=36_525.0);
-        let size = |key: &str, value| at.within(&format!("history.{key}"), value, 1.0..=1e6);
+    ) -> Self {
+        let days = |key: &str, value| at.number(&format!("history.{key}"), value, 0.01..=36_525.0);
+        let size = |key: &str, value| at.number(&format!("history.{key}"), value, 1.0..=1e6);
         let dir = match &table.dir {
             Some(given) => at.file.parent().unwrap_or(Path::new("")).join(given),
             None => state_folder(train, instance_override),
         };
-        Ok(Self {
+        let absolute = std::path::absolute(&dir)
+            .map_err(|error| at.refuse("history.dir", dir.display(), format!("a folder ({error})")));
+        Self {
             enabled: table.enabled,
-            dir: std::path::absolute(&dir)
-                .map_err(|error| at.refuse("history.dir", dir.display(), format!("a folder ({error})")))?,
-            flush_s: at.within("history.flush_s", table.flush_s, 0.1..=600.0)?,
+            dir: at.or(absolute, dir),
+            flush_s: at.number("history.flush_s", table.flush_s, 0.1..=600.0),
             tiers: [
                 TierLimits {
-                    days: days("second_days", table.second_days)?,
-                    megabytes: size("second_mb", table.second_mb)?,
+                    days: days("second_days", table.second_days),
+                    megabytes: size("second_mb", table.second_mb),
                 },
                 TierLimits {
-                    days: days("minute_days", table.minute_days)?,
-                    megabytes: size("minute_mb", table.minute_mb)?,
+                    days: days("minute_days", table.minute_days),
+                    megabytes: size("minute_mb", table.minute_mb),
                 },
                 TierLimits {
-                    days: days("hour_days", table.hour_days)?,
-                    megabytes: size("hour_mb", table.hour_mb)?,
+                    days: days("hour_days", table.hour_days),
+                    megabytes: size("hour_mb", table.hour_mb),
                 },
             ],
-            event_days: days("event_days", table.event_days)?,
-        })
+            event_days: days("event_days", table.event_days),
+        }
     }
 }
 

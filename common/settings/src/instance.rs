@@ -117,7 +117,7 @@ impl Instance {
         let dir = std::path::absolute(&dir)
             .map_err(|error| at.refuse("instance.dir", dir.display(), format!("a folder ({error})")))?;
         let prefix = match &table.prefix {
-            Some(prefix) => check_prefix(at, prefix)?,
+            Some(prefix) => at.or(check_prefix(at, prefix), String::new()),
             None => format!("rg{:08x}_", fingerprint(&dir)),
         };
         let snapshot_dir = match &table.snapshot_dir {
@@ -128,7 +128,7 @@ impl Instance {
         let length = instance.dir.as_os_str().len();
         if length > MAX_DIR {
             let allowed = format!("a path that is {} bytes shorter", length - MAX_DIR);
-            return Err(at.refuse("instance.dir", instance.dir.display(), allowed));
+            at.note(at.refuse("instance.dir", instance.dir.display(), allowed));
         }
         Ok(instance)
     }
@@ -174,7 +174,9 @@ mod tests {
             prefix: prefix.map(str::to_owned),
             snapshot_dir: None,
         };
-        Instance::of(&ConfigText { file: Path::new("x.toml"), text: "" }, &table, "demo", None)
+        let at = ConfigText::new(Path::new("x.toml"), "");
+        let instance = Instance::of(&at, &table, "demo", None)?;
+        at.into_found().pop().map_or(Ok(instance), Err)
     }
 
     #[test]

@@ -38,13 +38,11 @@ enum CombineWord {
     Sum,
 }
 
-/// Settles the mapping.
-pub(crate) fn mapping(
-    at: &ConfigText<'_>,
-    table: &BTreeMap<String, RuleTable>,
-) -> Result<Mapping, SettingsError> {
-    let rules = table.iter().map(|(to, given)| rule(at, to, given)).collect::<Result<_, _>>()?;
-    Ok(Mapping { rules })
+/// Settles the mapping; what is wrong with a rule is noted.
+pub(crate) fn mapping(at: &ConfigText<'_>, table: &BTreeMap<String, RuleTable>) -> Mapping {
+    let settled =
+        |(to, given): (&String, &RuleTable)| rule(at, to, given).map_err(|error| at.note(error)).ok();
+    Mapping { rules: table.iter().filter_map(settled).collect() }
 }
 
 fn rule(at: &ConfigText<'_>, to: &str, given: &RuleTable) -> Result<Rule, SettingsError> {
@@ -58,33 +56,34 @@ fn rule(at: &ConfigText<'_>, to: &str, given: &RuleTable) -> Result<Rule, Settin
         Inputs::Several(names) => names.clone(),
     };
     if from.is_empty() || from.iter().any(String::is_empty) {
-        return Err(at.refuse(&key("from"), "empty", "the name of an input, or a list of them"));
+        at.note(at.refuse(&key("from"), "empty", "the name of an input, or a list of them"));
     }
     let (unit_factor, si) = match &given.unit {
         None => (1.0, quantity.unit()),
-        Some(name) => unit(name).ok_or_else(|| {
-            at.refuse(&key("unit"), format!("{name:?}"), "a unit such as km/h, rpm, kN, bar, ms")
-        })?,
+        Some(name) => unit(name).unwrap_or_else(|| {
+            at.note(at.refuse(&key("unit"), format!("{name:?}"), "a unit such as km/h, rpm, kN, bar, ms"));
+            (1.0, quantity.unit())
+        }),
     };
     if si != quantity.unit() && given.scale.is_none() {
         let (name, own) = (given.unit.as_deref().unwrap_or_default(), quantity.unit());
         let allowed = format!("a unit of {own}, or a scale that says how many {own} one {si} is");
-        return Err(at.refuse(&key("unit"), format!("{name:?}"), allowed));
+        at.note(at.refuse(&key("unit"), format!("{name:?}"), allowed));
     }
     let scale = given.scale.unwrap_or(1.0);
     if !scale.is_finite() || scale == 0.0 {
-        return Err(at.refuse(&key("scale"), scale, "a number other than 0"));
+        at.note(at.refuse(&key("scale"), scale, "a number other than 0"));
     }
     let sign = given.sign.unwrap_or(1.0);
     if sign.abs() != 1.0 {
-        return Err(at.refuse(&key("sign"), sign, "1 or -1"));
+        at.note(at.refuse(&key("sign"), sign, "1 or -1"));
     }
     if !given.offset.is_finite() {
-        return Err(at.refuse(&key("offset"), given.offset, "a number"));
+        at.note(at.refuse(&key("offset"), given.offset, "a number"));
     }
     let flag = given.flag.clone().map(|from| Flag { from, is: given.flag_is.unwrap_or(1.0) });
     if flag.is_none() && given.flag_is.is_some() {
-        return Err(at.refuse(&key("flag_is"), "given", "nothing without `flag`"));
+        at.note(at.refuse(&key("flag_is"), "given", "nothing without `flag`"));
     }
     let combine = match given.combine {
         CombineWord::First => Combine::First,
@@ -112,9 +111,10 @@ mod tests {
     }
 
     fn parsed(text: &str) -> Result<Mapping, String> {
-        let at = ConfigText { file: Path::new("x.toml"), text };
+        let at = ConfigText::new(Path::new("x.toml"), text);
         let form: Form = at.parse().map_err(|error| error.to_string())?;
-        mapping(&at, &form.mapping).map_err(|error| error.to_string())
+        let settled = mapping(&at, &form.mapping);
+        at.into_found().first().map_or(Ok(settled), |error| Err(error.to_string()))
     }
 
     #[test]

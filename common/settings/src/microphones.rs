@@ -66,38 +66,43 @@ pub(crate) struct MicrophoneTable {
 }
 
 impl AcousticTable {
-    pub(crate) fn check(&self, at: &ConfigText<'_>, base: &Path) -> Result<AcousticSettings, SettingsError> {
-        Ok(AcousticSettings {
+    pub(crate) fn check(&self, at: &ConfigText<'_>, base: &Path) -> AcousticSettings {
+        AcousticSettings {
             model: self.model.as_ref().map(|file| base.join(file)),
-            hysteresis: at.within("acoustics.hysteresis", self.hysteresis, 0.0..=0.49)?,
-        })
+            hysteresis: at.number("acoustics.hysteresis", self.hysteresis, 0.0..=0.49),
+        }
     }
 }
 
-/// Checks the `[[microphone]]` tables of a train with so many wagons.
+/// The `[[microphone]]` tables of a train with so many wagons; what is wrong with one is noted.
 pub(crate) fn microphones(
     at: &ConfigText<'_>,
     tables: &[MicrophoneTable],
     wagons: u32,
     source: &Source,
     base: &Path,
-) -> Result<Vec<MicrophoneSettings>, SettingsError> {
+) -> Vec<MicrophoneSettings> {
+    let unsure = ["train", "wagon", "source"].iter().any(|table| at.doubts(table));
     let mut found: Vec<MicrophoneSettings> = Vec::with_capacity(tables.len());
     for (number, table) in (1..).zip(tables) {
         let key = |name: &str| format!("microphone.{number}.{name}");
-        if !(1..=wagons).contains(&table.wagon) {
-            return Err(at.refuse(&key("wagon"), table.wagon, format!("1 to {wagons}")));
+        if table.wagon == 0 || (table.wagon > wagons && !unsure) {
+            at.note(at.refuse(&key("wagon"), table.wagon, format!("1 to {wagons}")));
         }
         if found.iter().any(|other| other.wagon == table.wagon) {
-            return Err(at.refuse(&key("wagon"), table.wagon, "a wagon without a microphone so far"));
+            at.note(at.refuse(&key("wagon"), table.wagon, "a wagon without a microphone so far"));
         }
         let audio = match &table.recordings {
-            Some(patterns) => recordings(at, &key, table, patterns, base)?,
-            None => synthesised(at, &key, table, source)?,
+            Some(patterns) => recordings(at, &key, table, patterns, base),
+            None if at.doubts("source") => continue,
+            None => synthesised(at, &key, table, source),
         };
-        found.push(MicrophoneSettings { wagon: table.wagon, audio });
+        match audio {
+            Ok(audio) => found.push(MicrophoneSettings { wagon: table.wagon, audio }),
+            Err(error) => at.note(error),
+        }
     }
-    Ok(found)
+    found
 }
 
 fn recordings(
@@ -160,12 +165,10 @@ fn synthesised(
         return Err(at.refuse(&key("loop"), "given", "nothing here without `recordings`"));
     }
     let name = table.rig.as_deref().unwrap_or("track");
+    let noise_db = table.noise_db.unwrap_or(-25.0);
+    let noise_db = at.number(&key("noise_db"), noise_db, -100.0..=40.0);
     let rig = Rig::named(name).ok_or_else(|| at.refuse(&key("rig"), format!("{name:?}"), rig_names()))?;
-    Ok(AudioSource::Synthesised {
-        rig: rig.name,
-        noise_db: at.within(&key("noise_db"), table.noise_db.unwrap_or(-25.0), -100.0..=40.0)?,
-        seed: table.seed.unwrap_or(1),
-    })
+    Ok(AudioSource::Synthesised { rig: rig.name, noise_db, seed: table.seed.unwrap_or(1) })
 }
 
 #[cfg(test)]

@@ -1,40 +1,42 @@
-//! Everything that is wrong with a config at once, not only the first thing: each line that is to blame is left out, and the rest
-//! is looked at again.
+//! Everything that is wrong with a config at once, not only the first thing.
 
+use crate::place::ConfigText;
 use crate::{Overrides, SettingsError, TrainSettings};
 use std::path::Path;
 
 /// Most mistakes that are told.
 const MOST: usize = 50;
 
-/// What is wrong with the text of a config, in the order in which it is found; nothing if it is sound. What hides behind a key that
-/// is absent shows only once the key is there.
+/// What is wrong with the text of a config, by the line; nothing if it is sound. What is wrong in a table whose header is no TOML
+/// shows only once that is mended.
 #[must_use]
 pub fn mistakes(file: &Path, text: &str, overrides: &Overrides) -> Vec<SettingsError> {
-    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
-    let mut found = Vec::new();
-    while found.len() < MOST {
-        let Err(error) = TrainSettings::parse(file, &lines.join("\n"), overrides) else { break };
-        let blamed = line_of(&error).and_then(|line| line.checked_sub(1)).filter(|at| *at < lines.len());
-        found.push(error);
-        // Without its header, the keys of a table would fall to the table before it.
-        match blamed.map(|at| &mut lines[at]) {
-            Some(line) if !line.trim_start().starts_with(['[', '#']) && !line.trim().is_empty() => {
-                line.insert(0, '#');
-            }
-            _ => break,
-        }
-    }
-    found
+    examine(file, text, overrides).0
 }
 
-/// The line of this file that is to blame.
-fn line_of(error: &SettingsError) -> Option<usize> {
-    match error {
-        SettingsError::Form { line, .. } => Some(*line),
-        SettingsError::Value { line, value, .. } if value != "absent" => Some(*line),
-        _ => None,
-    }
+/// The mistakes, and what could be made of the text in spite of them: good to look at what its other keys name, and for nothing else.
+#[must_use]
+pub fn examine(
+    file: &Path,
+    text: &str,
+    overrides: &Overrides,
+) -> (Vec<SettingsError>, Option<TrainSettings>) {
+    let at = ConfigText::new(file, text);
+    let settings = TrainSettings::of(&at, overrides);
+    (in_order(at.into_found()), settings)
+}
+
+/// Refuses a file that a key of a config names, with what is wrong in that file.
+#[must_use]
+pub fn wrong_file(file: &Path, text: &str, key: &str, problem: impl std::fmt::Display) -> SettingsError {
+    ConfigText::new(file, text).refuse_file(key, problem)
+}
+
+/// By the line, and no more than somebody reads.
+fn in_order(mut found: Vec<SettingsError>) -> Vec<SettingsError> {
+    found.sort_by_key(|error| error.line().unwrap_or(usize::MAX));
+    found.truncate(MOST);
+    found
 }
 
 #[cfg(test)]

@@ -1,22 +1,76 @@
 //! Finds keys in the text of a config file, so that an error about a value can name its line.
 
 use crate::SettingsError;
+use std::cell::RefCell;
 use std::fmt::Display;
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A config file while it is checked.
-#[derive(Clone, Copy)]
+/// A config file while it is checked, and what was found wrong with it so far.
 pub(crate) struct ConfigText<'a> {
     /// Its path, for messages.
     pub file: &'a Path,
     /// What it says.
     pub text: &'a str,
+    found: RefCell<Vec<SettingsError>>,
+    /// Dotted keys of which something wrong is known.
+    blamed: RefCell<Vec<String>>,
 }
 
-impl ConfigText<'_> {
+impl<'a> ConfigText<'a> {
+    /// Nothing is found yet.
+    pub const fn new(file: &'a Path, text: &'a str) -> Self {
+        Self { file, text, found: RefCell::new(Vec::new()), blamed: RefCell::new(Vec::new()) }
+    }
+
+    /// Everything that was noted, in the order in which it was found.
+    pub fn into_found(self) -> Vec<SettingsError> {
+        self.found.into_inner()
+    }
+
+    /// Notes a mistake, unless its key is blamed already: it would be one that does not exist.
+    pub fn note(&self, error: SettingsError) {
+        if let SettingsError::Value { key, .. } | SettingsError::Named { key, .. } = &error {
+            if self.is_blamed(key) {
+                return;
+            }
+            self.blame(key.clone());
+        }
+        self.push(error);
+    }
+
+    /// Notes a mistake as it is.
+    pub fn push(&self, error: SettingsError) {
+        self.found.borrow_mut().push(error);
+    }
+
+    /// Something is wrong with this key.
+    pub fn blame(&self, key: String) {
+        self.blamed.borrow_mut().push(key);
+    }
+
+    /// Whether something is wrong with this key, or with a table that it lies in.
+    pub fn is_blamed(&self, key: &str) -> bool {
+        let above = |blamed: &String| key.strip_prefix(blamed.as_str()).is_some_and(below_or_same);
+        self.blamed.borrow().iter().any(above)
+    }
+
+    /// Whether something is wrong with this table or with any key in it.
+    pub fn doubts(&self, table: &str) -> bool {
+        let inside = |blamed: &String| blamed.strip_prefix(table).is_some_and(below_or_same);
+        self.is_blamed(table) || self.blamed.borrow().iter().any(inside)
+    }
+
+    /// What was found, or `otherwise` with the mistake noted, so that the rest is looked at, too.
+    pub fn or<T>(&self, found: Result<T, SettingsError>, otherwise: T) -> T {
+        found.unwrap_or_else(|error| {
+            self.note(error);
+            otherwise
+        })
+    }
+
     /// Parses the text into the form `T`.
     pub fn parse<T: serde::de::DeserializeOwned>(&self) -> Result<T, SettingsError> {
         toml::from_str(self.text).map_err(|error| {
@@ -42,6 +96,16 @@ impl ConfigText<'_> {
         }
     }
 
+    /// Refuses a file that a key names, with what is wrong in that file.
+    pub fn refuse_file(&self, key: &str, problem: impl Display) -> SettingsError {
+        SettingsError::Named {
+            file: self.file.to_owned(),
+            line: line_of(self.text, key),
+            key: key.to_owned(),
+            problem: problem.to_string(),
+        }
+    }
+
     /// Passes a number that lies in its range.
     pub fn within(&self, key: &str, value: f64, range: RangeInclusive<f64>) -> Result<f64, SettingsError> {
         if range.contains(&value) {
@@ -49,9 +113,29 @@ impl ConfigText<'_> {
         }
         Err(self.refuse(key, value, format!("{} to {}", range.start(), range.end())))
     }
+
+    /// A number, noted where it lies outside its range.
+    pub fn number(&self, key: &str, value: f64, range: RangeInclusive<f64>) -> f64 {
+        let least = *range.start();
+        self.or(self.within(key, value, range), least)
+    }
 }
 
-fn position(text: &str, offset: usize) -> (usize, usize) {
+/// What follows a key's name, where that is the same key or one below it.
+fn below_or_same(rest: &str) -> bool {
+    rest.is_empty() || rest.starts_with(['.', '['])
+}
+
+/// The line around a place of the text, without its end.
+pub(crate) fn line_at(text: &str, offset: usize) -> Range<usize> {
+    let offset = text.floor_char_boundary(offset);
+    let start = text[..offset].rfind('\n').map_or(0, |newline| newline + 1);
+    let end = text[offset..].find('\n').map_or(text.len(), |newline| offset + newline);
+    start..end
+}
+
+/// Line and column of a place of the text, counted from 1.
+pub(crate) fn position(text: &str, offset: usize) -> (usize, usize) {
     let before = &text[..text.floor_char_boundary(offset)];
     let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
     (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)

@@ -142,12 +142,99 @@ impl Default for NotifyTable {
     }
 }
 
-/// `[[receiver]]`.
+/// `[[receiver]]`: the keys of both kinds, so that what is wrong with one is found at its place.
 #[derive(Debug, Deserialize)]
-#[serde(tag = "kind", rename_all = "lowercase")]
-pub(crate) enum ReceiverTable {
+#[serde(deny_unknown_fields)]
+pub(crate) struct ReceiverTable {
+    kind: ReceiverKind,
+    name: Option<String>,
+    url: Option<String>,
+    token_file: Option<String>,
+    host: Option<String>,
+    port: Option<u16>,
+    topic: Option<String>,
+    client_id: Option<String>,
+    user: Option<String>,
+    password_file: Option<String>,
+    tls: Option<bool>,
+    ca_file: Option<String>,
+    retain: Option<bool>,
+    #[serde(default)]
+    allow_insecure: bool,
+    #[serde(default)]
+    grade: Least,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum ReceiverKind {
+    Webhook,
+    Mqtt,
+}
+
+/// A receiver in the form of its kind.
+enum Kept {
     Webhook(WebhookTable),
     Mqtt(MqttTable),
+}
+
+impl ReceiverTable {
+    /// The keys of its kind; those of the other are noted.
+    fn of_kind(self, at: &ConfigText<'_>, key: &str) -> Option<Kept> {
+        if at.is_blamed(&format!("{key}.kind")) {
+            return None;
+        }
+        let of_webhook = [("url", self.url.is_some()), ("token_file", self.token_file.is_some())];
+        let of_mqtt = [
+            ("host", self.host.is_some()),
+            ("port", self.port.is_some()),
+            ("topic", self.topic.is_some()),
+            ("client_id", self.client_id.is_some()),
+            ("user", self.user.is_some()),
+            ("password_file", self.password_file.is_some()),
+            ("tls", self.tls.is_some()),
+            ("ca_file", self.ca_file.is_some()),
+            ("retain", self.retain.is_some()),
+        ];
+        let webhook = self.kind == ReceiverKind::Webhook;
+        let (needed, others): (_, &[(&str, bool)]) =
+            if webhook { (("url", self.url), &of_mqtt) } else { (("host", self.host), &of_webhook) };
+        for (name, _) in others.iter().filter(|(_, given)| *given) {
+            let allowed = format!("nothing here for kind = \"{}\"", if webhook { "webhook" } else { "mqtt" });
+            at.note(at.refuse(&format!("{key}.{name}"), "given", allowed));
+        }
+        let (name, needed) = needed;
+        let Some(needed) = needed else {
+            let allowed =
+                if webhook { "http://HOST... or https://HOST..." } else { "a host name or address" };
+            at.note(at.refuse(&format!("{key}.{name}"), "absent", allowed));
+            return None;
+        };
+        let (allow_insecure, grade) = (self.allow_insecure, self.grade);
+        Some(match self.kind {
+            ReceiverKind::Webhook => Kept::Webhook(WebhookTable {
+                name: self.name,
+                url: needed,
+                token_file: self.token_file,
+                allow_insecure,
+                grade,
+            }),
+            ReceiverKind::Mqtt => Kept::Mqtt(MqttTable {
+                name: self.name,
+                host: needed,
+                port: self.port,
+                topic: self.topic.unwrap_or_else(mqtt_topic),
+                client_id: self.client_id,
+                user: self.user,
+                password_file: self.password_file,
+                tls: self.tls.unwrap_or_default(),
+                ca_file: self.ca_file,
+                retain: self.retain.unwrap_or_default(),
+                allow_insecure,
+                grade,
+            }),
+        })
+    }
 }
 
 /// `[delivery]`, the old form of both.
@@ -242,7 +329,7 @@ pub(crate) struct ReceiverTables {
 }
 
 impl ReceiverTables {
-    pub(crate) fn check(self, at: &ConfigText<'_>, train: &str) -> Result<NotifySettings, SettingsError> {
+    pub(crate) fn check(self, at: &ConfigText<'_>, train: &str) -> NotifySettings {
         let deprecated = self.delivery.deprecated();
         let (longest_key, longest_pause_s) = match self.delivery.longest_pause_s {
             Some(old) => ("delivery.longest_pause_s", old),
@@ -252,36 +339,38 @@ impl ReceiverTables {
             Some(old) => ("delivery.most_waiting", old),
             None => ("notify.most_waiting", self.notify.most_waiting),
         };
-        at.within(most_key, f64::from(most_waiting), 10.0..=1e6)?;
-        at.within(longest_key, longest_pause_s, 1.0..=86_400.0)?;
+        at.number(most_key, f64::from(most_waiting), 10.0..=1e6);
+        at.number(longest_key, longest_pause_s, 1.0..=86_400.0);
         let mut receivers: Vec<ReceiverSettings> = Vec::new();
-        for (key, table) in keyed(self.receiver, self.delivery) {
+        for (key, table) in keyed(at, self.receiver, self.delivery) {
             let of = |way: fn(&ReceiverWay) -> bool| receivers.iter().filter(|one| way(&one.way)).count();
             let receiver = match table {
-                ReceiverTable::Webhook(table) => {
+                Kept::Webhook(table) => {
                     let number = of(|way| matches!(way, ReceiverWay::Webhook(_))) + 1;
-                    table.check(at, &key, number)?
+                    table.check(at, &key, number)
                 }
-                ReceiverTable::Mqtt(table) => table.check(at, &key, train)?,
+                Kept::Mqtt(table) => table.check(at, &key, train),
             };
             if receiver.name.is_empty() || receivers.iter().any(|other| other.name == receiver.name) {
                 let name = format!("{key}.name");
-                return Err(at.refuse(&name, receiver.name, "a name that no other receiver has"));
+                at.note(at.refuse(&name, &receiver.name, "a name that no other receiver has"));
             }
             receivers.push(receiver);
         }
-        Ok(NotifySettings { receivers, longest_pause_s, most_waiting, deprecated })
+        NotifySettings { receivers, longest_pause_s, most_waiting, deprecated }
     }
 }
 
 /// Every receiver with its key in the file.
-fn keyed(receivers: Vec<ReceiverTable>, old: DeliveryTable) -> Vec<(String, ReceiverTable)> {
-    let new =
-        receivers.into_iter().enumerate().map(|(index, table)| (format!("receiver.{}", index + 1), table));
+fn keyed(at: &ConfigText<'_>, receivers: Vec<ReceiverTable>, old: DeliveryTable) -> Vec<(String, Kept)> {
+    let new = receivers.into_iter().enumerate().filter_map(|(index, table)| {
+        let key = format!("receiver.{}", index + 1);
+        table.of_kind(at, &key).map(|table| (key, table))
+    });
     let webhooks = old.webhook.into_iter().enumerate();
-    let webhooks = webhooks
-        .map(|(index, table)| (format!("delivery.webhook.{}", index + 1), ReceiverTable::Webhook(table)));
-    let mqtt = old.mqtt.into_iter().map(|table| ("delivery.mqtt".to_owned(), ReceiverTable::Mqtt(table)));
+    let webhooks =
+        webhooks.map(|(index, table)| (format!("delivery.webhook.{}", index + 1), Kept::Webhook(table)));
+    let mqtt = old.mqtt.into_iter().map(|table| ("delivery.mqtt".to_owned(), Kept::Mqtt(table)));
     new.chain(webhooks).chain(mqtt).collect()
 }
 
@@ -300,57 +389,55 @@ impl DeliveryTable {
 }
 
 impl WebhookTable {
-    fn check(self, at: &ConfigText<'_>, key: &str, number: usize) -> Result<ReceiverSettings, SettingsError> {
+    fn check(self, at: &ConfigText<'_>, key: &str, number: usize) -> ReceiverSettings {
         let rest = self.url.strip_prefix("http://").or_else(|| self.url.strip_prefix("https://"));
         if rest.is_none_or(|rest| host(rest).is_empty() || rest.contains(char::is_whitespace)) {
             let allowed = "http://HOST... or https://HOST...";
             // What is wrong may hide a password.
             let shown = self.url.rsplit_once('@').map_or(self.url.as_str(), |(_, host)| host);
-            return Err(at.refuse(&format!("{key}.url"), shown, allowed));
+            at.note(at.refuse(&format!("{key}.url"), shown, allowed));
         }
         let plain = self.url.strip_prefix("http://").is_some_and(|rest| !is_this_machine(host(rest)));
-        if plain && !self.allow_insecure {
+        if plain && !self.allow_insecure && !at.is_blamed(&format!("{key}.allow_insecure")) {
             if self.token_file.is_some() {
-                return Err(at.refuse(&format!("{key}.token_file"), "given", URL_IN_THE_CLEAR));
+                at.note(at.refuse(&format!("{key}.token_file"), "given", URL_IN_THE_CLEAR));
             }
             if has_login(&self.url) {
-                return Err(at.refuse(
-                    &format!("{key}.url"),
-                    "given with a user or password",
-                    URL_IN_THE_CLEAR,
-                ));
+                at.note(at.refuse(&format!("{key}.url"), "given with a user or password", URL_IN_THE_CLEAR));
             }
         }
         let token_file = self.token_file.map(|file| at.beside(&file));
-        Ok(ReceiverSettings {
+        ReceiverSettings {
             name: self.name.unwrap_or_else(|| format!("webhook-{number}")),
             act_only: self.grade == Least::Act,
             way: ReceiverWay::Webhook(WebhookSettings { url: self.url, token_file }),
-        })
+        }
     }
 }
 
 impl MqttTable {
-    fn check(self, at: &ConfigText<'_>, key: &str, train: &str) -> Result<ReceiverSettings, SettingsError> {
-        let tls = BrokerTls::of(at, key, self.tls, self.ca_file.as_deref())?;
+    fn check(self, at: &ConfigText<'_>, key: &str, train: &str) -> ReceiverSettings {
+        let tls =
+            at.or(BrokerTls::of(at, key, self.tls, self.ca_file.as_deref()), Some(BrokerTls::default()));
         let key = |name: &str| format!("{key}.{name}");
         if self.host.is_empty() || self.host.contains(['/', ' ']) {
-            return Err(at.refuse(&key("host"), format!("{:?}", self.host), "a host name or address"));
+            at.note(at.refuse(&key("host"), format!("{:?}", self.host), "a host name or address"));
         }
         let port = self.port.unwrap_or_else(|| BrokerTls::port(tls.as_ref()));
         if port == 0 {
-            return Err(at.refuse(&key("port"), 0, "1 to 65535"));
+            at.note(at.refuse(&key("port"), 0, "1 to 65535"));
         }
         if self.topic.is_empty() || self.topic.contains(['+', '#', '\0']) {
             let allowed = "a topic without wildcards; {train} and {id} are replaced";
-            return Err(at.refuse(&key("topic"), format!("{:?}", self.topic), allowed));
+            at.note(at.refuse(&key("topic"), format!("{:?}", self.topic), allowed));
         }
         if self.user.is_none() && self.password_file.is_some() {
-            return Err(at.refuse(&key("user"), "absent", "a user for the password"));
+            at.note(at.refuse(&key("user"), "absent", "a user for the password"));
         }
         let clear = tls.is_none() && !is_this_machine(&self.host);
-        if self.password_file.is_some() && clear && !self.allow_insecure {
-            return Err(at.refuse(&key("password_file"), "given", BROKER_IN_THE_CLEAR));
+        let unsure = ["host", "tls", "allow_insecure"].iter().any(|name| at.is_blamed(&key(name)));
+        if self.password_file.is_some() && clear && !unsure && !self.allow_insecure {
+            at.note(at.refuse(&key("password_file"), "given", BROKER_IN_THE_CLEAR));
         }
         let settings = MqttSettings {
             host: self.host,
@@ -362,11 +449,11 @@ impl MqttTable {
             tls,
             retain: self.retain,
         };
-        Ok(ReceiverSettings {
+        ReceiverSettings {
             name: self.name.unwrap_or_else(|| "mqtt".to_owned()),
             act_only: self.grade == Least::Act,
             way: ReceiverWay::Mqtt(settings),
-        })
+        }
     }
 }
 
@@ -386,10 +473,11 @@ mod tests {
     }
 
     fn parse(text: &str) -> Result<NotifySettings, String> {
-        let at = ConfigText { file: Path::new("dir/x.toml"), text };
+        let at = ConfigText::new(Path::new("dir/x.toml"), text);
         let form: Form = at.parse().map_err(|error| error.to_string())?;
         let tables = ReceiverTables { receiver: form.receiver, notify: form.notify, delivery: form.delivery };
-        tables.check(&at, "demo").map_err(|error| error.to_string())
+        let settings = tables.check(&at, "demo");
+        at.into_found().first().map_or(Ok(settings), |error| Err(error.to_string()))
     }
 
     #[test]
@@ -473,11 +561,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("x.toml");
         let parse = |text: &str| {
-            let at = ConfigText { file: &file, text };
+            let at = ConfigText::new(&file, text);
             let form: Form = at.parse().unwrap();
             let tables =
                 ReceiverTables { receiver: form.receiver, notify: form.notify, delivery: form.delivery };
-            tables.check(&at, "demo").map(|mut settings| settings.receivers.remove(0).way)
+            let mut settings = tables.check(&at, "demo");
+            at.into_found().pop().map_or_else(|| Ok(settings.receivers.remove(0).way), Err)
         };
         let mqtt = "[[receiver]]\nkind = \"mqtt\"\nhost = \"b\"\n";
         let Ok(ReceiverWay::Mqtt(plain)) = parse(mqtt) else { panic!("a broker") };

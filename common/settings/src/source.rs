@@ -148,7 +148,7 @@ pub(crate) fn source(
             let problem = "allowed is 0.01 to 1000".to_owned();
             return Err(SettingsError::Option { option: "--speed", value: speed.to_string(), problem });
         }
-        None => at.within("source.speed", table.speed.unwrap_or(1.0), 0.01..=1000.0)?,
+        None => at.number("source.speed", table.speed.unwrap_or(1.0), 0.01..=1000.0),
     };
     if let Some(train) = recorded {
         return Ok(Source::Replay { runs: train.runs(), speed, repeat: false });
@@ -161,7 +161,11 @@ pub(crate) fn source(
         })?;
         return Ok(Source::Replay { runs, speed, repeat: table.repeat.unwrap_or(true) });
     }
-    check_keys_of_kind(at, table)?;
+    // Of a kind that cannot be read nobody knows what belongs to it.
+    if at.is_blamed("source.kind") {
+        return Ok(Source::External);
+    }
+    check_keys_of_kind(at, table);
     match table.kind {
         SourceKind::Stdin => Ok(Source::Stdin),
         SourceKind::Tcp => Ok(Source::Tcp(listen(at, table)?)),
@@ -173,7 +177,8 @@ pub(crate) fn source(
             Ok(Source::Can(fieldbus::can(at, &keys, speed, &message_keys(table))?))
         }
         SourceKind::Trdp => {
-            let listen = table.listen.is_some().then(|| listen(at, table)).transpose()?;
+            let given = table.listen.is_some().then(|| listen(at, table)).transpose();
+            let listen = at.or(given, None);
             let (groups, senders) = (table.groups.as_deref(), table.senders.as_deref());
             let (groups, senders) = (groups.unwrap_or_default(), senders.unwrap_or_default());
             Ok(Source::Trdp(fieldbus::trdp(at, listen, groups, senders, &message_keys(table))?))
@@ -181,7 +186,7 @@ pub(crate) fn source(
         SourceKind::External => Ok(Source::External),
         SourceKind::Simulate => {
             if let Some(rate) = table.sample_rate_hz {
-                at.within("source.sample_rate_hz", rate, 10.0..=2000.0)?;
+                at.number("source.sample_rate_hz", rate, 10.0..=2000.0);
             }
             Ok(Source::Simulate {
                 scenario: Box::new(scenario(at, table.scenario.as_deref().unwrap_or(DEFAULT_SCENARIO_NAME))?),
@@ -242,16 +247,20 @@ fn broker(at: &ConfigText<'_>, table: &SourceTable) -> Result<MqttSource, Settin
         Some(text) => Err(at.refuse(key, format!("{text:?}"), allowed)),
         None => Err(at.refuse(key, "absent", allowed)),
     };
-    let host = given("source.host", &table.host, "name or address of the broker")?;
-    let tls = BrokerTls::of(at, "source", table.tls.unwrap_or(false), table.ca_file.as_deref())?;
+    let given =
+        |key: &str, value: &Option<String>, allowed: &str| at.or(given(key, value, allowed), String::new());
+    let host = given("source.host", &table.host, "name or address of the broker");
+    let given_tls = BrokerTls::of(at, "source", table.tls.unwrap_or(false), table.ca_file.as_deref());
+    let tls = at.or(given_tls, Some(BrokerTls::default()));
     let clear = tls.is_none() && !is_this_machine(&host);
-    if table.password_file.is_some() && clear && !table.allow_insecure.unwrap_or(false) {
-        return Err(at.refuse("source.password_file", "given", BROKER_IN_THE_CLEAR));
+    let unsure = ["host", "tls", "allow_insecure"].iter().any(|key| at.is_blamed(&format!("source.{key}")));
+    if table.password_file.is_some() && clear && !unsure && !table.allow_insecure.unwrap_or(false) {
+        at.note(at.refuse("source.password_file", "given", BROKER_IN_THE_CLEAR));
     }
     Ok(MqttSource {
         host,
         port: table.port.unwrap_or_else(|| BrokerTls::port(tls.as_ref())),
-        topic: given("source.topic", &table.topic, "a topic or a filter, for example train/+/samples")?,
+        topic: given("source.topic", &table.topic, "a topic or a filter, for example train/+/samples"),
         client_id: table.client_id.clone().unwrap_or_else(|| "railgrip-ingest".to_owned()),
         user: table.user.clone(),
         password_file: table.password_file.as_deref().map(|file| at.beside(file)),
@@ -265,8 +274,9 @@ fn scenario(at: &ConfigText<'_>, given: &str) -> Result<Scenario, SettingsError>
     let file = folder(at.file).join(given);
     let found = [named.clone(), file].into_iter().find(|path| path.is_file());
     match found {
-        Some(path) => Ok(Scenario::read(&path)?),
-        None if given == DEFAULT_SCENARIO_NAME => Ok(Scenario::parse(&named, DEFAULT_SCENARIO)?),
+        Some(path) => Scenario::read(&path).map_err(|error| at.refuse_file("source.scenario", error)),
+        None if given == DEFAULT_SCENARIO_NAME => Scenario::parse(&named, DEFAULT_SCENARIO)
+            .map_err(|error| at.refuse_file("source.scenario", error)),
         None => {
             let allowed = format!("a scenario file, or the name of one in {SCENARIO_FOLDER}/");
             Err(at.refuse("source.scenario", format!("{given:?}"), allowed))
@@ -275,7 +285,7 @@ fn scenario(at: &ConfigText<'_>, given: &str) -> Result<Scenario, SettingsError>
 }
 
 /// A key that another kind of source understands is as wrong as an unknown one.
-fn check_keys_of_kind(at: &ConfigText<'_>, table: &SourceTable) -> Result<(), SettingsError> {
+fn check_keys_of_kind(at: &ConfigText<'_>, table: &SourceTable) {
     use SourceKind as Kind;
     let kind = table.kind;
     let keys: [(&str, bool, &[Kind]); 24] = [
@@ -304,11 +314,9 @@ fn check_keys_of_kind(at: &ConfigText<'_>, table: &SourceTable) -> Result<(), Se
         ("sample_on", table.sample_on.is_some(), &[Kind::Can, Kind::Trdp]),
         ("hold_ms", table.hold_ms.is_some(), &[Kind::Can, Kind::Trdp]),
     ];
-    match keys.into_iter().find(|(_, given, kinds)| *given && !kinds.contains(&kind)) {
-        None => Ok(()),
-        Some((key, ..)) => {
-            let kind = format!("{kind:?}").to_lowercase();
-            Err(at.refuse(&format!("source.{key}"), "given", format!("nothing here for kind = \"{kind}\"")))
-        }
+    for (key, ..) in keys.into_iter().filter(|(_, given, kinds)| *given && !kinds.contains(&kind)) {
+        let kind = format!("{kind:?}").to_lowercase();
+        let allowed = format!("nothing here for kind = \"{kind}\"");
+        at.note(at.refuse(&format!("source.{key}"), "given", allowed));
     }
 }

@@ -14,7 +14,7 @@ use crate::place::{ConfigText, folder, name};
 use crate::receivers::{NotifySettings, ReceiverTables};
 use crate::source::{Source, resolve, source};
 use crate::wagons::{DEFAULT_CONFIG, WagonSettings, wagons};
-use crate::{SettingsError, instance::Instance};
+use crate::{SettingsError, form, instance::Instance};
 use railgrip_filter::{ConfigError, EstimatorConfig, Plant};
 use railgrip_indicators::IndicatorSettings;
 use railgrip_recording::Mapping;
@@ -135,9 +135,25 @@ impl TrainSettings {
     /// # Errors
     /// As [`TrainSettings::load`].
     pub fn parse(file: &Path, text: &str, overrides: &Overrides) -> Result<Self, SettingsError> {
-        let at = ConfigText { file, text };
-        let mut form: TrainFile = at.parse()?;
-        let recorded = overrides.train.as_deref().map(RecordedTrain::read).transpose()?;
+        let at = ConfigText::new(file, text);
+        let settings = Self::of(&at, overrides);
+        match (at.into_found().into_iter().next(), settings) {
+            (Some(first), _) => Err(first),
+            (None, Some(settings)) => Ok(settings),
+            (None, None) => Err(ConfigText::new(file, text).refuse("schema", "absent", "1")),
+        }
+    }
+
+    /// The settings of a text; every mistake is noted in it. What is wrong is stood in for, so that no mistake hides another.
+    pub(crate) fn of(at: &ConfigText<'_>, overrides: &Overrides) -> Option<Self> {
+        let mut form: TrainFile = form::read(at)?;
+        let recorded = match overrides.train.as_deref().map(RecordedTrain::read).transpose() {
+            Ok(recorded) => recorded,
+            Err(error) => {
+                at.push(error);
+                return None;
+            }
+        };
         if let Some(train) = &recorded {
             form.train.name.clone_from(&train.name);
             form.microphone.clear();
@@ -145,47 +161,40 @@ impl TrainSettings {
                 |number: &String| WagonTable { number: Some(number.clone()), ..WagonTable::default() };
             form.wagon = train.wagons.iter().map(|wagon| number(&wagon.number)).collect();
         }
-        at.within("schema", f64::from(form.schema), 1.0..=1.0)?;
-        let name = name(&at, "train.name", &form.train.name)?;
-        let mut source = source(&at, &form.source, overrides, recorded.as_ref())?;
-        form.estimator.check().map_err(|wrong| match wrong {
-            ConfigError::OutOfRange { key, value, allowed } => {
-                at.refuse(&format!("estimator.{key}"), value, allowed)
-            }
-            ConfigError::UnknownFilter { name, known } => {
-                at.refuse("estimator.filter", format!("{name:?}"), known)
-            }
-        })?;
-        let mut wagons = wagons(&at, &form, &source)?;
-        let mapping = mapping::mapping(&at, &form.mapping)?;
+        at.number("schema", f64::from(form.schema), 1.0..=1.0);
+        let name = at.or(name(at, "train.name", &form.train.name), "x".to_owned());
+        let mut source = at.or(source(at, &form.source, overrides, recorded.as_ref()), Source::External);
+        check_estimator(at, &form.estimator);
+        let mut wagons = wagons(at, &form, &source);
+        let mapping = mapping::mapping(at, &form.mapping);
         let wheelsets: Vec<_> = wagons.iter().map(|wagon| wagon.vehicle.wheelsets()).collect();
-        resolve(&at, &mut source, &mapping, &wheelsets)?;
-        let base = folder(file);
-        let microphones =
-            microphones::microphones(&at, &form.microphone, wagons.len() as u32, &source, &base)?;
-        let acoustics = form.acoustics.check(&at, &base)?;
-        form.indicators
-            .check()
-            .map_err(|wrong| at.refuse(&format!("indicators.{}", wrong.key), wrong.value, wrong.allowed))?;
-        let listen = match overrides.listen {
-            Some(listen) => listen,
-            None => form.http.listen.parse().map_err(|_| {
-                at.refuse("http.listen", &form.http.listen, "ADDRESS:PORT, for example 127.0.0.1:8080")
-            })?,
-        };
-        let instance = Instance::of(&at, &form.instance, &name, overrides.instance_dir.as_deref())?;
-        let history = HistorySettings::of(&at, &form.history, &name, overrides.instance_dir.as_deref())?;
+        let unsure = ["source", "mapping", "train", "wagon"].iter().any(|table| at.doubts(table));
+        if !unsure {
+            at.or(resolve(at, &mut source, &mapping, &wheelsets), ());
+        }
+        let base = folder(at.file);
+        let microphones = microphones::microphones(at, &form.microphone, wagons.len() as u32, &source, &base);
+        let acoustics = form.acoustics.check(at, &base);
+        for wrong in form.indicators.wrong() {
+            at.note(at.refuse(&format!("indicators.{}", wrong.key), wrong.value, wrong.allowed));
+        }
+        let listen = overrides.listen.unwrap_or_else(|| listen(at, &form.http.listen));
+        let instance_dir = overrides.instance_dir.as_deref();
+        let instance = Instance::of(at, &form.instance, &name, instance_dir);
+        let instance = instance.map_err(|error| at.note(error)).ok()?;
+        let history = HistorySettings::of(at, &form.history, &name, instance_dir);
         // The folder of an instance lies in memory, unless somebody says where it is.
-        let lasting = instance.lasting_dir(overrides.instance_dir.as_deref()).unwrap_or(&history.dir);
-        let access = AccessSettings::of(&at, &form.http, listen, overrides.listen.is_some(), lasting)?;
-        let judged_together = judged_together(&at, form.train.coupled, recorded.is_some(), &wagons)?;
+        let lasting = instance.lasting_dir(instance_dir).unwrap_or(&history.dir);
+        let access = AccessSettings::of(at, &form.http, listen, overrides.listen.is_some(), lasting);
+        let judged_together =
+            at.or(judged_together(at, form.train.coupled, recorded.is_some(), &wagons), false);
         let several = wagons.len() > 1;
         for (index, wagon) in wagons.iter_mut().enumerate().filter(|_| judged_together && several) {
             let free = recorded.as_ref().is_some_and(|train| !train.wagons[index].coupled);
             wagon.vehicle.train = Some(Running { free });
         }
-        Ok(Self {
-            file: file.to_owned(),
+        Some(Self {
+            file: at.file.to_owned(),
             access,
             judged_together,
             wagons,
@@ -193,33 +202,33 @@ impl TrainSettings {
             acoustics,
             source,
             mapping,
-            batch_s: at.within("samples.batch_ms", form.samples.batch_ms, 0.0..=1000.0)? * 1e-3,
+            batch_s: at.number("samples.batch_ms", form.samples.batch_ms, 0.0..=1000.0) * 1e-3,
             estimator: form.estimator,
             reporting: ReportingSettings {
-                snapshot_period_s: at.within(
+                snapshot_period_s: at.number(
                     "reporting.snapshot_period_s",
                     form.reporting.snapshot_period_s,
                     0.1..=60.0,
-                )?,
-                health_rate_hz: at.within(
+                ),
+                health_rate_hz: at.number(
                     "reporting.health_rate_hz",
                     form.reporting.health_rate_hz,
                     0.2..=50.0,
-                )?,
+                ),
             },
             indicators: form.indicators,
             http: HttpSettings {
                 listen,
-                refresh_s: at.within("http.refresh_ms", form.http.refresh_ms, 20.0..=5000.0)? * 1e-3,
-                stale_after_s: at.within("http.stale_after_s", form.http.stale_after_s, 0.2..=600.0)?,
-                cors_origins: cors_origins(&at, &form.http.cors_origins)?,
+                refresh_s: at.number("http.refresh_ms", form.http.refresh_ms, 20.0..=5000.0) * 1e-3,
+                stale_after_s: at.number("http.stale_after_s", form.http.stale_after_s, 0.2..=600.0),
+                cors_origins: at.or(cors_origins(at, &form.http.cors_origins), Vec::new()),
             },
-            alerts: form.alerts.check(&at)?,
-            alert_journal: form.alerts.journal(&at, &history.dir),
+            alerts: form.alerts.check(at),
+            alert_journal: form.alerts.journal(at, &history.dir),
             notify: ReceiverTables { receiver: form.receiver, notify: form.notify, delivery: form.delivery }
-                .check(&at, &name)?,
-            capability: form.capability.check(&at)?,
-            diagnosis: form.diagnosis.check(&at)?,
+                .check(at, &name),
+            capability: form.capability.check(at),
+            diagnosis: form.diagnosis.check(at),
             history,
             instance,
             name,
@@ -238,6 +247,27 @@ impl TrainSettings {
     pub fn wagon(&self, number: u32) -> Option<&WagonSettings> {
         self.wagons.get((number as usize).checked_sub(1)?)
     }
+}
+
+/// Notes what is wrong with `[estimator]`.
+fn check_estimator(at: &ConfigText<'_>, estimator: &EstimatorConfig) {
+    for wrong in estimator.wrong() {
+        at.note(match wrong {
+            ConfigError::OutOfRange { key, value, allowed } => {
+                at.refuse(&format!("estimator.{key}"), value, allowed)
+            }
+            ConfigError::UnknownFilter { name, known } => {
+                at.refuse("estimator.filter", format!("{name:?}"), known)
+            }
+        });
+    }
+}
+
+/// The address that the HTTP service listens on.
+fn listen(at: &ConfigText<'_>, given: &str) -> SocketAddr {
+    let allowed = "ADDRESS:PORT, for example 127.0.0.1:8080";
+    let parsed = given.parse().map_err(|_| at.refuse("http.listen", given, allowed));
+    at.or(parsed, SocketAddr::from(([127, 0, 0, 1], 0)))
 }
 
 /// Whether the wagons are judged together: as the config says, else where every vehicle file says that its wagon runs

@@ -39,56 +39,64 @@ pub struct WagonSettings {
     pub filter: Option<String>,
 }
 
-/// Settles the wagons of a train: their names, vehicles and filters.
-pub(crate) fn wagons(
-    at: &ConfigText<'_>,
-    form: &TrainFile,
-    source: &Source,
-) -> Result<Vec<WagonSettings>, SettingsError> {
+/// The wagons of a train: their names, vehicles and filters; what is wrong with one is noted.
+pub(crate) fn wagons(at: &ConfigText<'_>, form: &TrainFile, source: &Source) -> Vec<WagonSettings> {
     let runs: &[ReplayRun] = if let Source::Replay { runs, .. } = source { runs } else { &[] };
-    let count = count(at, form, runs)?;
+    let count = at.or(count(at, form, runs), 1);
     let mut cache = VehicleFiles { base: folder(at.file), read: Vec::new() };
     let mut wagons: Vec<WagonSettings> = Vec::with_capacity(count as usize);
     for number in 1..=count {
         let index = number as usize - 1;
         let table = form.wagon.get(index);
         let wagon_name = match (table.and_then(|wagon| wagon.name.as_deref()), runs.get(index)) {
-            (Some(given), _) => name(at, &format!("wagon.{number}.name"), given)?,
+            (Some(given), _) => {
+                at.or(name(at, &format!("wagon.{number}.name"), given), format!("wagon-{number}"))
+            }
             (None, Some(run)) => run.name.clone(),
             (None, None) => format!("wagon-{number}"),
         };
         if wagons.iter().any(|other| other.name == wagon_name) {
             let key = format!("wagon.{number}.name");
-            return Err(at.refuse(&key, wagon_name, "a name that no other wagon has"));
+            at.note(at.refuse(&key, &wagon_name, "a name that no other wagon has"));
         }
         let earlier = wagons.iter().filter_map(|other| other.vehicle_number.as_ref());
         let given = table.and_then(|wagon| wagon.number.as_deref());
-        let vehicle_number = identity::number(at, number, given, earlier)?;
+        let vehicle_number = at.or(identity::number(at, number, given, earlier), None);
         let turned = table.is_some_and(|wagon| wagon.turned);
         let own = table.and_then(|wagon| wagon.vehicle.as_deref());
         let beside = runs.get(index).and_then(|run| run.vehicle_file.clone());
         let plant = match (own, beside, form.train.vehicle.as_deref()) {
-            (Some(own), _, _) => cache.load(at, &format!("wagon.{number}.vehicle"), own)?,
-            (None, Some(file), _) => cache.load_path(&file)?,
-            (None, None, Some(common)) => cache.load(at, "train.vehicle", common)?,
+            (Some(own), _, _) => cache.load(at, &format!("wagon.{number}.vehicle"), own),
+            (None, Some(file), _) => cache.load_path(at, "source.runs", &file),
+            (None, None, Some(common)) => cache.load(at, "train.vehicle", common),
+            (None, None, None) if at.doubts("source") => continue,
             (None, None, None) => {
-                return Err(at.refuse("train.vehicle", "absent", "a vehicle file, relative to this file"));
+                Err(at.refuse("train.vehicle", "absent", "a vehicle file, relative to this file"))
+            }
+        };
+        let plant = match plant {
+            Ok(plant) => plant,
+            Err(error) => {
+                at.note(error);
+                continue;
             }
         };
         let filter = table.and_then(|wagon| wagon.filter.clone());
         let named = EstimatorConfig { filter: filter.clone().unwrap_or_default(), ..form.estimator.clone() };
         let named = if filter.is_some() { &named } else { &form.estimator };
-        if let Err(error) = railgrip_filter::estimator(named, &plant) {
+        let usable = !at.doubts("estimator");
+        if let Some(error) = railgrip_filter::estimator(named, &plant).err().filter(|_| usable) {
             let key = if filter.is_some() {
                 format!("wagon.{number}.filter")
             } else {
                 "estimator.filter".to_owned()
             };
-            return Err(at.refuse(&key, format!("{:?}", named.filter), error));
+            at.note(at.refuse(&key, format!("{:?}", named.filter), error));
         }
         let simulated = table.and_then(|wagon| wagon.simulated.as_deref());
         let simulated =
-            simulated.map(|file| simulated_wagon(at, number, file, source, &mut cache)).transpose()?;
+            simulated.map(|file| simulated_wagon(at, number, file, source, &mut cache)).transpose();
+        let simulated = at.or(simulated, None);
         let vehicle = plant.as_vehicle();
         wagons.push(WagonSettings {
             number,
@@ -101,7 +109,7 @@ pub(crate) fn wagons(
             filter,
         });
     }
-    Ok(wagons)
+    wagons
 }
 
 /// The vehicle that the simulation takes for a wagon, whatever its estimator believes.
@@ -113,7 +121,7 @@ fn simulated_wagon(
     cache: &mut VehicleFiles,
 ) -> Result<VehicleParameters, SettingsError> {
     let key = format!("wagon.{number}.simulated");
-    if !matches!(source, Source::Simulate { .. }) {
+    if !matches!(source, Source::Simulate { .. }) && !at.doubts("source") {
         return Err(at.refuse(&key, file, "nothing, unless [source] kind is simulate"));
     }
     match cache.load(at, &key, file)? {
@@ -130,6 +138,8 @@ fn count(at: &ConfigText<'_>, form: &TrainFile, runs: &[ReplayRun]) -> Result<u3
         (Some(count), 0, 0) => ("train.wagons", count),
         (None, 1.., 0) => ("wagon", listed),
         (Some(count), listed, 0) if count == listed => ("train.wagons", count),
+        // Tables of which one is broken, or recordings that are not found, cannot be counted.
+        (Some(count), _, 0) if at.is_blamed("wagon") => ("train.wagons", count),
         (Some(count), listed, 0) => {
             return Err(at.refuse(
                 "train.wagons",
@@ -137,6 +147,7 @@ fn count(at: &ConfigText<'_>, form: &TrainFile, runs: &[ReplayRun]) -> Result<u3
                 format!("{listed}, the number of [[wagon]] tables"),
             ));
         }
+        (None, 0, 0) if at.doubts("source") => return Ok(1),
         (None, 0, 0) => {
             return Err(at.refuse("train.wagons", "absent", "a number of wagons, or [[wagon]] tables"));
         }
@@ -157,19 +168,19 @@ impl VehicleFiles {
     fn load(&mut self, at: &ConfigText<'_>, key: &str, file: &str) -> Result<Plant, SettingsError> {
         let path = self.base.join(file);
         if path.is_file() {
-            return self.load_path(&path);
+            return self.load_path(at, key, &path);
         }
         if at.text == DEFAULT_CONFIG && !path.exists() {
-            return Ok(plant::parse(&path, DEFAULT_VEHICLE)?);
+            return plant::parse(&path, DEFAULT_VEHICLE).map_err(|error| at.refuse_file(key, error));
         }
         Err(at.refuse(key, format!("{file:?}"), format!("a vehicle file; {} is none", path.display())))
     }
 
-    fn load_path(&mut self, path: &Path) -> Result<Plant, SettingsError> {
+    fn load_path(&mut self, at: &ConfigText<'_>, key: &str, path: &Path) -> Result<Plant, SettingsError> {
         if let Some((_, vehicle)) = self.read.iter().find(|(read, _)| read == path) {
             return Ok(vehicle.clone());
         }
-        let vehicle = plant::load(path)?;
+        let vehicle = plant::load(path).map_err(|error| at.refuse_file(key, error))?;
         self.read.push((path.to_owned(), vehicle.clone()));
         Ok(vehicle)
     }

@@ -17,6 +17,7 @@ mod bench_unscented;
 mod bench_up;
 mod blind;
 mod check;
+mod check_files;
 mod completions;
 mod diagnoser;
 mod drill;

@@ -262,19 +262,28 @@ impl IndicatorSettings {
     /// # Errors
     /// The first value out of its range.
     pub fn check(&self) -> Result<(), SettingError> {
-        self.brake_friction.check("brake_friction")?;
-        self.standard.check("standard")?;
-        self.response.check("response")?;
-        self.dragging.check("dragging")?;
-        self.isolated.check("isolated")?;
-        self.sanding.check("sanding")?;
-        self.asymmetry.check("asymmetry")?;
-        self.adhesion.check("adhesion")?;
-        self.slides.check("slides")?;
-        self.wheel_flat.check("wheel_flat")?;
-        self.wsp.check("wsp")?;
-        self.sensors.check("sensors")?;
-        self.filter.check("filter")?;
+        self.wrong().into_iter().next().map_or(Ok(()), Err)
+    }
+
+    /// Everything that is out of its range, and each act that does not lie beyond its watch.
+    #[must_use]
+    pub fn wrong(&self) -> Vec<SettingError> {
+        let mut wrong = [
+            self.brake_friction.wrong("brake_friction"),
+            self.standard.wrong("standard"),
+            self.response.wrong("response"),
+            self.dragging.wrong("dragging"),
+            self.isolated.wrong("isolated"),
+            self.sanding.wrong("sanding"),
+            self.asymmetry.wrong("asymmetry"),
+            self.adhesion.wrong("adhesion"),
+            self.slides.wrong("slides"),
+            self.wheel_flat.wrong("wheel_flat"),
+            self.wsp.wrong("wsp"),
+            self.sensors.wrong("sensors"),
+            self.filter.wrong("filter"),
+        ]
+        .concat();
         let friction = &self.brake_friction;
         let pairs = [
             ("brake_friction.ratio_watch_low", friction.ratio_act_low, friction.ratio_watch_low),
@@ -291,12 +300,14 @@ impl IndicatorSettings {
             ("sensors.faulty_share_act", self.sensors.faulty_share_watch, self.sensors.faulty_share_act),
             ("filter.nis_act_high", self.filter.nis_watch_high, self.filter.nis_act_high),
         ];
-        match pairs.into_iter().find(|(_, low, high)| low > high) {
-            None => Ok(()),
-            Some((key, low, value)) => {
-                Err(SettingError { key: key.to_owned(), value, allowed: format!("{low} and more") })
-            }
+        // Of a table with a value out of its range nobody knows where the two were meant to lie.
+        let table = |key: &str| key.split('.').next().map(str::to_owned);
+        let doubted: Vec<_> = wrong.iter().map(|one| table(&one.key)).collect();
+        let crossed = |(key, low, high): &(&str, f64, f64)| low > high && !doubted.contains(&table(key));
+        for (key, low, value) in pairs.into_iter().filter(crossed) {
+            wrong.push(SettingError { key: key.to_owned(), value, allowed: format!("{low} and more") });
         }
+        wrong
     }
 }
 

@@ -59,15 +59,16 @@ macro_rules! table {
                 },)+]
             }
 
-            fn check(&self, table: &'static str) -> Result<(), SettingError> {
+            fn wrong(&self, table: &'static str) -> Vec<SettingError> {
+                let mut wrong = Vec::new();
                 $(if !($low..=$high).contains(&self.$field) {
-                    return Err(SettingError {
+                    wrong.push(SettingError {
                         key: format!("{table}.{}", stringify!($field)),
                         value: self.$field,
                         allowed: format!("{} to {}", $low, $high),
                     });
                 })+
-                Ok(())
+                wrong
             }
         }
     };

@@ -2,10 +2,9 @@
 //! from the default config, which comments its keys.
 
 mod notes;
-mod tracer;
+pub(crate) mod tracer;
 
 use crate::file::TrainFile;
-use crate::receivers::{MqttTable, WebhookTable};
 use crate::wagons::DEFAULT_CONFIG;
 use std::fmt::Write as _;
 
@@ -22,8 +21,8 @@ pub struct Key {
     pub note: String,
 }
 
-/// Tables that look at their `kind` first, and the old form of the same.
-const BY_KIND: [&str; 2] = ["receiver", "delivery"];
+/// The old form of `receiver`, still read and no longer told.
+const OLD: [&str; 1] = ["delivery"];
 
 /// Every key, in the order of the types.
 ///
@@ -35,15 +34,8 @@ pub fn keys() -> Result<Vec<Key>, String> {
         let (default, note) = notes.get(&name.replace("[]", "")).cloned().unwrap_or_default();
         Key { name, takes, default, note }
     };
-    let traced = [
-        tracer::trace::<TrainFile>("", &BY_KIND),
-        tracer::trace::<WebhookTable>("receiver[] of kind webhook", &[]),
-        tracer::trace::<MqttTable>("receiver[] of kind mqtt", &[]),
-    ];
-    let mut keys = Vec::new();
-    for traced in traced {
-        keys.extend(traced.map_err(|error| error.to_string())?.into_iter().map(noted));
-    }
+    let traced = tracer::trace::<TrainFile>("", &OLD).map_err(|error| error.to_string())?;
+    let keys = traced.into_iter().map(noted).collect();
     Ok(keys)
 }
 
@@ -114,16 +106,16 @@ mod tests {
             "types of other crates are read, too"
         );
         let text = reference().expect("every type says what it takes");
-        assert_eq!(key("receiver[] of kind webhook.url").takes, "a text");
-        for tls in ["source.tls", "receiver[] of kind mqtt.tls"] {
+        assert_eq!(key("receiver[].url").takes, "a text");
+        for tls in ["source.tls", "receiver[].tls"] {
             assert_eq!(key(tls).takes, "true or false");
         }
-        for ca_file in ["source.ca_file", "receiver[] of kind mqtt.ca_file"] {
+        for ca_file in ["source.ca_file", "receiver[].ca_file"] {
             assert_eq!(key(ca_file).takes, "a text");
         }
         assert!(
             text.contains("## `[[wagon]]`")
-                && text.contains("## `[[receiver]] of kind mqtt`")
+                && text.contains("## `[[receiver]]`")
                 && text.contains("| `hold_ms` | a number |"),
             "{text}"
         );

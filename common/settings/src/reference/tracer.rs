@@ -11,7 +11,7 @@ use std::cell::RefCell;
 ///
 /// # Errors
 /// A field that wants to see its text before it says what it is; it must be skipped.
-pub(super) fn trace<T: DeserializeOwned>(at: &str, skip: &[&str]) -> Result<Vec<(String, String)>, Error> {
+pub(crate) fn trace<T: DeserializeOwned>(at: &str, skip: &[&str]) -> Result<Vec<(String, String)>, Error> {
     let found = RefCell::new(Vec::new());
     T::deserialize(Tracer { path: at.to_owned(), list: false, found: &found, skip })?;
     Ok(found.into_inner())

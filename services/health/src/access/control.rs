@@ -69,15 +69,20 @@ impl Access {
     /// # Errors
     /// What is wrong, and how it is put right.
     pub fn check(settings: &TrainSettings) -> Result<(), AccessError> {
-        if let Some(files) = &settings.access.tls {
-            Tls::load(files)?;
-        }
-        if let Some(file) = &settings.access.token_file
-            && !tokens::read(file)?.iter().any(|token| token.usable(unix_s()))
-        {
-            return Err(AccessError::NoToken { file: file.clone() });
-        }
-        Ok(())
+        Self::wrong(settings).into_iter().next().map_or(Ok(()), |(_, error)| Err(error))
+    }
+
+    /// Everything that is wrong with what [`Access::open`] would read, each with the key that names it.
+    #[must_use]
+    pub fn wrong(settings: &TrainSettings) -> Vec<(&'static str, AccessError)> {
+        let tls = settings.access.tls.as_ref().and_then(|files| Tls::load(files).err());
+        let tokens = settings.access.token_file.as_ref().and_then(|file| match tokens::read(file) {
+            Ok(tokens) if tokens.iter().any(|token| token.usable(unix_s())) => None,
+            Ok(_) => Some(AccessError::NoToken { file: file.clone() }),
+            Err(error) => Some(error),
+        });
+        let tls = tls.map(|error| ("http.tls", error));
+        tls.into_iter().chain(tokens.map(|error| ("http.token_file", error))).collect()
     }
 
     /// `https` or `http`.

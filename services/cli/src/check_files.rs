@@ -1,0 +1,124 @@
+//! Files that a config names and that a train opens only once it runs: each is opened and read now.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use railgrip_acoustics::wav;
+use railgrip_filter::PlantKind;
+use railgrip_mqtt::Authorities;
+use railgrip_recording::{BogieRecording, MotorRecording, Recording, Strictness};
+use railgrip_settings::{AudioSource, BrokerTls, ReceiverWay, ReplayRun, Source, TrainSettings};
+
+/// Frames of a CAN log that are looked at: enough to see that it is one.
+const FRAMES: usize = 1000;
+/// A secret is no longer than this, bytes.
+const LONGEST_SECRET: u64 = 64 << 10;
+
+/// What is wrong with them, each with the key that names the file.
+pub(crate) fn wrong(settings: &TrainSettings) -> Vec<(String, String)> {
+    let mut found = Vec::new();
+    let mut look = |key: &str, result: Result<(), String>| {
+        if let Err(problem) = result {
+            found.push((key.to_owned(), problem));
+        }
+    };
+    match &settings.source {
+        Source::Replay { runs, .. } => {
+            for wagon in &settings.wagons {
+                let Some(run) = runs.get(wagon.number as usize - 1) else { continue };
+                let kind = wagon.plant.kind();
+                look("source.runs", recording(run, kind, wagon.plant.wheelsets(), settings));
+            }
+        }
+        Source::Can(source) => {
+            if let Some(log) = &source.log {
+                look("source.file", can_log(&log.file));
+            }
+        }
+        Source::Mqtt(broker) => {
+            look("source.password_file", secret(broker.password_file.as_deref()));
+            look("source.ca_file", authorities(broker.tls.as_ref()));
+        }
+        _ => {}
+    }
+    for (number, receiver) in (1..).zip(&settings.notify.receivers) {
+        let key = |name: &str| format!("receiver.{number}.{name}");
+        match &receiver.way {
+            ReceiverWay::Webhook(webhook) => {
+                look(&key("token_file"), secret(webhook.token_file.as_deref()));
+            }
+            ReceiverWay::Mqtt(broker) => {
+                look(&key("password_file"), secret(broker.password_file.as_deref()));
+                look(&key("ca_file"), authorities(broker.tls.as_ref()));
+            }
+        }
+    }
+    for (number, microphone) in (1..).zip(&settings.microphones) {
+        if let AudioSource::Recordings { files, .. } = &microphone.audio {
+            for file in files {
+                let read = wav::read(file).map(|_| ()).map_err(|error| error.to_string());
+                look(&format!("microphone.{number}.recordings"), read);
+            }
+        }
+    }
+    if settings.acoustics.model.is_some() {
+        look("acoustics.model", railgrip_listener::model(settings).map(|_| ()).map_err(|e| e.to_string()));
+    }
+    found
+}
+
+/// A recording as a replay reads it.
+fn recording(
+    run: &ReplayRun,
+    kind: PlantKind,
+    wheelsets: usize,
+    settings: &TrainSettings,
+) -> Result<(), String> {
+    let said = |error: railgrip_recording::RecordingError| error.to_string();
+    match kind {
+        PlantKind::Traction => {
+            MotorRecording::read(&run.path, Strictness::Tolerant).map(|_| ()).map_err(said)
+        }
+        PlantKind::Bogie => BogieRecording::read(&run.path, Strictness::Tolerant).map(|_| ()).map_err(said),
+        PlantKind::Wagon | PlantKind::Roller => {
+            let read = Recording::read_mapped(&run.path, &settings.mapping, Strictness::Tolerant);
+            let found = read.map_err(said)?.wheelsets;
+            if found == wheelsets {
+                return Ok(());
+            }
+            Err(format!("{} has {found} wheelsets, its vehicle file {wheelsets}", run.path.display()))
+        }
+    }
+}
+
+/// A log in the form of `candump -L`, of which at least the beginning is read.
+fn can_log(file: &Path) -> Result<(), String> {
+    let said = |problem: String| format!("{}: {problem}", file.display());
+    let open = File::open(file).map_err(|error| said(error.to_string()))?;
+    let mut reader = socketcan::dump::Reader::from_reader(BufReader::new(open));
+    for _ in 0..FRAMES {
+        match reader.next_record() {
+            Ok(Some(_)) => return Ok(()),
+            Ok(None) => break,
+            Err(_) => {}
+        }
+    }
+    Err(said("holds no frame in the form of `candump -L`".to_owned()))
+}
+
+fn secret(file: Option<&Path>) -> Result<(), String> {
+    let Some(file) = file else { return Ok(()) };
+    let said = |problem: &str| format!("{}: {problem}", file.display());
+    let size = std::fs::metadata(file).map_err(|error| said(&error.to_string()))?.len();
+    if size > LONGEST_SECRET {
+        return Err(said("too long for a secret"));
+    }
+    let text = std::fs::read_to_string(file).map_err(|error| said(&error.to_string()))?;
+    if text.trim().is_empty() { Err(said("is empty")) } else { Ok(()) }
+}
+
+fn authorities(tls: Option<&BrokerTls>) -> Result<(), String> {
+    let Some(file) = tls.and_then(|tls| tls.ca_file.as_deref()) else { return Ok(()) };
+    Authorities::File(file).check().map_err(|error| error.to_string())
+}
