@@ -260,6 +260,8 @@ codes! {
         Skipped = 21, "skipped";
         /// Times at which a source said nothing of a wagon for so long that nobody can say what is missing.
         Pauses = 22, "pauses";
+        /// Samples whose time was ahead of the clock of their source: the next one came without a jump.
+        Ahead = 23, "ahead";
     }
 }
 

@@ -170,7 +170,10 @@ impl Feed for Live {
                 }
                 Ok(Item::Refused(problem)) => sink(Arrival::Refused(problem)),
                 Err(TryRecvError::Empty) => return Next::More,
-                Err(TryRecvError::Disconnected) => return Next::Ended,
+                Err(TryRecvError::Disconnected) => {
+                    self.wagons.iter_mut().enumerate().for_each(|(wagon, known)| known.end(wagon, sink));
+                    return Next::Ended;
+                }
             }
         }
     }

@@ -12,6 +12,8 @@ const QUIET_NS: u64 = 500_000_000;
 /// over so long, s, and none on the old one: the clock was set, or its owner has started again.
 const NEW_BASE_SAMPLES: u32 = 5;
 const NEW_BASE_S: f64 = 0.1;
+/// A time that jumps ahead of the clock by more is not taken before the next one, s: delays vary by less.
+const AHEAD_S: f64 = 0.05;
 /// At the pace of their times: what was held up somewhere and comes in one go takes far less time than its times say.
 const PACE: std::ops::Range<f64> = 0.5..2.0;
 
@@ -119,6 +121,19 @@ impl SourceClock {
             astray: None,
             played: false,
         }
+    }
+
+    /// Whether a time runs ahead of the clock of its source by more than delays can vary, having jumped there, s and ns as below. One
+    /// sample alone does not say whether it is wrong or the clock was set.
+    #[must_use]
+    pub fn is_ahead(&self, t_s: f64, arrived_ns: u64) -> bool {
+        let Some((last, least_ns)) = self.last.zip(self.least_ns).filter(|_| !self.played) else {
+            return false;
+        };
+        let least_ns = self.before_ns.map_or(least_ns, |before_ns| least_ns.min(before_ns));
+        let jump_s = t_s - last.t_s - arrived_ns.saturating_sub(last.arrived_ns) as f64 * 1e-9;
+        jump_s > AHEAD_S
+            && least_ns - (i128::from(arrived_ns) - (t_s * 1e9) as i128) > (AHEAD_S * 1e9) as i128
     }
 
     /// Takes the next sample of a source: its time, s, and when it arrived here, ns of the monotonic clock.

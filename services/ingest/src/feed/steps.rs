@@ -52,6 +52,12 @@ impl Steps {
         }
     }
 
+    /// Whether a time would go on by more than the usual step, s.
+    pub fn jumps(&self, t_s: f64) -> bool {
+        let longer = |(last_s, usual_s): (f64, f64)| t_s - last_s > LONGER * usual_s;
+        self.last_s.zip(self.usual_s).is_some_and(longer)
+    }
+
     /// Another time base begins with a sample of this time, s.
     pub fn begin(&mut self, t_s: f64) {
         *self = Self { last_s: Some(t_s), ..Self::default() };

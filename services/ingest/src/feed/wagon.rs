@@ -24,6 +24,8 @@ pub(super) struct Wagon {
     pub clock: SourceClock,
     pub steps: Steps,
     pub tally: Tally,
+    /// A row that has jumped ahead, with its arrival, until the next one comes.
+    ahead: Option<(Box<Row>, u64)>,
 }
 
 impl Wagon {
@@ -38,15 +40,44 @@ impl Wagon {
             clock: SourceClock::default(),
             steps: Steps::default(),
             tally: Tally::default(),
+            ahead: None,
         }
     }
 
-    /// Takes a row of this wagon (from 0) that arrived at an instant of our clock, ns.
+    /// Takes a row of this wagon (from 0) that arrived at an instant of our clock, ns. One whose time has jumped ahead of the clock of
+    /// the source waits for the next: if that goes on behind it, the clock was set; if not, the one that jumped is wrong.
     pub fn take(&mut self, wagon: usize, row: &Row, arrived_ns: u64, sink: &mut dyn FnMut(Arrival<'_>)) {
         if !row.t_s.is_finite() {
             sink(Arrival::Refused(format!("wagon {}: a sample without a time", wagon + 1)));
             return;
         }
+        if let Some((before, its_arrival_ns)) = self.ahead.take() {
+            if row.t_s > before.t_s {
+                self.settle(wagon, &before, its_arrival_ns, sink);
+            } else {
+                self.tally.add(SourceCount::Ahead, 1);
+                let (number, t_s) = (wagon + 1, before.t_s);
+                sink(Arrival::Refused(format!(
+                    "wagon {number}: the time {t_s} s is ahead of the clock of its source"
+                )));
+            }
+        }
+        if self.own_clock && self.steps.jumps(row.t_s) && self.clock.is_ahead(row.t_s, arrived_ns) {
+            self.ahead = Some((Box::new(*row), arrived_ns));
+            return;
+        }
+        self.settle(wagon, row, arrived_ns, sink);
+    }
+
+    /// The source has ended: what waits is contradicted by nothing.
+    pub fn end(&mut self, wagon: usize, sink: &mut dyn FnMut(Arrival<'_>)) {
+        if let Some((row, arrived_ns)) = self.ahead.take() {
+            self.settle(wagon, &row, arrived_ns, sink);
+        }
+    }
+
+    /// Takes a row whose time may be right.
+    fn settle(&mut self, wagon: usize, row: &Row, arrived_ns: u64, sink: &mut dyn FnMut(Arrival<'_>)) {
         let (at_ns, begins) = match self.clock.read(row.t_s, arrived_ns) {
             Reading::Late => {
                 self.tally.add(SourceCount::Late, 1);
@@ -104,5 +135,51 @@ impl Wagon {
             self.drift_told = wrong;
             sink(Arrival::Drifts { wagon, drift_ppm, wrong });
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A source at 100 Hz whose sample `wrong` says a time that is `by_s` ahead; what became of its samples, by count, and how many
+    /// were refused.
+    fn sent(wrong: u32, by_s: f64, set_for_good: bool) -> (Wagon, u64) {
+        let vehicle =
+            toml::from_str(include_str!("../../../../config/vehicle.toml")).expect("the default vehicle");
+        let mut wagon = Wagon::new(&vehicle, PlantKind::Wagon);
+        let mut refused = 0;
+        for k in 0..1000_u32 {
+            let ahead = k == wrong || set_for_good && k > wrong;
+            let t_s = 100.0 + f64::from(k) * 0.01 + if ahead { by_s } else { 0.0 };
+            let arrived_ns = 5_000_000_000 + u64::from(k) * 10_000_000 + u64::from(k % 7) * 300_000;
+            let row = Row { t_s, ..Row::default() };
+            wagon.take(0, &row, arrived_ns, &mut |arrival| {
+                refused += u64::from(matches!(arrival, Arrival::Refused(_)))
+            });
+        }
+        (wagon, refused)
+    }
+
+    #[test]
+    fn one_time_that_is_ahead_costs_its_own_sample_and_is_counted_once() {
+        for by_s in [0.3, 2.0, 30.0, 50.0, 86_400.0, 1e15, -1.0] {
+            let (wagon, refused) = sent(500, by_s, false);
+            let of = |what| wagon.tally.count(what);
+            let found = [SourceCount::Samples, SourceCount::Ahead, SourceCount::Late].map(of);
+            let expected = if by_s > 0.0 { [999, 1, 0] } else { [999, 0, 1] };
+            assert_eq!((found, refused), (expected, expected[1]), "{by_s} s ahead");
+            assert_eq!(of(SourceCount::Skipped), 1, "{by_s} s ahead: the sample itself");
+            assert_eq!(of(SourceCount::Pauses), 0, "{by_s} s ahead");
+        }
+    }
+
+    #[test]
+    fn a_clock_that_is_set_ahead_is_followed_and_costs_nothing() {
+        let (wagon, refused) = sent(500, 3.0, true);
+        assert_eq!(
+            (wagon.tally.count(SourceCount::Samples), wagon.tally.count(SourceCount::Ahead), refused),
+            (1000, 0, 0)
+        );
     }
 }
