@@ -169,6 +169,43 @@ async fn a_receiver_is_added_changed_and_removed_in_the_file() {
 }
 
 #[tokio::test]
+async fn a_broker_is_reached_by_tls_and_its_authorities_are_checked_before_they_are_written() {
+    const PATH: &str = "/api/v1/settings/receivers";
+    let folder = tempfile::tempdir().unwrap();
+    let file = config(folder.path());
+    let shared = shared(&file);
+    let add = |ca: &str| json!({"name": "yard", "kind": "mqtt", "host": "broker", "tls": true, "ca_file": ca, "by": "kim", "why": "x"});
+    let (status, problem) = ask(&shared, PATH, Some(&add("ca.pem"))).await;
+    assert!(status == 409 && problem.contains("receiver.1.ca_file"), "{status} {problem}");
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), CONFIG);
+    let ca = folder.path().join("ca.pem");
+    std::fs::write(&ca, "-----BEGIN CERTIFICATE-----\n").unwrap();
+    let (status, told) = ask(&shared, PATH, Some(&add("ca.pem"))).await;
+    assert_eq!(status, StatusCode::OK, "{told}");
+    let one = |text: &str| serde_json::from_str::<Value>(text).unwrap()["receivers"][0].clone();
+    let (told, path) = (one(&told), json!(ca.display().to_string()));
+    assert_eq!(
+        (&told["address"], &told["tls"], &told["ca_file"]),
+        (&json!("broker:8883"), &json!(true), &path)
+    );
+    let (_, page) = ask(&shared, "/settings?lang=de", None).await;
+    for words in ["Zertifizierungsstellen in", "data-tls", "ca.pem"] {
+        assert!(page.contains(words), "{words}: {page}");
+    }
+    let off = json!({"name": "yard", "tls": false, "by": "kim", "why": "x"});
+    let (_, told) = ask(&shared, PATH, Some(&off)).await;
+    let told = one(&told);
+    assert_eq!(
+        (&told["address"], &told["tls"], &told["ca_file"]),
+        (&json!("broker:1883"), &json!(false), &Value::Null)
+    );
+    // A webhook has no such key.
+    let wrong = json!({"name": "hook", "kind": "webhook", "url": "https://depot/a", "tls": true, "by": "kim", "why": "x"});
+    let (status, problem) = ask(&shared, PATH, Some(&wrong)).await;
+    assert!(status == 409 && problem.contains("tls"), "{status} {problem}");
+}
+
+#[tokio::test]
 async fn a_login_in_an_address_is_a_secret_that_is_not_told_and_not_sent_in_the_clear() {
     const PATH: &str = "/api/v1/settings/receivers";
     let folder = tempfile::tempdir().unwrap();

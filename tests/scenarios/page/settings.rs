@@ -65,7 +65,35 @@ pub fn a_receiver_is_added_changed_and_removed_on_the_page() {
     tab.click("#receiver-send");
     tab.wait(PATIENCE, "document.getElementById('receiver-error').textContent.includes('topic')");
     assert_eq!(config(), text);
-    tab.click("#receiver-cancel");
+
+    // By TLS: the port follows, and the file of the authorities must be one.
+    fill("topic", "alerts/{id}");
+    tab.click("#receiver-tls");
+    tab.wait(PATIENCE, "document.getElementById('receiver-port').value === '8883'");
+    fill("ca_file", "ca.pem");
+    tab.click("#receiver-send");
+    tab.wait(PATIENCE, "document.getElementById('receiver-error').textContent.includes('ca_file')");
+    std::fs::write(train.folder().join("ca.pem"), "-----BEGIN CERTIFICATE-----\n").expect("write");
+    tab.click("#receiver-send");
+    shown("TLS, authorities in");
+    assert!(
+        config().contains("port = 8883\ntopic = \"alerts/{id}\"\ntls = true\nca_file = \"ca.pem\"\n"),
+        "{}",
+        config()
+    );
+    usable(&tab);
+    tab.click("button[data-receiver=yard]:not([data-remove])");
+    tab.wait(
+        PATIENCE,
+        "document.getElementById('receiver-dialog').open && document.getElementById('receiver-tls').checked",
+    );
+    tab.click("#receiver-tls");
+    tab.wait(PATIENCE, "document.getElementById('receiver-ca_file').closest('label').hidden");
+    fill("by", "kim");
+    fill("why", "inside the train");
+    tab.click("#receiver-send");
+    shown("broker:1883");
+    assert!(config().contains("tls = false\n") && !config().contains("ca_file"), "{}", config());
 
     tab.click("button[data-receiver=depot][data-remove]");
     tab.wait(PATIENCE, "document.getElementById('receiver-dialog').open");

@@ -36,7 +36,7 @@ fn row(receiver: &ReceiverSetting, may_change: bool) -> Markup {
         tr {
             th scope="row" { (name) }
             td data-label=(t("Way")) { (way(receiver.kind)) }
-            td data-label=(t("Address")) { code { (receiver.address) } @if let Some(topic) = &receiver.topic { br; code { (topic) } } }
+            td data-label=(t("Address")) { code { (receiver.address) } @if let Some(topic) = &receiver.topic { br; code { (topic) } } (tls(receiver)) }
             td data-label=(t("Is told of")) { (told_of(receiver.grade)) }
             td data-label=(t("Holds")) {
                 @match (receiver.now, receiver.next) {
@@ -50,10 +50,24 @@ fn row(receiver: &ReceiverSetting, may_change: bool) -> Markup {
                     @if receiver.next { div .acts {
                         button type="button" .quiet data-receiver=(name) data-kind=(receiver.kind.word()) data-grade=(receiver.grade.word())
                             data-address=(receiver.address) data-topic=[receiver.topic.as_ref()] data-secret[receiver.secret]
+                            data-tls[receiver.tls == Some(true)] data-ca=[receiver.ca_file.as_ref()]
                             aria-label={ (t("Change")) " " (name) } { (t("Change")) }
                         button type="button" .quiet data-receiver=(name) data-remove aria-label={ (t("Remove")) " " (name) } { (t("Remove")) }
                     } }
                 }
+            }
+        }
+    }
+}
+
+/// How a broker is known for the right one.
+fn tls(receiver: &ReceiverSetting) -> Markup {
+    html! {
+        @if receiver.tls == Some(true) {
+            br;
+            @match &receiver.ca_file {
+                Some(file) => { (t("TLS, authorities in")) " " code { (file) } },
+                None => (t("TLS, public authorities")),
             }
         }
     }
@@ -86,6 +100,8 @@ pub(super) fn dialog() -> Markup {
                 label data-for="webhook" { (t("Address")) " " input #receiver-url name="url" type="url" maxlength="500"; }
                 label data-for="mqtt" { (t("Host")) " " input #receiver-host name="host" maxlength="255"; }
                 label data-for="mqtt" { (t("Port")) " " input #receiver-port name="port" type="number" min="1" max="65535"; }
+                label .tick data-for="mqtt" { input #receiver-tls type="checkbox" name="tls"; " " (t("By TLS: encrypted, and the broker proves who it is")) }
+                label data-for="tls" { (t("File with its authorities (PEM); empty for the public ones")) " " input #receiver-ca_file name="ca_file" maxlength="500" placeholder="ca.pem"; }
                 label data-for="topic" { (t("Topic")) " " input #receiver-topic name="topic" maxlength="200"; }
                 p #receiver-kept data-for="kept" {}
                 label data-for="grade" { (t("Is told of")) " " select #receiver-grade name="grade" {

@@ -101,9 +101,13 @@ pub struct ReceiverSetting {
     pub address: String,
     /// Topic of an MQTT broker; `{train}` and `{id}` are filled in.
     pub topic: Option<String>,
+    /// Whether a broker is reached by TLS; `null` for a webhook, whose address says it.
+    pub tls: Option<bool>,
+    /// File with the authorities of a broker's certificate; `null` where the public ones hold.
+    pub ca_file: Option<String>,
     /// The least grade of which it is told.
     pub grade: LeastGrade,
-    /// Whether it is sent a secret, from a file or in its address, which then changes in the config file only.
+    /// Whether it is sent a secret, from a file or in its address; address and TLS change in the config file only then.
     pub secret: bool,
     /// Whether the running service knows it so.
     pub now: bool,
@@ -147,6 +151,14 @@ pub struct ReceiverRequest {
     #[schema(maximum = 65535)]
     #[serde(default)]
     pub port: Option<u16>,
+    /// Whether it is reached by TLS.
+    #[serde(default)]
+    pub tls: Option<bool>,
+    /// File with the authorities (PEM) of which one must have signed its certificate, beside the config file or with its whole
+    /// path; empty for the public ones.
+    #[schema(max_length = 500)]
+    #[serde(default)]
+    pub ca_file: Option<String>,
     /// Its topic.
     #[schema(min_length = 1, max_length = 200)]
     #[serde(default)]

@@ -39,15 +39,38 @@ pub(crate) fn list(shared: &Shared) -> ReceiverSettingList {
 }
 
 fn view(one: &ReceiverSettings, now: bool, next: bool) -> ReceiverSetting {
-    let (kind, address, topic, secret) = match &one.way {
-        ReceiverWay::Webhook(way) => (ReceiverKind::Webhook, host_of(&way.url), None, way.carries_secret()),
-        ReceiverWay::Mqtt(way) => {
-            let address = format!("{}:{}", way.host, way.port);
-            (ReceiverKind::Mqtt, address, Some(way.topic.clone()), way.password_file.is_some())
-        }
-    };
     let grade = if one.act_only { LeastGrade::Act } else { LeastGrade::Watch };
-    ReceiverSetting { name: one.name.clone(), kind, address, topic, grade, secret, now, next }
+    let name = one.name.clone();
+    match &one.way {
+        ReceiverWay::Webhook(way) => ReceiverSetting {
+            name,
+            kind: ReceiverKind::Webhook,
+            address: host_of(&way.url),
+            topic: None,
+            tls: None,
+            ca_file: None,
+            grade,
+            secret: way.carries_secret(),
+            now,
+            next,
+        },
+        ReceiverWay::Mqtt(way) => ReceiverSetting {
+            name,
+            kind: ReceiverKind::Mqtt,
+            address: format!("{}:{}", way.host, way.port),
+            topic: Some(way.topic.clone()),
+            tls: Some(way.tls.is_some()),
+            ca_file: way
+                .tls
+                .as_ref()
+                .and_then(|tls| tls.ca_file.as_ref())
+                .map(|file| file.display().to_string()),
+            grade,
+            secret: way.password_file.is_some(),
+            now,
+            next,
+        },
+    }
 }
 
 /// Scheme, host and port of a URL, without user, path and query.

@@ -9,8 +9,8 @@ use railgrip_settings::has_login;
 use std::path::Path;
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, Value, value};
 
-/// Keys that make up the address of a receiver.
-const ADDRESS: [&str; 3] = ["url", "host", "port"];
+/// Keys that say where a receiver is, and by what it is known there.
+const ADDRESS: [&str; 5] = ["url", "host", "port", "tls", "ca_file"];
 /// Keys that name a file with a secret.
 const SECRETS: [&str; 2] = ["token_file", "password_file"];
 
@@ -114,20 +114,26 @@ fn replace(table: &mut Table, request: &ReceiverRequest) -> Result<(), ChangeErr
     let secret = login || SECRETS.iter().any(|key| table.contains_key(key));
     set(table, request);
     if secret && address(table) != before {
-        return form("this receiver is sent a secret; its address is changed in the file only");
+        return form("this receiver is sent a secret; its address and its TLS are changed in the file only");
     }
     Ok(())
 }
 
 fn set(table: &mut Table, request: &ReceiverRequest) {
     let text = |text: &Option<String>| text.as_ref().map(Value::from);
-    let new: [(&str, Option<Value>); 5] = [
+    let new: [(&str, Option<Value>); 7] = [
         ("url", text(&request.url)),
         ("host", text(&request.host)),
         ("port", request.port.map(|port| Value::from(i64::from(port)))),
         ("topic", text(&request.topic)),
+        ("tls", request.tls.map(Value::from)),
+        ("ca_file", text(&request.ca_file).filter(|_| request.ca_file.as_deref() != Some(""))),
         ("grade", request.grade.map(|grade| Value::from(grade.word()))),
     ];
+    // Without TLS, or where the public ones shall hold, the file names no authorities.
+    if request.tls == Some(false) || request.ca_file.as_deref() == Some("") {
+        table.remove("ca_file");
+    }
     for (key, new) in new {
         let Some(mut new) = new else { continue };
         match table.get_mut(key).and_then(Item::as_value_mut) {
@@ -194,6 +200,27 @@ mod tests {
         // The first one of a file that names none.
         let first = edit("[train]\nname = \"t\"\n", &new, "by kim").unwrap();
         assert!(first.starts_with("[train]\nname = \"t\"\n") && first.contains("[[receiver]]"), "{first}");
+    }
+
+    #[test]
+    fn tls_of_a_broker_is_switched_on_and_off() {
+        let plain = "[[receiver]]\nkind = \"mqtt\"\nname = \"yard\"\nhost = \"broker\" # theirs\n";
+        let tls = |on: bool, file: Option<&str>| ReceiverRequest {
+            tls: Some(on),
+            ca_file: file.map(str::to_owned),
+            ..ask("yard")
+        };
+        let on = edit(plain, &tls(true, Some("ca.pem")), "by kim").unwrap();
+        assert!(on.contains("host = \"broker\" # theirs\ntls = true\nca_file = \"ca.pem\"\n"), "{on}");
+        let public = edit(&on, &tls(true, Some("")), "by kim").unwrap();
+        assert!(public.contains("tls = true\n") && !public.contains("ca_file"), "{public}");
+        let off = edit(&on, &tls(false, None), "by kim").unwrap();
+        assert!(off.contains("tls = false\n") && !off.contains("ca_file"), "{off}");
+        let secret = on + "user = \"u\"\npassword_file = \"p\"\n";
+        for weaker in [tls(false, None), tls(true, Some("theirs.pem")), tls(true, Some(""))] {
+            let said = edit(&secret, &weaker, "by kim");
+            assert!(matches!(said, Err(ChangeError::Form(said)) if said.contains("TLS")), "{weaker:?}");
+        }
     }
 
     #[test]

@@ -2,7 +2,8 @@
 {
   const get = (name) => document.getElementById("receiver-" + name);
   const dialog = get("dialog");
-  const FIELDS = ["url", "host", "port", "topic"];
+  const FIELDS = ["url", "host", "port", "topic", "ca_file"];
+  const PORTS = { plain: "1883", tls: "8883" };
   let asked = null;
 
   /** Shows the fields that belong to what is done and to the way. */
@@ -13,6 +14,7 @@
       if (asked.secret) shown.push("kept");
       else shown.push(kind);
       if (kind === "mqtt") shown.push("topic");
+      if (kind === "mqtt" && !asked.secret && get("tls").checked) shown.push("tls");
     }
     for (const part of dialog.querySelectorAll("[data-for]")) part.hidden = !shown.includes(part.dataset.for);
     get("url").required = asked.act === "add" && kind === "webhook";
@@ -22,7 +24,7 @@
   document.addEventListener("click", (event) => {
     const button = event.target.closest("button[data-receiver]");
     if (!button || !dialog) return;
-    const { receiver, kind, grade, address, topic, secret, remove } = button.dataset;
+    const { receiver, kind, grade, address, topic, secret, tls, ca, remove } = button.dataset;
     const act = receiver === "" ? "add" : remove === undefined ? "change" : "remove";
     asked = { act, kind, secret: secret !== undefined };
     get("title").textContent = get("title").dataset[act];
@@ -34,10 +36,12 @@
     for (const field of FIELDS) get(field).value = "";
     // An address may carry a secret in its path, so that only its host is known here.
     get("url").placeholder = kind === "webhook" ? address + "/…" : "https://";
-    const [host, port] = kind === "mqtt" ? [address.slice(0, address.lastIndexOf(":")), address.slice(address.lastIndexOf(":") + 1)] : ["", "1883"];
+    const [host, port] = kind === "mqtt" ? [address.slice(0, address.lastIndexOf(":")), address.slice(address.lastIndexOf(":") + 1)] : ["", PORTS.plain];
     get("host").value = host;
     get("port").value = port;
     get("topic").value = topic || "";
+    get("tls").checked = tls !== undefined;
+    get("ca_file").value = ca || "";
     get("kept").textContent = W.receivers.kept(address);
     get("why").value = "";
     get("error").textContent = "";
@@ -49,6 +53,11 @@
 
   if (dialog) {
     get("kind").addEventListener("change", arrange);
+    get("tls").addEventListener("change", () => {
+      const [before, after] = get("tls").checked ? [PORTS.plain, PORTS.tls] : [PORTS.tls, PORTS.plain];
+      if (get("port").value === before) get("port").value = after;
+      arrange();
+    });
     get("cancel").addEventListener("click", () => dialog.close());
     dialog.addEventListener("submit", (event) => {
       event.preventDefault();
@@ -63,6 +72,12 @@
           const input = get(field);
           if (input.closest("[hidden]") || !input.value) continue;
           request[field] = field === "port" ? Number(input.value) : input.value.trim();
+        }
+        const tls = get("tls");
+        if (!tls.closest("[hidden]")) {
+          request.tls = tls.checked;
+          // Empty is a choice: the public authorities.
+          if (tls.checked) request.ca_file = get("ca_file").value.trim();
         }
       }
       sendChange("/api/v1/settings/receivers", request, get("send"), get("error"));

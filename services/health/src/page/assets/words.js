@@ -18,7 +18,7 @@ const W = {
     mayOnlyRead: fill("Your login may not do this. ({0})"), status: fill("status {0}"),
     refused: fill("Refused: {0}"), unreachable: "The service cannot be reached; nothing was changed. Try again.",
   },
-  receivers: { kept: fill("It is sent a secret, so its address {0} is changed in the file only.") },
+  receivers: { kept: fill("It is sent a secret, so its address {0} and its TLS are changed in the file only.") },
   notes: { pads: "Brake pads changed.", newPads: "New pads.", none: "Nobody has written anything down.", unreachable: "The service cannot be reached." },
   table: { one: "1 wagon is well", well: fill("{0} wagons are well"), show: "show", hide: "hide", none: "No wagon fits the filter.", shown: fill("{0} wagons shown.") },
   chart: {
