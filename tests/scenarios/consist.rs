@@ -2,6 +2,7 @@
 
 #![allow(clippy::print_stdout, reason = "tests print what they measure")]
 
+use std::path::Path;
 use std::time::Duration;
 
 use railgrip_tests::{TrainUnderTest, program, within};
@@ -62,5 +63,95 @@ fn memory_follows_the_vehicle_through_a_new_order_and_length() {
     assert!(remembered(&train, 1) > 20);
     let view = train.http().and_then(|http| http.json("/api/v1/wagons/1")).expect("wagon 1");
     assert_eq!(view["vehicle_number"], "51-80-2");
+    assert!(train.stop().success());
+}
+
+/// Two wagons whose pads rub far too little, one with a number and one without; then, in the same folder, sound ones.
+fn with_pads(file: Option<&Path>) -> String {
+    let simulated = file.map_or_else(String::new, |file| format!("simulated = \"{}\"\n", file.display()));
+    let vehicle = concat!(env!("CARGO_MANIFEST_DIR"), "/../config/vehicle.toml");
+    format!(
+        "schema = 1\n[train]\nname = \"fresh\"\nvehicle = \"{vehicle}\"\n[source]\nkind = \"simulate\"\nscenario = \"demo\"\n\
+         speed = 4.0\n[history]\nflush_s = 0.5\n[alerts]\ngroup_least = 9\n[logging]\nlevel = \"info\"\nformat = \"text\"\n\
+         [[wagon]]\nnumber = \"51 80 1\"\n{simulated}[[wagon]]\n{simulated}"
+    )
+}
+
+#[test]
+fn a_wagon_without_a_number_inherits_neither_alerts_nor_history_of_its_place() {
+    let mut train = TrainUnderTest::new(program!(), "");
+    let worn = train.folder().join("worn.toml");
+    let sound = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../config/vehicle.toml"));
+    let text =
+        sound.expect("the vehicle").replace("friction_coefficient = 0.35", "friction_coefficient = 0.15");
+    std::fs::write(&worn, text).expect("write the vehicle");
+    let file = train.folder().join("train.toml");
+    std::fs::write(&file, with_pads(Some(&worn))).expect("write");
+    train.start();
+    train.wait_ready(PATIENCE);
+    let pads = |train: &TrainUnderTest| -> Vec<serde_json::Value> {
+        let list = train.http().and_then(|http| http.json("/api/v1/alerts")).unwrap_or_default();
+        let all = list["alerts"].as_array().cloned().unwrap_or_default();
+        all.into_iter().filter(|alert| alert["cause"] == "brake_friction").collect()
+    };
+    let both = within(3 * PATIENCE, || Some(pads(&train)).filter(|alerts| alerts.len() == 2));
+    let both = both.unwrap_or_else(|| panic!("no alerts: {}", train.log()));
+    let id =
+        |wagon: u32| both.iter().find(|alert| alert["wagon"] == wagon).expect("of the wagon")["id"].clone();
+    let (numbered, nameless) = (id(1), id(2));
+    assert!(within(PATIENCE, || (remembered(&train, 2) > 20).then_some(())).is_some(), "{}", train.log());
+
+    // A process that is started again still knows the wagon: it is the same start of the train.
+    let health = train.process("health");
+    health.kill();
+    let _ = train.successor(&health);
+    train.wait_ready(PATIENCE);
+    let known = within(PATIENCE, || Some(pads(&train)).filter(|alerts| !alerts.is_empty())).expect("alerts");
+    assert!(known.iter().all(|alert| alert["active"] == true), "{known:?}");
+    assert!(train.stop().success());
+
+    std::fs::write(&file, with_pads(None)).expect("write");
+    let started_s =
+        std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).expect("now").as_secs();
+    let before = train.log().len();
+    train.start();
+    train.wait_ready(PATIENCE);
+    let get = |path: &str| train.http().and_then(|http| http.json(path)).unwrap_or_default();
+    let now = pads(&train);
+    let of = |id: &serde_json::Value| now.iter().find(|alert| alert["id"] == *id).expect("kept").clone();
+    assert_eq!(
+        (&of(&numbered)["active"], &of(&numbered)["vehicle_number"]),
+        (&true.into(), &"51 80 1".into())
+    );
+    let over = of(&nameless);
+    assert_eq!((&over["active"], &over["wagons"]), (&false.into(), &serde_json::json!([])), "{over}");
+    let last = over["history"].as_array().and_then(|lines| lines.last()).cloned().unwrap_or_default();
+    assert!(last["note"].as_str().is_some_and(|note| note.contains("without a vehicle number")), "{over}");
+    assert_eq!(get("/api/v1/alerts?wagon=2")["alerts"], serde_json::json!([]), "the wagon itself has none");
+    assert!(train.log()[before..].contains("wagons without one start fresh"), "{}", train.log());
+    // What was kept before this start belongs to the number, and to nobody where there is none.
+    let earlier = |place: u32| {
+        let path = format!("/api/v1/wagons/{place}/history?from=10m&to={started_s}&step=1s&fields=v_m_s");
+        get(&path)["samples"]
+            .as_array()
+            .into_iter()
+            .flatten()
+            .filter_map(serde_json::Value::as_u64)
+            .sum::<u64>()
+    };
+    assert!(earlier(1) > 20 && earlier(2) == 0, "{} and {} samples", earlier(1), earlier(2));
+    assert!(within(PATIENCE, || (remembered(&train, 2) > 0).then_some(())).is_some(), "its own are kept");
+    let of_place = get("/api/v1/events?wagon=2&limit=1000");
+    let told = of_place["events"].as_array().cloned().unwrap_or_default();
+    assert!(told.iter().all(|event| event["cause"] != "brake_friction"), "{told:?}");
+    let all = get("/api/v1/events?limit=1000");
+    let raised =
+        |event: &&serde_json::Value| event["kind"] == "alert_raised" && event["cause"] == "brake_friction";
+    let whose: Vec<_> = all["events"].as_array().into_iter().flatten().filter(raised).collect();
+    let whose: Vec<_> = whose.iter().map(|event| (&event["wagon"], &event["vehicle_number"])).collect();
+    assert!(whose.contains(&(&1.into(), &"51 80 1".into())), "{whose:?}");
+    assert!(whose.iter().all(|(wagon, number)| number.is_string() || wagon.is_null()), "{whose:?}");
+    let status = String::from_utf8(train.run(&["status"]).stdout).expect("text");
+    assert!(status.lines().any(|line| line.contains("wagon-1") && line.contains("51 80 1")), "{status}");
     assert!(train.stop().success());
 }

@@ -88,11 +88,12 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
 impl Place {
     /// The database, and who runs where in the train; with `--database` alone nobody knows where vehicles run.
     fn reader(&self) -> Result<(Reader, Consist), CliError> {
-        let (database, numbers) = match &self.database {
-            Some(file) => (file.clone(), Vec::new()),
+        let (database, numbers, started_s) = match &self.database {
+            Some(file) => (file.clone(), Vec::new(), None),
             None => {
                 let settings = self.train.load()?.settings;
-                (settings.history.database(), consist::numbers(&settings))
+                let started_s = consist::started_s(&settings);
+                (settings.history.database(), consist::numbers(&settings), started_s)
             }
         };
         if !database.exists() {
@@ -102,7 +103,7 @@ impl Place {
         let former = columns::former(&columns::all(MAX_WHEELSETS));
         let reader = Reader::open(&database).map_err(CliError::failed)?.with_names(&former);
         let consist = Consist::read(&reader, &numbers).map_err(CliError::failed)?;
-        Ok((reader, consist))
+        Ok((reader, consist.started(started_s)))
     }
 }
 
@@ -153,7 +154,8 @@ fn events(args: &Events) -> Result<(), CliError> {
     for numbered in events.into_iter().rev() {
         let mut event = numbered.event;
         let vehicle = event.wagon.and_then(|id| consist.vehicle(id));
-        event.wagon = event.wagon.and_then(|id| consist.place(id));
+        let unix_s = event.unix_ms.div_euclid(1000);
+        event.wagon = event.wagon.and_then(|id| consist.place_then(id, unix_s));
         let at = rfc3339(event.unix_ms.saturating_mul(1_000_000));
         if args.json {
             let line = serde_json::json!({

@@ -58,9 +58,10 @@ fn table(base: &str, train: &Value, wagons: &Value) -> Vec<String> {
     let name = wagons["train"].as_str().unwrap_or("?");
     let mut lines = vec![format!("train {name}: {}, {} wagons ({base})", word(&train["grade"]), rows.len())];
     lines.push(format!(
-        "{:>3}  {:<20} {:<6} {:>6}  {:<7} {:>7} {:>8} {:>9} {:<9} {:>8} {:>9}  {}",
+        "{:>3}  {:<20} {:<18} {:<6} {:>6}  {:<7} {:>7} {:>8} {:>9} {:<9} {:>8} {:>9}  {}",
         "no",
         "wagon",
+        "vehicle",
         "news",
         "age s",
         "grade",
@@ -92,9 +93,10 @@ fn row(wagon: &Value) -> String {
     let available = figure(&wagon["adhesion_available"], 1.0, 3);
     let available = if available == UNKNOWN { available } else { format!("{bound}{available}") };
     format!(
-        "{:>3}  {:<20} {:<6} {:>6}  {:<7} {:>7} {:>8} {:>9} {:<9} {:>8} {:>9}  {}",
+        "{:>3}  {:<20} {:<18} {:<6} {:>6}  {:<7} {:>7} {:>8} {:>9} {:<9} {:>8} {:>9}  {}",
         wagon["id"].as_u64().unwrap_or_default(),
         word(&wagon["name"]),
+        word(&wagon["vehicle_number"]),
         word(&wagon["state"]),
         figure(&wagon["age_s"], 1.0, 1),
         word(&wagon["grade"]),
@@ -244,14 +246,24 @@ mod tests {
     fn the_table_shows_known_figures_and_dashes() {
         let train = serde_json::json!({ "grade": "watch" });
         let wagons = serde_json::json!({ "train": "demo", "wagons": [
-            { "id": 1, "name": "coach-1", "state": "live", "age_s": 0.12, "grade": "watch", "v_m_s": 10.0,
+            { "id": 1, "name": "coach-1", "vehicle_number": "51 80 21-75 019-3", "state": "live", "age_s": 0.12, "grade": "watch", "v_m_s": 10.0,
               "adhesion": -0.0812, "adhesion_available": 0.1, "adhesion_available_is_lower_bound": true,
               "condition": "very_low", "brake_friction": 0.35, "asymmetry": -0.051, "reason": "asymmetry" },
             { "id": 2, "name": "coach-2", "state": "silent", "age_s": null, "grade": "unknown", "reason": "" },
         ]});
         let lines = table("http://x", &train, &wagons);
         assert_eq!(lines[0], "train demo: watch, 2 wagons (http://x)");
-        for part in ["coach-1", "36.0", "0.081", "≥0.100", "very low", "0.350", "-5.1", "asymmetry"] {
+        for part in [
+            "coach-1",
+            "51 80 21-75 019-3",
+            "36.0",
+            "0.081",
+            "≥0.100",
+            "very low",
+            "0.350",
+            "-5.1",
+            "asymmetry",
+        ] {
             assert!(lines[2].contains(part), "{part}: {}", lines[2]);
         }
         assert!(lines[3].contains("silent") && !lines[3].contains("0.0"), "{}", lines[3]);

@@ -131,7 +131,8 @@ fn remember(
     }
     let wheelsets = settings.wagons.iter().map(|wagon| wagon.vehicle.wheelsets()).max().unwrap_or(0);
     let history = history::History::new(settings.history.database(), wheelsets);
-    let history = Arc::new(history.of_vehicles(history::consist::numbers(settings)));
+    let history = history.of_vehicles(history::consist::numbers(settings));
+    let history = Arc::new(history.started(history::consist::started_s(settings)));
     shared.remember(Arc::clone(&history));
     Some(history::start(&settings.history, history))
 }

@@ -282,7 +282,7 @@ async fn a_low_rail_is_one_alert_of_the_line_and_leaves_the_wagons_as_they_are()
 }
 
 #[tokio::test]
-async fn nothing_is_called_well_while_an_alert_is_active() {
+async fn what_is_well_again_is_worth_a_look_until_its_alert_is_over() {
     let mut store = sound_train();
     for tenth in 0..60 {
         let now = later(f64::from(tenth) * 0.1);
@@ -298,14 +298,81 @@ async fn nothing_is_called_well_while_an_alert_is_active() {
     }
     let (router, _) = serve(&mut store, later(6.0));
     let train = get_json(&router, "/api/v1/train").await;
-    assert_eq!(train["grade"], "act", "the figures are well again, and the alert is there still");
-    assert_eq!(train["worst"][0]["id"], 5);
-    assert_eq!(get_json(&router, "/api/v1/alerts").await["alerts"][0]["active"], true);
+    let since = "2026-03-01T12:00:04.000Z";
+    assert_eq!(train["grade"], "watch", "the figures are well again, and the alert is there still");
+    assert_eq!((&train["worst"][0]["id"], &train["worst"][0]["grade"]), (&5.into(), &"watch".into()));
+    assert_eq!(train["alerts"], serde_json::json!({"watch": 1, "act": 0}));
+    let alert = get_json(&router, "/api/v1/alerts").await["alerts"][0].clone();
+    assert_eq!(
+        (&alert["active"], &alert["grade"], &alert["grade_now"]),
+        (&true.into(), &"act".into(), &"watch".into())
+    );
+    assert_eq!(
+        (&alert["places"][0]["grade"], &alert["places"][0]["well_since"]),
+        (&"watch".into(), &since.into())
+    );
+    let wagon = get_json(&router, "/api/v1/wagons/5").await;
+    assert_eq!((&wagon["grade"], &wagon["wheelsets"][1]["grade"]), (&"watch".into(), &"watch".into()));
+    // Banner, tile, wheel marker, table and alerts of all pages: where it says that it is well, nothing is red.
+    for path in ["/", "/wagons/5", "/alerts"] {
+        let (_, _, page) = get(&router, path).await;
+        assert!(page.contains("ell since") && !page.contains("All wagons are well"), "{path}: {page}");
+        let legend = page.matches("chip g-act").count() + page.matches("class=\"axle g-act\"").count();
+        let shown = page.matches("g-act").count();
+        let explained = if path == "/" { 3 } else { 1 };
+        assert_eq!((legend, shown), (explained, explained), "only the legend and the foot of {path}: {page}");
+    }
     let (_, _, page) = get(&router, "/").await;
-    assert!(page.contains("1 wagon needs action") && page.contains("verdict g-act"), "{page}");
-    assert!(!page.contains("All wagons are well"));
+    assert!(page.contains("1 wagon needs a look") && page.contains("verdict g-watch"), "{page}");
     let (_, _, well) = get(&serve(&mut sound_train(), NOW).0, "/").await;
     assert!(well.contains("All wagons are well"));
+}
+
+/// Wherever a wagon is named, its vehicle is.
+#[tokio::test]
+async fn a_wagon_is_named_with_the_number_of_its_vehicle() {
+    let mut settings = settings();
+    settings.wagons[4].vehicle_number = railgrip_settings::VehicleNumber::new("51 80 21-75 019-3");
+    let (number, null) = (Value::from("51 80 21-75 019-3"), Value::Null);
+    let mut store = Store::new(&settings);
+    let silent = get_json(&serve(&mut store, NOW).0, "/api/v1/wagons/5").await;
+    assert_eq!(silent["vehicle_number"], number, "the config knows it before the first news");
+    for tenth in 0..40 {
+        let now = later(f64::from(tenth) * 0.1);
+        for wagon in 1..=8 {
+            let mut health = health(wagon, now);
+            if [4, 5].contains(&wagon) {
+                BRAKE_FRICTION.put_wheelset(&mut health, 1, indicator(0.2, Grade::Act, "far too low: 0.200"));
+                health.grade = Grade::Act.code();
+            }
+            assert!(store.receive_health(wagon, &health, now).is_some());
+        }
+        store.snapshot(now);
+    }
+    let (router, _) = serve(&mut store, later(4.0));
+    let rows = get_json(&router, "/api/v1/wagons").await["wagons"].clone();
+    assert_eq!((&rows[4]["vehicle_number"], &rows[3]["vehicle_number"]), (&number, &null));
+    let alerts = get_json(&router, "/api/v1/alerts").await["alerts"].clone();
+    let of =
+        |wagon: u32| alerts.as_array().unwrap().iter().find(|alert| alert["wagon"] == wagon).unwrap().clone();
+    let (with, without) = (of(5), of(4));
+    assert_eq!((&with["vehicle_number"], &with["vehicle_numbers"]), (&number, &serde_json::json!([number])));
+    assert_eq!(with["places"][0]["vehicle_number"], number);
+    assert_eq!(
+        (&without["vehicle_number"], &without["vehicle_numbers"]),
+        (&null, &serde_json::json!([null]))
+    );
+    let (_, _, metrics) = get(&router, "/metrics").await;
+    for line in [
+        "railgrip_wagon_info{wagon=\"5\",name=\"wagon-5\",vehicle_number=\"51 80 21-75 019-3\"} 1",
+        "railgrip_wagon_info{wagon=\"4\",name=\"wagon-4\",vehicle_number=\"\"} 1",
+    ] {
+        assert!(metrics.contains(line), "{line}: {metrics}");
+    }
+    for path in ["/", "/wagons/5", "/alerts"] {
+        let (_, _, page) = get(&router, path).await;
+        assert!(page.contains("51 80 21-75 019-3"), "{path}: {page}");
+    }
 }
 
 #[tokio::test]

@@ -6,7 +6,9 @@ use super::journal::Journal;
 use super::judged::Judged;
 use super::model::{Alert, AlertPlace, AlertState, Change, Scope};
 use super::nflog::{Notification, Receiver};
+use super::place;
 use super::rule::Rules;
+use super::vehicles::Vehicles;
 use crate::api::grade::Grade;
 use crate::api::train::model::AlertCounts;
 use railgrip_indicators::{INDICATORS, Table};
@@ -30,6 +32,7 @@ pub struct AlertBook {
     rules: Rules,
     settings: AlertSettings,
     wagons: u32,
+    vehicles: Vehicles,
     gaps: PathBuf,
     evaluation: Evaluation,
     judged: Judged,
@@ -61,6 +64,7 @@ impl AlertBook {
             rules: Rules { table, together: false },
             settings,
             wagons,
+            vehicles: Vehicles::default(),
             gaps,
             evaluation: Evaluation::default(),
             judged: Judged::default(),
@@ -76,6 +80,12 @@ impl AlertBook {
             looked_ns: 0,
             trouble: None,
         }
+    }
+
+    /// The wagons are these vehicles.
+    #[must_use]
+    pub fn of_vehicles(self, vehicles: Vehicles) -> Self {
+        Self { vehicles, ..self }
     }
 
     /// The wagons are judged together from now on, by their causes.
@@ -108,7 +118,8 @@ impl AlertBook {
 
     /// Goes on from what the journal kept, and keeps everything in it from now on.
     pub fn keep_in(&mut self, journal: Journal, kept: Vec<Alert>) {
-        for alert in kept {
+        for mut alert in kept {
+            self.vehicles.name(&mut alert);
             self.last_id = self.last_id.max(alert.id);
             if !alert.active {
                 self.over.push_back(alert);
@@ -153,6 +164,10 @@ impl AlertBook {
         let is_common = |cause: &str, wagons| self.is_common(cause, wagons);
         let home = |rule, wagon| self.judged.home(rule, wagon);
         let mut shown = group(self.rules, self.evaluation.firing(), is_common, home);
+        shown.values_mut().flatten().for_each(|place| {
+            self.vehicles.name_place(place);
+            place::ease(place);
+        });
         let gone: Vec<Group> = self.open.keys().filter(|key| !shown.contains_key(*key)).cloned().collect();
         for key in gone {
             let into = shown.contains_key(&(key.0.clone(), None)) && key.1.is_some();
@@ -211,9 +226,10 @@ impl AlertBook {
         let window_ns = (self.settings.reopen_within_s * 1e9) as i64;
         let scope = if key.1.is_some() { Scope::Wagon } else { Scope::Train };
         let same = |alert: &Alert| {
+            let here = |wagon| alert.wagon == wagon && (wagon == 0 || alert.wagons.contains(&wagon));
             alert.cause == key.0
                 && alert.scope == scope
-                && (scope == Scope::Train || key.1 == Some(alert.wagon))
+                && key.1.is_none_or(here)
                 && (0..=window_ns).contains(&(now.unix_ns - alert.unix_ns))
                 && alert.history.last().is_none_or(|line| line.change != Change::Merged)
         };
@@ -235,6 +251,7 @@ impl AlertBook {
                 (alert, Change::Raised)
             }
         };
+        self.vehicles.name(&mut alert);
         if self.rules.is_recorded(&alert.cause) {
             alert.find_recording(&self.gaps);
         }
@@ -248,14 +265,17 @@ impl AlertBook {
             return;
         }
         let (worst, before, wagons) = (alert.grade, alert.grade_now, alert.wagons.len());
+        let seen = places.iter().any(|place| place.well_since.is_none());
         alert.show(places);
+        self.vehicles.name(alert);
         let change = if alert.grade_now > worst {
             alert.become_worse(now);
             Some(Change::Worse)
         } else if alert.wagons.len() > wagons {
             alert.note(Change::Spread, None, Some(alert.reason.clone()), now);
             Some(Change::Spread)
-        } else if alert.grade_now < before {
+        // What only waits until it is over is not told as better: it may be back at once.
+        } else if alert.grade_now < before && seen {
             alert.note(Change::Better, None, Some(alert.reason.clone()), now);
             Some(Change::Better)
         } else {
@@ -274,6 +294,7 @@ impl AlertBook {
         let change = if merged { Change::Merged } else { Change::Cleared };
         let note = merged.then(|| "part of an alert of the whole train now".to_owned());
         alert.end(change, note, now);
+        self.vehicles.name(&mut alert);
         self.tell(&alert, change, now);
         self.over.push_front(alert);
         if let Some(forgotten) = self.over.get(REMEMBERED) {

@@ -27,6 +27,22 @@ pub(super) struct Patience {
     pub clear_s: f64,
 }
 
+/// A symptom that fires.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Firing<'a> {
+    pub symptom: &'a Symptom,
+    /// How bad it was when it was last seen.
+    pub grade: Grade,
+    /// Why, in words; of one that is not seen any more also since when.
+    pub reason: String,
+    /// Since when it is well, RFC 3339, if it is.
+    pub well_since: Option<String>,
+}
+
+/// What is seen in place of a symptom that fires.
+const WELL: &str = "well since";
+const UNKNOWN: &str = "unknown since";
+
 /// A symptom while it is watched.
 #[derive(Debug, Default)]
 struct Watched {
@@ -57,7 +73,7 @@ impl Evaluation {
         match grade {
             Grade::Unknown => {
                 if let Some(watched) = self.watched.get_mut(&symptom) {
-                    watched.is_past("unknown since", now);
+                    watched.is_past(UNKNOWN, now);
                 }
             }
             Grade::Ok => self.good(&symptom, patience, now),
@@ -72,7 +88,7 @@ impl Evaluation {
     fn good(&mut self, symptom: &Symptom, patience: Patience, now: Stamp) {
         let Some(watched) = self.watched.get_mut(symptom) else { return };
         watched.bad_since_ns = None;
-        watched.is_past("well since", now);
+        watched.is_past(WELL, now);
         let since_ns = *watched.good_since_ns.get_or_insert(now.monotonic_ns);
         if watched.fires.is_none() || seconds(since_ns, now.monotonic_ns) >= patience.clear_s {
             self.watched.remove(symptom);
@@ -86,14 +102,16 @@ impl Evaluation {
 
     /// The symptoms that fire, with how bad they are and why. What lasts only because it is not yet gone for long enough says
     /// since when: it must not contradict what is seen now.
-    pub fn firing(&self) -> impl Iterator<Item = (&Symptom, Grade, String)> {
+    pub fn firing(&self) -> impl Iterator<Item = Firing<'_>> {
         self.watched.iter().filter_map(|(symptom, watched)| {
             let (grade, reason) = watched.fires.as_ref()?;
             let reason = match &watched.past {
                 Some(since) => format!("{since}{BEFORE}{reason}"),
                 None => reason.clone(),
             };
-            Some((symptom, *grade, reason))
+            let well = watched.past.as_deref().and_then(|past| past.strip_prefix(WELL));
+            let well_since = well.map(|since| since.trim().to_owned());
+            Some(Firing { symptom, grade: *grade, reason, well_since })
         })
     }
 }

@@ -1,6 +1,6 @@
 //! Grouping: symptoms of one cause make one alert, of a wagon or of the whole train.
 
-use super::evaluate::Symptom;
+use super::evaluate::Firing;
 use super::model::AlertPlace;
 use super::place;
 use super::rule::Rules;
@@ -17,18 +17,20 @@ type Places<'a> = BTreeMap<&'a str, BTreeMap<u32, Vec<AlertPlace>>>;
 /// `home(rule, wagon)` under which wagon a symptom is listed: one fault may lie in several.
 pub(super) fn group<'a>(
     rules: Rules,
-    firing: impl Iterator<Item = (&'a Symptom, Grade, String)>,
+    firing: impl Iterator<Item = Firing<'a>>,
     is_common: impl Fn(&str, usize) -> bool,
     home: impl Fn(&'static str, u32) -> u32,
 ) -> BTreeMap<Group, Vec<AlertPlace>> {
     let mut causes: Places<'_> = BTreeMap::new();
-    for (symptom, grade, reason) in firing {
+    for Firing { symptom, grade, reason, well_since } in firing {
         let wagons = causes.entry(rules.cause_of(symptom.rule)).or_default();
         wagons.entry(home(symptom.rule, symptom.wagon)).or_default().push(AlertPlace {
             wagon: symptom.wagon,
+            vehicle_number: None,
             wheelset: symptom.wheelset,
             indicator: symptom.rule.to_owned(),
             grade,
+            well_since,
             reason,
         });
     }

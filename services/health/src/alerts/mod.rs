@@ -31,8 +31,10 @@ mod rule;
 mod shared;
 #[cfg(test)]
 mod tests;
+mod vehicles;
 
 pub use book::AlertBook;
 pub use evaluate::Symptom;
 pub use operator::Refusal;
 pub use shared::SharedBook;
+pub use vehicles::Vehicles;

@@ -50,12 +50,18 @@ impl AlertState {
 pub struct AlertPlace {
     /// The wagon.
     pub wagon: u32,
+    /// The number of its vehicle; `null` where none is known.
+    #[serde(default)]
+    pub vehicle_number: Option<String>,
     /// The wheelset, 1 leading; `null` for the whole wagon.
     pub wheelset: Option<u32>,
     /// The indicator that shows it.
     pub indicator: String,
-    /// How bad it is there now.
+    /// How bad it is there now. What is well again, but not yet for long enough, is worth a look and needs no action.
     pub grade: Grade,
+    /// Since when it is well there, RFC 3339; `null` while it is not.
+    #[serde(default)]
+    pub well_since: Option<String>,
     /// What happens there, in words.
     pub reason: String,
 }
@@ -180,6 +186,9 @@ pub struct Alert {
     pub scope: Scope,
     /// The wagon; for an alert of the whole train the first that shows it.
     pub wagon: u32,
+    /// The number of the vehicle that runs there; `null` where none is known.
+    #[serde(default)]
+    pub vehicle_number: Option<String>,
     /// The wheelset, 1 leading; `null` for the whole wagon.
     pub wheelset: Option<u32>,
     /// All wheelsets that it may be, where the wagons are judged together and no single one is told.
@@ -187,6 +196,9 @@ pub struct Alert {
     pub wheelsets: Vec<u32>,
     /// All wagons that show it now, front first; when it is over, every wagon that did at some time.
     pub wagons: Vec<u32>,
+    /// The vehicle numbers of `wagons`, one by one; `null` where none is known.
+    #[serde(default)]
+    pub vehicle_numbers: Vec<Option<String>>,
     /// Every wagon that has shown it since its cause last came, front first.
     #[serde(default)]
     pub affected: Vec<u32>,

@@ -4,8 +4,18 @@
 use super::model::{Alert, AlertEvent, AlertState, Change};
 use crate::time::rfc3339;
 
-/// The vehicle numbers of a train by place, letters and digits alone; nothing for a wagon without one.
+/// By place, who a wagon is: its vehicle number, letters and digits alone. A wagon without one is known within one start of the
+/// train only, by [`nameless`]; nothing where not even that is known.
 pub type Numbers = Vec<Option<String>>;
+
+/// Begins what a wagon without a vehicle number is known by; no number has a blank.
+const NAMELESS: &str = "start ";
+
+/// What a wagon without a vehicle number is known by within one start of the train, which has this sign.
+#[must_use]
+pub fn nameless(session: &str, wagon: u32) -> Option<String> {
+    (!session.is_empty()).then(|| format!("{NAMELESS}{session}, place {wagon}"))
+}
 
 /// Alerts of the consist `before` as alerts of the consist `now`; says whether any has changed.
 #[must_use]
@@ -14,18 +24,32 @@ pub fn moved(alerts: Vec<Alert>, before: &Numbers, now: &Numbers, unix_ns: i64) 
         return (alerts, false);
     }
     let place = |old: u32| -> Option<u32> {
-        let index = (old as usize).checked_sub(1)?;
+        // The train itself, or this service, is the same whoever runs in it.
+        let Some(index) = (old as usize).checked_sub(1) else { return Some(0) };
         let at = match before.get(index)? {
             Some(number) => now.iter().position(|other| other.as_ref() == Some(number))?,
-            // Of a wagon without a number all that is known is its place.
+            // Nobody says when the train was started.
             None => now.get(index)?.is_none().then_some(index)?,
         };
         u32::try_from(at + 1).ok()
     };
-    (alerts.into_iter().map(|alert| follow(alert, &place, unix_ns)).collect(), true)
+    let numbered = |wagon: u32| {
+        let number = (wagon as usize).checked_sub(1).and_then(|index| before.get(index)?.as_deref());
+        number.is_some_and(|number| !number.starts_with(NAMELESS))
+    };
+    let moved = alerts.into_iter().map(|alert| {
+        let left = if numbered(alert.wagon) { LEFT } else { UNKNOWN };
+        follow(alert, &place, left, unix_ns)
+    });
+    (moved.collect(), true)
 }
 
-fn follow(mut alert: Alert, place: &impl Fn(u32) -> Option<u32>, unix_ns: i64) -> Alert {
+/// Why an alert of a vehicle that is gone is over.
+const LEFT: &str = "the vehicle has left the train";
+/// The same of a wagon that nobody can tell from another.
+const UNKNOWN: &str = "the train has started anew, and without a vehicle number this may be another wagon";
+
+fn follow(mut alert: Alert, place: &impl Fn(u32) -> Option<u32>, left: &str, unix_ns: i64) -> Alert {
     let old = alert.wagon;
     for list in [&mut alert.wagons, &mut alert.affected] {
         *list = list.iter().filter_map(|wagon| place(*wagon)).collect();
@@ -41,12 +65,12 @@ fn follow(mut alert: Alert, place: &impl Fn(u32) -> Option<u32>, unix_ns: i64) -
         alert.evidence.history = alert.evidence.history.replace(&link(old), &link(new));
         alert.wagon = new;
     }
-    if alert.active && alert.wagons.is_empty() {
+    if alert.active && alert.places.is_empty() {
         let at = rfc3339(unix_ns);
         (alert.active, alert.state, alert.unix_ns) = (false, AlertState::Cleared, unix_ns);
         alert.cleared_at = Some(at.clone());
         alert.changes += 1;
-        let note = Some("the vehicle has left the train".to_owned());
+        let note = Some(left.to_owned());
         alert.history.push(AlertEvent {
             at,
             change: Change::Cleared,
@@ -93,6 +117,33 @@ mod tests {
         let over = &alerts[1];
         assert_eq!((over.state, over.history[0].change), (AlertState::Cleared, Change::Cleared));
         assert!(over.history[0].note.as_deref().is_some_and(|note| note.contains("left the train")));
+    }
+
+    #[test]
+    fn a_wagon_without_a_number_begins_anew_with_each_start_of_the_train() {
+        let of = |session: &str| vec![Some("A".to_owned()), nameless(session, 2)];
+        let all = || vec![alert(1), alert(2), of_the_train()];
+        let (same, changed) = moved(all(), &of("1 7"), &of("1 7"), 9);
+        assert_eq!((same, changed), (all(), false), "a process that was started again");
+        let (alerts, changed) = moved(all(), &of("1 7"), &of("2 8"), 9);
+        assert!(changed);
+        assert_eq!(alerts[0], alert(1));
+        assert_eq!((alerts[1].active, alerts[1].wagons.len()), (false, 0));
+        let note = alerts[1].history[0].note.as_deref().unwrap_or_default();
+        assert!(note.contains("without a vehicle number"), "{note}");
+        assert_eq!(alerts[2], of_the_train(), "what is no wagon's stays");
+        // A journal of an older version knows no start.
+        let (alerts, _) = moved(all(), &numbers(&["A", ""]), &of("2 8"), 9);
+        assert!(alerts[0].active && !alerts[1].active);
+    }
+
+    /// An alert of the train itself, which names no wagon.
+    fn of_the_train() -> Alert {
+        let mut alert = alert(1);
+        (alert.id, alert.scope, alert.wagon) = (9, crate::alerts::model::Scope::Train, 0);
+        (alert.wagons, alert.affected) = (Vec::new(), Vec::new());
+        alert.places[0].wagon = 0;
+        alert
     }
 
     #[test]

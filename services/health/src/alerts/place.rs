@@ -58,6 +58,13 @@ fn spans(wagons: &[u32]) -> String {
     spans.iter().map(words).collect::<Vec<_>>().join(", ")
 }
 
+/// What is well again needs no action any more; until it has been so for long enough it is worth a look.
+pub(super) fn ease(place: &mut AlertPlace) {
+    if place.well_since.is_some() {
+        place.grade = place.grade.min(Grade::Watch);
+    }
+}
+
 /// How bad it is now.
 pub(super) fn grade(places: &[AlertPlace]) -> Grade {
     worst(places).map_or(Grade::Ok, |place| place.grade)

@@ -61,7 +61,7 @@ pub(crate) async fn alerts(
     let wanted = |alert: &&Alert| {
         state.as_deref().is_none_or(|state| alert.state.word() == state)
             && grade.as_deref().is_none_or(|grade| alert.grade_now.word() == grade)
-            && wagon.is_none_or(|wagon| alert.wagon == wagon || alert.wagons.contains(&wagon))
+            && wagon.is_none_or(|wagon| alert.wagons.contains(&wagon))
     };
     let snapshot = shared.latest();
     let mut all = snapshot.alerts.alerts.iter().filter(wanted).peekable();

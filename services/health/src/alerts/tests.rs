@@ -85,6 +85,21 @@ fn what_is_not_seen_any_more_says_since_when() {
     assert_eq!(reason(&book), "wheelset 2: unknown since 1970-01-01T00:00:07.000Z; before: as it is");
 }
 
+/// A dead sensor explains a filter that disagrees, also while it is not yet known to be sound for good.
+#[test]
+fn what_is_well_again_needs_no_action_and_explains_as_before() {
+    let mut book = book();
+    let both = |sensors| [(symptom(3, None, "sensors"), sensors), (symptom(3, None, "filter"), Grade::Watch)];
+    assert_eq!(play(&mut book, 0.0, 130.0, &both(Grade::Act)), [(2.0, 1, Change::Raised)]);
+    assert_eq!(play(&mut book, 130.0, 139.0, &both(Grade::Ok)), [], "neither better nor another alert");
+    let alert = book.list()[0].clone();
+    assert_eq!((alert.grade, alert.grade_now), (Grade::Act, Grade::Watch));
+    assert_eq!(alert.places[0].well_since.as_deref(), Some("1970-01-01T00:02:10.000Z"));
+    assert_eq!(book.counts(), AlertCounts { watch: 1, act: 0 });
+    assert_eq!(play(&mut book, 139.0, 140.0, &both(Grade::Act)), [], "it is back, and as bad as it was");
+    assert_eq!(book.counts(), AlertCounts { watch: 0, act: 1 });
+}
+
 #[test]
 fn worse_is_told_when_it_lasts_and_unknown_changes_nothing() {
     let mut book = book();

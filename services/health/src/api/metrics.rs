@@ -30,6 +30,14 @@ struct OfWagon {
     wagon: u32,
 }
 
+/// Who runs where: figures carry the place alone, so that their series stay short, and are joined with this.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct Who {
+    wagon: u32,
+    name: String,
+    vehicle_number: String,
+}
+
 #[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
 struct OfWheelset {
     wagon: u32,
@@ -160,6 +168,7 @@ fn of_history(registry: &mut Registry, status: &HistoryStatus) {
 
 /// What the service itself says of wagons, beside the indicators.
 struct OfWagons {
+    info: Gauges<Who>,
     up: Gauges<OfWagon>,
     age: Gauges<OfWagon>,
     grade: Gauges<OfWagon>,
@@ -192,6 +201,7 @@ impl OfWagons {
         }
         let r = registry;
         Self {
+            info: gauge(r, "wagon_info", "1, with the name and the vehicle number of the wagon"),
             up: gauge(r, "wagon_up", "1 if news of the wagon arrive"),
             age: gauge(r, "wagon_data_age_seconds", "Age of the last sample of the wagon"),
             grade: gauge(r, "wagon_grade", "Worst grade: 0 unknown, 1 ok, 2 watch, 3 act"),
@@ -210,6 +220,8 @@ impl OfWagons {
     }
 
     fn fill(&mut self, view: &WagonView) {
+        let (name, vehicle_number) = (view.name.clone(), view.vehicle_number.clone().unwrap_or_default());
+        self.info.get_or_create(&Who { wagon: view.id, name, vehicle_number }).set(1.0);
         let wagon = OfWagon { wagon: view.id };
         let set = |family: &Gauges<OfWagon>, value: Option<f64>| {
             if let Some(value) = value {

@@ -96,6 +96,8 @@ pub(crate) fn collect(
         recorder.take_cells(store.changed_map(now()));
     }
     tell(of_service("service_stopped"));
+    // A new holder waits until nobody has ports any more; that must not hang on receivers.
+    drop(ends);
     notifying.close();
     Ok(())
 }

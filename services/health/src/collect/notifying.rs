@@ -1,12 +1,14 @@
 //! Alerts on the disk, and who is notified of them.
 
 use crate::alerts::journal::{Journal, JournalError};
-use crate::alerts::model::Alert;
-use crate::alerts::moved::{Numbers, moved};
+use crate::alerts::model::{Alert, Change};
+use crate::alerts::moved::{Numbers, moved, nameless};
+use crate::alerts::nflog::Notification;
 use crate::alerts::notify;
 use crate::shared::Shared;
 use crate::store::Store;
 use railgrip_settings::{NotifySettings, TrainSettings, WagonSettings};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
@@ -28,16 +30,37 @@ pub(super) struct Notifying {
 
 /// The alerts that are kept, each where its vehicle runs now.
 fn recall(mut journal: Journal, settings: &TrainSettings) -> Result<(Journal, Vec<Alert>), JournalError> {
-    let key = |wagon: &WagonSettings| wagon.vehicle_number.as_ref().map(|number| number.key().to_owned());
+    let session = settings.instance.session();
+    let key = |wagon: &WagonSettings| match &wagon.vehicle_number {
+        Some(number) => Some(number.key().to_owned()),
+        None => nameless(&session, wagon.number),
+    };
     let now: Numbers = settings.wagons.iter().map(key).collect();
     let kept = journal.alerts()?;
-    let before = journal.consist()?.unwrap_or_else(|| now.clone());
-    let (alerts, changed) = moved(kept, &before, &now, railgrip_bus::now().unix_ns);
+    let known = journal.consist()?;
+    // Most starts are those of one process, and need not wait for the disk.
+    let is_known = known.as_ref() == Some(&now);
+    let before = known.unwrap_or_else(|| now.clone());
+    let active: BTreeSet<u64> = kept.iter().filter(|alert| alert.active).map(|alert| alert.id).collect();
+    let at_unix_ns = railgrip_bus::now().unix_ns;
+    let (alerts, changed) = moved(kept, &before, &now, at_unix_ns);
     if changed {
-        tracing::info!("the train has been made up anew; alerts follow their vehicles");
-        journal.save(&alerts.iter().collect::<Vec<_>>(), &[], &[])?;
+        let unnamed = settings.wagons.iter().filter(|wagon| wagon.vehicle_number.is_none()).count();
+        tracing::info!(
+            unnamed,
+            "the train has been started or made up anew; alerts follow vehicle numbers, wagons without one start fresh"
+        );
+        let over = alerts.iter().filter(|alert| !alert.active && active.contains(&alert.id));
+        let over = over.filter(|alert| alert.silenced.is_none()).map(|alert| Notification {
+            alert: alert.clone(),
+            change: Change::Cleared,
+            at_unix_ns,
+        });
+        journal.save(&alerts.iter().collect::<Vec<_>>(), &[], &over.collect::<Vec<_>>())?;
     }
-    journal.set_consist(&now)?;
+    if !is_known {
+        journal.set_consist(&now)?;
+    }
     Ok((journal, alerts))
 }
 

@@ -18,6 +18,15 @@ struct Entry {
 pub struct Consist {
     entries: Vec<Entry>,
     vehicles: Vec<Vehicle>,
+    /// When the train was started, Unix s: what was kept before of a wagon without a number may be of another one.
+    started_s: Option<i64>,
+}
+
+/// When the train was started, Unix s, where that is known.
+#[must_use]
+pub fn started_s(settings: &TrainSettings) -> Option<i64> {
+    let nanoseconds: i64 = settings.instance.session().split(' ').next()?.parse().ok()?;
+    Some(nanoseconds.div_euclid(1_000_000_000))
 }
 
 /// The vehicle numbers of a train by place, where it has them.
@@ -39,7 +48,7 @@ impl Consist {
         };
         let entries =
             (1..).zip(numbers).map(|(place, number)| Entry { place, id: number.as_ref().map_or(place, id) });
-        Ok(Self { entries: entries.collect(), vehicles })
+        Ok(Self { entries: entries.collect(), vehicles, started_s: None })
     }
 
     /// The same, and vehicles that are new get a history.
@@ -61,7 +70,7 @@ impl Consist {
             };
             entries.push(Entry { place, id });
         }
-        Ok(Self { entries, vehicles: Vec::new() })
+        Ok(Self { entries, vehicles: Vec::new(), started_s: None })
     }
 
     /// Under which the history of the wagon at a place is kept.
@@ -76,6 +85,25 @@ impl Consist {
         let here = self.entries.iter().find(|entry| entry.id == id).map(|entry| entry.place);
         let bare = id < FIRST_VEHICLE && self.entries.iter().all(|entry| entry.place != id);
         here.or(bare.then_some(id))
+    }
+
+    /// The same of a train that was started then, Unix s.
+    #[must_use]
+    pub fn started(self, started_s: Option<i64>) -> Self {
+        Self { started_s, ..self }
+    }
+
+    /// From when on what is kept under a number is of the wagon that runs here now, Unix s: a wagon without a vehicle number is
+    /// known since the train was started.
+    #[must_use]
+    pub fn known_from(&self, id: u32) -> i64 {
+        self.started_s.filter(|_| id < FIRST_VEHICLE).unwrap_or(i64::MIN)
+    }
+
+    /// Where a wagon runs now of which something was kept at that instant, Unix s; likewise.
+    #[must_use]
+    pub fn place_then(&self, id: u32, unix_s: i64) -> Option<u32> {
+        self.place(id).filter(|_| unix_s >= self.known_from(id))
     }
 
     /// The number of a vehicle as it is written.

@@ -1,8 +1,8 @@
 //! Requests for what happened: alerts, slides, processes that came and went, starts and stops.
 
-use super::History;
 use super::query::instant;
 use super::routes::{available, read, wagon};
+use super::{Consist, History};
 use crate::api::problem::Problem;
 use crate::shared::Shared;
 use crate::time::rfc3339;
@@ -30,6 +30,8 @@ pub struct EventView {
     pub kind: String,
     /// The wagon, if it is about one.
     pub wagon: Option<u32>,
+    /// The number of its vehicle; `null` where it has none.
+    pub vehicle_number: Option<String>,
     /// The wheelset, 1 leading, if it is about one.
     pub wheelset: Option<u32>,
     /// How bad, if that was judged.
@@ -49,18 +51,19 @@ pub struct EventPage {
     pub next: Option<String>,
 }
 
-impl From<NumberedEvent> for EventView {
-    fn from(NumberedEvent { id, event }: NumberedEvent) -> Self {
-        Self {
-            id,
-            at: rfc3339(event.unix_ms.saturating_mul(1_000_000)),
-            kind: event.kind,
-            wagon: event.wagon,
-            wheelset: event.wheelset,
-            grade: event.grade,
-            cause: event.cause,
-            text: event.text,
-        }
+/// An event at the place where its wagon runs now.
+fn view(consist: &Consist, NumberedEvent { id, event }: NumberedEvent) -> EventView {
+    let unix_s = event.unix_ms.div_euclid(1000);
+    EventView {
+        id,
+        at: rfc3339(event.unix_ms.saturating_mul(1_000_000)),
+        kind: event.kind,
+        wagon: event.wagon.and_then(|wagon| consist.place_then(wagon, unix_s)),
+        vehicle_number: event.wagon.and_then(|wagon| consist.vehicle(wagon)).map(str::to_owned),
+        wheelset: event.wheelset,
+        grade: event.grade,
+        cause: event.cause,
+        text: event.text,
     }
 }
 
@@ -109,7 +112,8 @@ pub(crate) async fn events(
     Ok(link(response, next.as_deref()))
 }
 
-/// Events of wagons by the places at which they run now; what happened to a vehicle that is gone names no place.
+/// Events of wagons by the places at which they run now; what happened to a vehicle that is gone names no place, nor what happened
+/// to a wagon without a number before the train was started: nobody knows whether it is the same.
 fn found(
     history: &History,
     reader: &Reader,
@@ -118,10 +122,11 @@ fn found(
 ) -> Result<Vec<EventView>, HistoryError> {
     let consist = history.consist(reader)?;
     filter.wagon = filter.wagon.map(|place| consist.id(place));
-    let events = reader.events(&filter, limit)?.into_iter().map(|mut found| {
-        found.event.wagon = found.event.wagon.and_then(|id| consist.place(id));
-        found.into()
-    });
+    if let Some(id) = filter.wagon {
+        let known_ms = consist.known_from(id).saturating_mul(1000);
+        filter.from_ms = Some(filter.from_ms.map_or(known_ms, |from_ms| from_ms.max(known_ms)));
+    }
+    let events = reader.events(&filter, limit)?.into_iter().map(|found| view(&consist, found));
     Ok(events.collect())
 }
 

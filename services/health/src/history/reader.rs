@@ -40,6 +40,7 @@ pub struct History {
     database: PathBuf,
     columns: Vec<columns::Column>,
     numbers: Vec<Option<VehicleNumber>>,
+    started_s: Option<i64>,
     status: Mutex<HistoryStatus>,
     idle: Mutex<Vec<Reader>>,
     pub(crate) turns: Arc<Semaphore>,
@@ -62,6 +63,7 @@ impl History {
             database,
             columns,
             numbers: Vec::new(),
+            started_s: None,
             status: Mutex::default(),
             idle: Mutex::default(),
             turns: Arc::new(Semaphore::new(READERS)),
@@ -76,9 +78,22 @@ impl History {
         Self { numbers, ..self }
     }
 
+    /// The same of a train that was started then, Unix s.
+    #[must_use]
+    pub fn started(self, started_s: Option<i64>) -> Self {
+        Self { started_s, ..self }
+    }
+
     /// The vehicle numbers of the train, by place.
-    pub(crate) fn numbers(&self) -> &[Option<VehicleNumber>] {
+    #[must_use]
+    pub fn numbers(&self) -> &[Option<VehicleNumber>] {
         &self.numbers
+    }
+
+    /// The number of the vehicle at a place, as it is written.
+    pub(crate) fn vehicle_number(&self, wagon: u32) -> Option<String> {
+        let number = self.numbers.get((wagon as usize).checked_sub(1)?)?.as_ref();
+        number.map(|number| number.written().to_owned())
     }
 
     /// Who runs where.
@@ -86,7 +101,7 @@ impl History {
     /// # Errors
     /// The database refuses.
     pub fn consist(&self, reader: &Reader) -> Result<Consist, HistoryError> {
-        Consist::read(reader, &self.numbers)
+        Ok(Consist::read(reader, &self.numbers)?.started(self.started_s))
     }
 
     /// What is recorded.

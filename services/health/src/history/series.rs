@@ -36,6 +36,8 @@ pub struct SeriesView {
 pub struct HistoryView {
     /// The wagon.
     pub wagon: u32,
+    /// The number of its vehicle; `null` where the config gives none: nothing from before the train was started is told then.
+    pub vehicle_number: Option<String>,
     /// Begin of the first step, RFC 3339.
     pub from: String,
     /// End, RFC 3339.
@@ -74,18 +76,20 @@ impl History {
         let names: Vec<_> = columns.iter().flat_map(|column| column.stored()).collect();
         let names: Vec<&str> = names.iter().map(|(name, _)| name.as_str()).collect();
         let (points, stored_from_s) = self.read(|reader| {
-            let points =
-                reader.query(self.consist(reader)?.id(wagon), &names, span.from_s, span.to_s, span.step_s)?;
+            let consist = self.consist(reader)?;
+            let id = consist.id(wagon);
+            let mut points = reader.query(id, &names, span.from_s, span.to_s, span.step_s)?;
+            points.retain(|point| point.unix_s >= consist.known_from(id));
             Ok((points, reader.stored_from(Reader::tier(span.step_s))?))
         })?;
         let written_until = self.status().written_until_unix_s.map(rfc3339_s);
         let stored_from = stored_from_s.map(rfc3339_s);
-        Ok(view(wagon, span, &columns, &points, [written_until, stored_from]))
+        Ok(view((wagon, self.vehicle_number(wagon)), span, &columns, &points, [written_until, stored_from]))
     }
 }
 
 fn view(
-    wagon: u32,
+    (wagon, vehicle_number): (u32, Option<String>),
     span: Span,
     columns: &[&Column],
     points: &[Point],
@@ -122,6 +126,7 @@ fn view(
     }
     HistoryView {
         wagon,
+        vehicle_number,
         from: rfc3339_s(span.from_s),
         to: rfc3339_s(span.to_s),
         step_s: span.step_s,

@@ -1,7 +1,7 @@
 //! Alerts: what happens where since when, what to do about it, and the buttons to acknowledge or silence it.
 
 use super::kind::Part;
-use super::words::{chip, instant, named, sentence, timed, wheelset};
+use super::words::{chip, instant, named, sentence, timed, vehicle, wheelset};
 use crate::alerts::model::Alert;
 use crate::alerts::model::{AlertEvent, AlertState, Scope};
 use crate::alerts::notify::ReceiverView;
@@ -178,6 +178,7 @@ fn entry(alert: &Alert) -> Markup {
             div .line {
                 (chip(grade))
                 a .where href=(home(alert)) { (place(alert)) }
+                (vehicle(shown_number(alert)))
                 span .cause { (named(&alert.cause)) }
                 span .since { (since(alert)) }
             }
@@ -191,18 +192,29 @@ fn entry(alert: &Alert) -> Markup {
     }
 }
 
-/// The page of the wagon, or of the train where no wagon is named.
-fn home(alert: &Alert) -> String {
-    if alert.wagon == 0 { "/".to_owned() } else { format!("/wagons/{}", alert.wagon) }
+/// The vehicle number of an alert about one wagon that runs in the train; of one that has left it the number is its place.
+fn shown_number(alert: &Alert) -> Option<&str> {
+    alert.vehicle_number.as_deref().filter(|_| alert.wagons.len() == 1)
 }
 
-/// An alert in one line: where, what, and why.
-pub(super) fn in_short(alert: &Alert) -> String {
-    format!("{}, {}: {}", place(alert), named(&alert.cause), reword(&alert.reason))
+/// Whether the wagon that an alert was about is gone, or can no longer be told from another.
+fn is_gone(alert: &Alert) -> bool {
+    alert.wagon > 0 && alert.wagons.is_empty()
+}
+
+/// The page of the wagon, or of the train where no wagon is named.
+fn home(alert: &Alert) -> String {
+    if alert.wagon == 0 || is_gone(alert) { "/".to_owned() } else { format!("/wagons/{}", alert.wagon) }
 }
 
 /// Where it is: `Wagon 3, wheelset 2`, `Wagons 1–8`, or `Whole train` where no wagon is named.
 fn place(alert: &Alert) -> String {
+    if is_gone(alert) {
+        return match &alert.vehicle_number {
+            Some(number) => say("Vehicle {number}", &[("number", number)]),
+            None => t("A wagon of an earlier start").to_owned(),
+        };
+    }
     match alert.scope {
         Scope::Train if alert.wagons.iter().all(|wagon| *wagon == 0) => t("Whole train").to_owned(),
         Scope::Train if alert.wagons.len() > 1 => say("Wagons {list}", &[("list", &ranges(&alert.wagons))]),
@@ -301,7 +313,7 @@ fn more(alert: &Alert) -> Markup {
                     li {
                         (chip(place.grade)) " "
                         @if place.wagon > 0 {
-                            a href={ "/wagons/" (place.wagon) } { (say("Wagon {number}", &[("number", &place.wagon)])) @if let Some(set) = place.wheelset { ", " (wheelset(set)) } } ": "
+                            a href={ "/wagons/" (place.wagon) } { (say("Wagon {number}", &[("number", &place.wagon)])) @if let Some(set) = place.wheelset { ", " (wheelset(set)) } } (vehicle(place.vehicle_number.as_deref())) ": "
                         }
                         (named(&place.indicator)) ": " (timed(&reword(&place.reason)))
                     }

@@ -1,7 +1,9 @@
 //! The train: verdict, drawing, what to do, a table of all wagons with what is wrong first, stopping distances and the rail.
 
 use super::kind::Part;
-use super::words::{Written, age, chip, condition, data_age, icon, maybe, sentence, timed, wheelset};
+use super::words::{
+    Written, age, chip, condition, data_age, icon, maybe, sentence, timed, vehicle, wheelset,
+};
 use super::{alerts, paper, stopping};
 use crate::api::grade::{DataState, Grade};
 use crate::api::train::model::TrainView;
@@ -56,34 +58,23 @@ pub(super) fn body(shared: &Shared, snapshot: &Snapshot) -> Markup {
     }
 }
 
-/// One sentence about the train. An active alert outlasts what raised it, so that it speaks where the figures are well again:
-/// what stands here and what stands below never contradict each other.
+/// One sentence about the train. It is graded as the interface grades it, by figures and active alerts; what somebody has silenced
+/// is only named.
 fn verdict(snapshot: &Snapshot) -> Markup {
     let train = &snapshot.train;
-    let lasting = snapshot.alerts.alerts.iter().filter(|alert| alert.active);
-    let lasting = lasting.max_by_key(|alert| alert.grade_now).filter(|_| train.grade < Grade::Watch);
-    let grade = lasting.map_or(train.grade, |alert| alert.grade_now.max(Grade::Watch));
+    let silenced =
+        snapshot.alerts.alerts.iter().filter(|alert| alert.silenced.is_some() && alert.active).count();
     html! {
-        div #verdict class={ "verdict g-" (grade.word()) } {
-            (icon(grade))
+        div #verdict class={ "verdict g-" (train.grade.word()) } {
+            (icon(train.grade))
             div {
-                @if let Some(alert) = lasting {
-                    h1 { (active(snapshot)) }
-                    p { (timed(&alerts::in_short(alert))) }
-                } @else {
-                    h1 { (headline(train)) }
-                    p { (timed(&sentence(&train.reason))) }
+                h1 { (headline(train)) }
+                p {
+                    (timed(&sentence(&train.reason)))
+                    @if silenced > 0 && train.grade < Grade::Watch { " (" (say("{count} silenced for a time", &[("count", &silenced)])) ")" }
                 }
             }
         }
-    }
-}
-
-/// How many alerts are active, whether somebody took care of them or not.
-fn active(snapshot: &Snapshot) -> String {
-    match snapshot.alerts.alerts.iter().filter(|alert| alert.active).count() {
-        1 => t("1 alert is active").to_owned(),
-        count => say("{count} alerts are active", &[("count", &count)]),
     }
 }
 
@@ -276,7 +267,7 @@ fn line(row: &WagonRow, wagon: &WagonView) -> Markup {
     let age_s = row.age_s.filter(|_| live);
     html! {
         tr id={ "r-" (row.id) } class={ "s-" (row.state.word()) } data-grade=(row.grade.word()) {
-            th scope="row" { a href={ "/wagons/" (row.id) } { (row.id) " " (row.name) } }
+            th scope="row" { a href={ "/wagons/" (row.id) } { (row.id) " " (row.name) } (vehicle(row.vehicle_number.as_deref())) }
             td .c-grade data-label=(t("Grade")) { (chip(row.grade)) }
             td .num data-label=(t("Pad friction")) {
                 (maybe(row.brake_friction, 3)) (half(wagon, &BRAKE_FRICTION))

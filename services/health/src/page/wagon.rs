@@ -1,7 +1,7 @@
 //! One wagon: verdict, what to do, every indicator with interval, limits, grade and reason, trends, and a paper for the fitter.
 
 use super::kind::Part;
-use super::words::{NOTHING, data_age, icon, instant, maybe, number, sentence, timed};
+use super::words::{NOTHING, data_age, icon, instant, maybe, number, sentence, timed, vehicle};
 use super::{alerts, indicators, notes, outlook, paper, train, trends};
 use crate::api::grade::{DataState, Grade};
 use crate::api::processes::ProcessView;
@@ -81,7 +81,7 @@ fn verdict(wagon: &WagonView) -> Markup {
         div #verdict class={ "verdict g-" (wagon.grade.word()) " s-" (wagon.state.word()) } {
             (icon(wagon.grade))
             div {
-                h1 { (headline) " " small { (wagon.name) } }
+                h1 { (headline) " " small { (wagon.name) } (vehicle(wagon.vehicle_number.as_deref())) }
                 p { (timed(&sentence(&wagon.reason))) }
             }
         }
@@ -112,6 +112,13 @@ fn facts(wagon: &WagonView, snapshot: &Snapshot) -> Markup {
 fn behind(wagon: &WagonView) -> Markup {
     html! {
         dl #behind .pairs {
+            dt { (t("Vehicle number")) }
+            dd {
+                @match &wagon.vehicle_number {
+                    Some(number) => (number),
+                    None => { (t("none: what is remembered of this wagon begins with this start of the train")) }
+                }
+            }
             dt { (t("Samples processed")) } dd { (wagon.samples) }
             dt { (t("Samples lost")) } dd { (wagon.samples_missed) }
             dt { (t("Faulty sensors")) }

@@ -75,6 +75,11 @@ pub(super) fn wheelset(number: u32) -> String {
     say("wheelset {number}", &[("number", &number)])
 }
 
+/// The number of a vehicle beside the wagon that it is.
+pub(super) fn vehicle(number: Option<&str>) -> Markup {
+    html! { @if let Some(number) = number { " " small .vehicle { (number) } } }
+}
+
 /// A name of the interface for people: `brake_friction` becomes `brake friction`.
 pub(super) fn plain(name: &str) -> String {
     name.replace('_', " ")

@@ -1,7 +1,7 @@
 //! The store itself: takes messages in, gives snapshots out.
 
 use crate::alerts::model::Alert;
-use crate::alerts::{AlertBook, SharedBook};
+use crate::alerts::{AlertBook, SharedBook, Vehicles};
 use crate::store::inference::{Inference, Whole};
 use crate::store::judgement::Judgement;
 use crate::store::received::Received;
@@ -42,6 +42,9 @@ impl Store {
             settings.wagons.len() as u32,
             settings.instance.gap_folder(),
         );
+        let numbers = settings.wagons.iter().map(|wagon| wagon.vehicle_number.as_ref());
+        let numbers = numbers.map(|number| number.map(|number| number.written().to_owned()));
+        let book = book.of_vehicles(Vehicles::new(numbers.collect()));
         let book = if settings.judged_together { book.judged_together() } else { book };
         Self {
             train: settings.name.clone(),

@@ -38,6 +38,8 @@ pub(super) struct Wagon {
     pub number: u32,
     /// Its name.
     pub name: String,
+    /// The number of its vehicle, as it is written.
+    pub vehicle: Option<String>,
     /// What it is by its vehicle file.
     pub nominal: Nominal,
     /// Its latest indicators.
@@ -53,6 +55,7 @@ impl Wagon {
         Self {
             number: wagon.number,
             name: wagon.name.clone(),
+            vehicle: wagon.vehicle_number.as_ref().map(|number| number.written().to_owned()),
             nominal: railgrip_settings::nominal(&wagon.vehicle),
             health: None,
             microphone: settings.microphone(wagon.number).is_some(),

@@ -9,7 +9,7 @@ use crate::api::processes::process;
 use crate::api::sources::source;
 use crate::api::train::model::{AlertCounts, RefusedView, TrainView};
 use crate::api::wagons::model::{WagonList, WagonRow, WagonView, WheelsetView};
-use crate::api::wagons::view;
+use crate::api::wagons::view::{self, Who};
 use crate::store::inference::{Among, Inference, Whole};
 use crate::store::judgement::Judgement;
 use crate::store::received::{Received, Wagon};
@@ -104,12 +104,11 @@ impl Snapshot {
         Self::at(Arc::clone(&self.basis), whole, &self.book, Vec::new(), self.taken, now)
     }
 
-    /// The same train with the alerts as they are now.
+    /// The same train with the alerts as they are now, and all that is judged by them.
     #[must_use]
     pub fn with_present_alerts(&self) -> Self {
-        let book = self.book.lock();
-        let (alert_version, alerts) = (book.version(), AlertList { alerts: book.list(), next: None });
-        Self { alerts, alert_version, ..self.clone() }
+        let (basis, whole) = (Arc::clone(&self.basis), Arc::clone(&self.whole));
+        Self::at(basis, whole, &self.book, self.news.clone(), self.taken, self.as_of)
     }
 
     fn at(
@@ -166,8 +165,9 @@ fn wagons(basis: &Basis, now_ns: u64) -> (Vec<WagonRow>, Vec<WagonView>) {
         let health = known.health.as_deref();
         let fresh = Freshness::of(health, now_ns, received.stale_after_s);
         let estimator = received.heartbeats.get(&(ProcessKind::Estimator.code(), known.number));
-        let mut row = view::row(table, known.number, &known.name, health, fresh);
-        let mut wagon = view::wagon(table, known.number, &known.name, health, estimator, fresh, now_ns);
+        let who = Who { id: known.number, name: &known.name, vehicle: known.vehicle.as_deref() };
+        let mut row = view::row(table, who, health, fresh);
+        let mut wagon = view::wagon(table, who, health, estimator, fresh, now_ns);
         if row.state == DataState::Live {
             among.amend(&mut row, &mut wagon, fresh, &basis.judgement);
             if basis.judgement.speaks(now_ns) {

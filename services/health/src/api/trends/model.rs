@@ -52,6 +52,8 @@ pub struct TrendView {
 pub struct TrendList {
     /// The wagon.
     pub wagon: u32,
+    /// The number of its vehicle; `null` where the config gives none.
+    pub vehicle_number: Option<String>,
     /// One line an indicator.
     pub trends: Vec<TrendView>,
 }

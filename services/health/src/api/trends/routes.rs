@@ -39,7 +39,8 @@ pub(crate) async fn trends(
     Path(id): Path<String>,
 ) -> Result<Json<TrendList>, Problem> {
     let wagon = wagon(&shared, &id)?;
-    Ok(Json(TrendList { wagon, trends: of(&shared, wagon).await? }))
+    let vehicle_number = shared.history().and_then(|history| history.vehicle_number(wagon));
+    Ok(Json(TrendList { wagon, vehicle_number, trends: of(&shared, wagon).await? }))
 }
 
 /// The trends of a wagon that there is.
@@ -81,8 +82,11 @@ fn of_wagon(
     let mut points: Vec<Point> = Vec::new();
     for (span_s, step_s) in SPANS {
         let found = history.read(|reader| {
-            let id = history.consist(reader)?.id(wagon);
-            reader.query(id, &names, now_s - span_s, now_s + 1, step_s)
+            let consist = history.consist(reader)?;
+            let id = consist.id(wagon);
+            let mut points = reader.query(id, &names, now_s - span_s, now_s + 1, step_s)?;
+            points.retain(|point| point.unix_s >= consist.known_from(id));
+            Ok(points)
         })?;
         if found.len() > points.len() {
             points = found;

@@ -17,6 +17,8 @@ pub struct WagonRow {
     pub id: u32,
     /// Name.
     pub name: String,
+    /// Number of the vehicle, wherever it runs; `null` where the config gives none.
+    pub vehicle_number: Option<String>,
     /// Whether news arrive.
     pub state: DataState,
     /// Age of the last sample behind all this, s; `null` before the first.
@@ -132,7 +134,7 @@ pub struct WagonView {
     pub id: u32,
     /// Name.
     pub name: String,
-    /// Number of the vehicle, wherever it runs; `null` where the config gives none, and before the first news.
+    /// Number of the vehicle, wherever it runs; `null` where the config gives none.
     pub vehicle_number: Option<String>,
     /// Whether news arrive.
     pub state: DataState,

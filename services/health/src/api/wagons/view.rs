@@ -10,6 +10,17 @@ use railgrip_indicators::indicator::{ADHESION_AVAILABLE, ASYMMETRY, BRAKE_FRICTI
 use railgrip_indicators::{Judged, Table};
 use railgrip_messages::{Health, Heartbeat, valid};
 
+/// Which wagon.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Who<'a> {
+    /// Its place in the train, 1 first.
+    pub id: u32,
+    /// Its name.
+    pub name: &'a str,
+    /// The number of its vehicle, where it has one.
+    pub vehicle: Option<&'a str>,
+}
+
 /// The worst grade of a wagon and where it comes from.
 fn verdict(table: Table, health: Option<&Health>, fresh: Freshness) -> (Grade, String) {
     let Some(health) = health.filter(|_| fresh.is_live()) else { return (Grade::Unknown, fresh.reason()) };
@@ -42,14 +53,15 @@ fn condition(health: &Health) -> Option<Condition> {
 }
 
 /// One line about a wagon.
-pub(crate) fn row(table: Table, id: u32, name: &str, health: Option<&Health>, fresh: Freshness) -> WagonRow {
+pub(crate) fn row(table: Table, who: Who<'_>, health: Option<&Health>, fresh: Freshness) -> WagonRow {
     let (grade, reason) = verdict(table, health, fresh);
     let of = |spec| health.and_then(|health| table.wagon(health, spec).figure()).map(rounded);
     let live = health.filter(|_| fresh.is_live());
     let wheelsets = || live.map(|health| &health.wheelset[..health.wheelset_count()]);
     WagonRow {
-        id,
-        name: name.to_owned(),
+        id: who.id,
+        name: who.name.to_owned(),
+        vehicle_number: who.vehicle.map(str::to_owned),
         state: fresh.state,
         age_s: fresh.age_s,
         grade,
@@ -69,8 +81,7 @@ pub(crate) fn row(table: Table, id: u32, name: &str, health: Option<&Health>, fr
 /// Everything about a wagon.
 pub(crate) fn wagon(
     table: Table,
-    id: u32,
-    name: &str,
+    who: Who<'_>,
     health: Option<&Health>,
     estimator: Option<&Heartbeat>,
     fresh: Freshness,
@@ -93,11 +104,10 @@ pub(crate) fn wagon(
     let condition = condition(health);
     let share = |share: f64| condition.map(|_| rounded(share));
     let [rail_dry, rail_wet, rail_low, rail_very_low] = health.condition_probability.map(share);
-    let number = health.vehicle.as_str();
     WagonView {
-        id,
-        name: name.to_owned(),
-        vehicle_number: (!number.is_empty()).then(|| number.to_owned()),
+        id: who.id,
+        name: who.name.to_owned(),
+        vehicle_number: who.vehicle.map(str::to_owned),
         state: fresh.state,
         age_s: fresh.age_s,
         acquired_at,
