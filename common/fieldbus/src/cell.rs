@@ -106,10 +106,45 @@ impl Cell {
                 wanted.end()
             ));
         }
+        if self.factor == 0.0 || !self.factor.is_finite() {
+            return Err(format!("has the factor {}, allowed is a finite one other than 0", self.factor));
+        }
+        if !self.offset.is_finite() {
+            return Err(format!("has the offset {}, allowed is a finite one", self.offset));
+        }
         match self.last_byte() {
             Some(last) if last < size => Ok(()),
             _ => Err(format!("does not fit into the {size} bytes of its message")),
         }
+    }
+
+    /// Its bits, as one number each that tells them apart.
+    fn places(&self) -> impl Iterator<Item = usize> {
+        // Of big-endian cells, bits are counted from the top of a byte.
+        let first = match self.order {
+            Order::Little => self.start_bit,
+            Order::Big => self.start_bit / 8 * 8 + 7 - self.start_bit % 8,
+        };
+        let order = self.order;
+        (first..first.saturating_add(self.bits)).map(move |bit| match order {
+            Order::Little => bit,
+            Order::Big => bit / 8 * 8 + 7 - bit % 8,
+        })
+    }
+
+    /// Whether both can be there in one message, on bits of which some are the same.
+    #[must_use]
+    pub fn overlaps(&self, other: &Self) -> bool {
+        !self.excludes(other) && self.places().any(|bit| other.places().any(|own| own == bit))
+    }
+
+    /// Whether a switch gives the place to one of the two only.
+    fn excludes(&self, other: &Self) -> bool {
+        let apart = |one: &Selector, two: &Selector| {
+            let disjoint = |a: &(u64, u64)| two.values.iter().all(|b| a.1 < b.0 || b.1 < a.0);
+            one.cell == two.cell && one.values.iter().all(disjoint)
+        };
+        self.selectors.iter().any(|one| other.selectors.iter().any(|two| apart(one, two)))
     }
 
     /// The last byte that it reaches.

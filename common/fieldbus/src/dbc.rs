@@ -21,7 +21,15 @@ pub fn read(text: &str) -> Result<Catalogue, FieldbusError> {
             signal: signal.name.clone(),
             problem,
         };
-        let mut cells = Vec::new();
+        let refuse = |problem: String| FieldbusError::Message { message: message.name.clone(), problem };
+        if let Some(other) = messages.iter().find(|other: &&Message| other.key == message.id.raw()) {
+            let (id, name) = (message.id.raw() & 0x1FFF_FFFF, &other.name);
+            return Err(refuse(format!("has the identifier {id} of message {name}")));
+        }
+        if messages.iter().any(|other| other.name == message.name) {
+            return Err(refuse("stands twice, with two identifiers".to_owned()));
+        }
+        let mut cells: Vec<(String, Cell)> = Vec::new();
         for signal in &message.signals {
             let mut cell = plain(&dbc, message, signal);
             cell.selectors = selectors(&dbc, message, signal).map_err(|problem| wrong(signal, problem))?;
@@ -29,6 +37,12 @@ pub fn read(text: &str) -> Result<Catalogue, FieldbusError> {
             cell.check(size).map_err(|problem| wrong(signal, problem))?;
             for selector in &cell.selectors {
                 selector.cell.check(size).map_err(|problem| wrong(signal, problem))?;
+            }
+            if cells.iter().any(|(name, _)| *name == signal.name) {
+                return Err(wrong(signal, "stands twice in its message".to_owned()));
+            }
+            if let Some((other, _)) = cells.iter().find(|(_, other)| other.overlaps(&cell)) {
+                return Err(wrong(signal, format!("lies on bits of {other}")));
             }
             cells.push((signal.name.clone(), cell));
         }

@@ -19,6 +19,14 @@ pub enum FieldbusError {
         /// What is wrong.
         problem: String,
     },
+    /// A message whose description contradicts itself or another.
+    #[error("message {message}: {problem}")]
+    Message {
+        /// Name of the message.
+        message: String,
+        /// What is wrong.
+        problem: String,
+    },
     /// The mapping asks for something that no message has.
     #[error("no message has \"{name}\"; {near}")]
     Unknown {

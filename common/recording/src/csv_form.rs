@@ -3,12 +3,36 @@
 
 use crate::error::{Place, Problem, RecordingError, Result};
 use crate::instant::instant_s;
-use crate::table::{ColumnChoice, Table, Words};
+use crate::table::{ColumnChoice, MOST_BYTES, Table, Words, fits};
 use csv::ByteRecord;
+use std::cell::Cell;
 use std::io::{BufRead, Read, Write};
 use std::path::Path;
+use std::rc::Rc;
 
 const BYTE_ORDER_MARK: &str = "\u{feff}";
+
+/// Bytes of one row, or of what holds no row at all; more is no table, or is made to fill the memory.
+const LONGEST_ROW: u64 = 1 << 20;
+
+/// Counts the bytes since the last row, and ends where they are too many.
+struct Rowwise<R> {
+    source: R,
+    since_row: Rc<Cell<u64>>,
+}
+
+impl<R: Read> Read for Rowwise<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        if self.since_row.get() > LONGEST_ROW {
+            return Err(std::io::Error::other(TOO_LONG));
+        }
+        let read = self.source.read(buffer)?;
+        self.since_row.set(self.since_row.get() + read as u64);
+        Ok(read)
+    }
+}
+
+const TOO_LONG: &str = "the row is too long";
 
 /// What a cell may hold where nothing was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +50,18 @@ pub(crate) fn read(
     choose: ColumnChoice<'_>,
     missing: Missing,
 ) -> Result<Table> {
-    let mut source = std::io::BufReader::new(source);
+    read_at_most(source, file, choose, missing, MOST_BYTES)
+}
+
+fn read_at_most(
+    source: impl Read,
+    file: &Path,
+    choose: ColumnChoice<'_>,
+    missing: Missing,
+    most_bytes: u64,
+) -> Result<Table> {
+    let since_row = Rc::new(Cell::new(0));
+    let mut source = std::io::BufReader::new(Rowwise { source, since_row: Rc::clone(&since_row) });
     let dialect = Dialect::of(source.fill_buf().map_err(|e| RecordingError::new(file, Problem::Io(e)))?);
     let mut builder = csv::ReaderBuilder::new();
     let mut reader =
@@ -35,9 +70,14 @@ pub(crate) fn read(
     let (names, wanted) = header(&mut reader, &mut record, file, choose)?;
     let mut columns = vec![Vec::new(); names.len()];
     let mut lines = Vec::new();
+    let columns_wanted = wanted.iter().filter(|wanted| **wanted).count();
+    since_row.set(0);
     while next(&mut reader, &mut record, file)? {
+        since_row.set(0);
         let line = line_of(&record);
         let error = |problem| RecordingError::new(file, problem).at(Place::Line(line));
+        // Its number of the line takes as much as a cell, though nobody asks for it.
+        fits(lines.len() as u64 + 1, columns_wanted.max(1), most_bytes).map_err(error)?;
         if record.len() != names.len() {
             return Err(error(Problem::Ragged { expected: names.len(), found: record.len() }));
         }
@@ -63,10 +103,11 @@ fn header(
     }
     let error = |problem| RecordingError::new(file, problem).at(Place::Line(line_of(record)));
     let mut names: Vec<String> = Vec::with_capacity(record.len());
+    let mut known = std::collections::HashSet::new();
     for cell in record.iter() {
         let text = std::str::from_utf8(cell).map_err(|_| error(Problem::NotText))?;
         let name = text.trim_start_matches(BYTE_ORDER_MARK).trim();
-        if names.iter().any(|known| known == name) {
+        if !known.insert(name.to_owned()) {
             return Err(error(Problem::DuplicateColumn).column(name));
         }
         names.push(name.to_owned());
@@ -79,6 +120,10 @@ fn next(reader: &mut csv::Reader<impl Read>, record: &mut ByteRecord, file: &Pat
     reader.read_byte_record(record).map_err(|e| {
         let text = e.to_string();
         match e.into_kind() {
+            csv::ErrorKind::Io(e) if e.get_ref().is_some_and(|inner| inner.to_string() == TOO_LONG) => {
+                let problem = Problem::RowTooLong { most_mib: LONGEST_ROW >> 20 };
+                RecordingError::new(file, problem).at(Place::Line(reader.position().line()))
+            }
             csv::ErrorKind::Io(e) => RecordingError::new(file, Problem::Io(e)),
             _ => RecordingError::new(file, Problem::Io(std::io::Error::other(text))),
         }
@@ -159,4 +204,71 @@ pub(crate) fn write_rows(to: &mut impl Write, columns: &[Vec<f64>], words: &[Wor
         to.write_all(b"\n")?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(text: impl Read, most_bytes: u64) -> Result<Table> {
+        let all = |names: &[String]| Ok(vec![true; names.len()]);
+        read_at_most(text, Path::new("x.csv"), &all, Missing::AnyText, most_bytes)
+    }
+
+    #[test]
+    fn rows_fit_exactly_or_are_refused_with_the_limit() {
+        let text = format!("a,b\n{}", "1,2\n".repeat(1000));
+        assert_eq!(of(text.as_bytes(), 16_000).expect("it fits").rows(), 1000);
+        let error = of(text.as_bytes(), 15_999).expect_err("too much");
+        assert!(matches!(error.problem, Problem::TooManyCells { rows: 1000, columns: 2, .. }), "{error}");
+        assert!(error.to_string().starts_with("x.csv, line 1001: 1000 rows of 2 columns fill"), "{error}");
+    }
+
+    /// Each would fill any memory, or never end.
+    #[test]
+    fn a_row_without_end_is_refused_wherever_it_stands() {
+        let endless: [(&str, &[u8]); 6] = [
+            ("", b"x"),
+            ("a,b\n1,2\n", b"1"),
+            ("a,b\n1,2\n", b"1,"),
+            ("a,b\n1,2\n", b"\n"),
+            ("a,b\n1,2\n\"", b"1\n"),
+            ("\"", b"a\n"),
+        ];
+        for (begin, more) in endless {
+            let rest = std::io::BufReader::new(Endless { of: more, at: 0, left: 1 << 30 });
+            let error = of(begin.as_bytes().chain(rest), MOST_BYTES).expect_err("no end");
+            assert!(matches!(error.problem, Problem::RowTooLong { .. }), "{begin:?} {more:?}: {error}");
+            assert!(error.to_string().contains("line "), "{error}");
+        }
+    }
+
+    /// The same bytes again and again, and a failure of the test where a whole gigabyte of them was taken.
+    struct Endless {
+        of: &'static [u8],
+        at: usize,
+        left: usize,
+    }
+
+    impl Read for Endless {
+        fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+            assert!(self.left >= buffer.len(), "a gigabyte was read");
+            self.left -= buffer.len();
+            for byte in buffer.iter_mut() {
+                *byte = self.of[self.at];
+                self.at = (self.at + 1) % self.of.len();
+            }
+            Ok(buffer.len())
+        }
+    }
+
+    #[test]
+    fn a_packed_file_that_grows_without_end_is_refused() {
+        use flate2::{Compression, read::GzEncoder};
+        let rows = Endless { of: b"1\n", at: 0, left: 1 << 30 }.take(64 << 20);
+        let packed = GzEncoder::new("a\n".as_bytes().chain(rows), Compression::best());
+        let error = of(flate2::read::MultiGzDecoder::new(std::io::BufReader::new(packed)), 1 << 20)
+            .expect_err("too much");
+        assert!(matches!(error.problem, Problem::TooManyCells { .. }), "{error}");
+    }
 }

@@ -193,6 +193,14 @@ pub enum Problem {
         /// Most that is read.
         most_mib: u64,
     },
+    /// A row that would fill the memory by itself.
+    #[error(
+        "a row of more than {most_mib} MiB, or as much without any row: this is no table of measurements"
+    )]
+    RowTooLong {
+        /// Longest row that is read.
+        most_mib: u64,
+    },
     /// Metadata and data that do not belong together.
     #[error("{found} values where the metadata says {claimed} rows: the file is damaged or forged")]
     RowCount {

@@ -50,7 +50,7 @@ pub use prepare::{Prepared, prepare};
 pub use recording::{Optional, Recording, Row};
 pub use rig::{RIG_VALUES, RigColumn, RigRecording, RigRow};
 pub use run_name::{RailClass, RunFile, runs_in};
-pub use survey::{Surveyed, proposal, survey};
+pub use survey::{FirstMinute, Guess, Surveyed, first_minute, proposal, survey};
 pub use table::{HeaderCheck, Table, expect_columns};
 pub use table_file::Form;
 pub use truth::{Truth, TruthRow};

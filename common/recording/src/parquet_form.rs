@@ -3,7 +3,7 @@
 
 use crate::error::{Problem, RecordingError, Result};
 use crate::parquet_cells::{Meaning, Sink};
-use crate::table::{ColumnChoice, Table, Words};
+use crate::table::{ColumnChoice, MOST_BYTES, Table, Words, fits};
 use crate::{arrow_schema, parquet_cells, parquet_pages};
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
 use parquet::column::reader::get_column_reader;
@@ -21,9 +21,6 @@ use std::sync::Arc;
 
 /// Where Arrow keeps its schema in the metadata of a file.
 const ARROW_SCHEMA: &str = "ARROW:schema";
-/// Most memory that the columns of a file may fill: 512 MiB, which a computer on board has to spare. Twelve hours of 15 columns
-/// at 100 Hz.
-const MOST_BYTES: u64 = 512 << 20;
 
 /// Reads the columns that `choose` wants.
 ///
@@ -86,15 +83,6 @@ fn rows(metadata: &ParquetMetaData) -> std::result::Result<u64, Problem> {
     match found == claimed {
         true => Ok(claimed),
         false => Err(Problem::RowCount { claimed, found }),
-    }
-}
-
-fn fits(rows: u64, columns: usize, most_bytes: u64) -> std::result::Result<(), Problem> {
-    let bytes = rows.saturating_mul(columns as u64).saturating_mul(size_of::<f64>() as u64);
-    let mib = |bytes: u64| bytes.div_ceil(1 << 20);
-    match bytes <= most_bytes {
-        true => Ok(()),
-        false => Err(Problem::TooManyCells { rows, columns, mib: mib(bytes), most_mib: mib(most_bytes) }),
     }
 }
 

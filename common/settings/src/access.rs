@@ -5,7 +5,7 @@
 
 use crate::SettingsError;
 use crate::place::ConfigText;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -83,17 +83,25 @@ pub struct AuditSettings {
     pub keep: usize,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct HttpTable {
+    /// ADDRESS:PORT of the HTTP service; port 0 takes any free one.
     pub listen: String,
+    /// What is served is at most so old, ms.
     pub refresh_ms: f64,
+    /// A wagon without news for so long is stale, s.
     pub stale_after_s: f64,
+    /// Other origins whose pages may read the interface.
     pub cors_origins: Vec<String>,
     pub tls: Option<TlsTable>,
+    /// Who may come in: see `railgrip token`; without it everybody who reaches the address.
     pub token_file: Option<String>,
+    /// An address beyond loopback without TLS and tokens: everybody there reads and acknowledges.
     pub allow_insecure: bool,
+    /// Names under which browsers reach the service, besides addresses and localhost.
     pub hosts: Vec<String>,
+    /// A login on the page ends after so long, h.
     pub session_hours: f64,
     pub limits: LimitsTable,
     pub audit: AuditTable,
@@ -117,26 +125,39 @@ impl Default for HttpTable {
     }
 }
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TlsTable {
+    /// Certificate of the service and those that lead to a root (PEM); required in this table.
     pub certificate: String,
+    /// Its private key (PEM); required in this table.
     pub key: String,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct LimitsTable {
+    /// Connections at a time, all clients together.
     pub connections: u32,
+    /// Connections at a time of one client.
     pub connections_per_client: u32,
+    /// Requests of one client in the long run, 1/s; 0: no limit.
     pub requests_per_s: f64,
+    /// Requests of one client at once.
     pub burst: f64,
+    /// Clients on this machine keep to the limits of one client, too.
     pub on_loopback: bool,
+    /// Addresses of proxies, whose X-Forwarded-For says whose limits hold.
     pub proxies: Vec<String>,
+    /// Largest body of a request, kB.
     pub body_kb: f64,
+    /// Time for a handshake, for the head of a request, and between two requests, s.
     pub head_s: f64,
+    /// Time for the body of a request, s.
     pub body_s: f64,
+    /// Time until an answer begins, s.
     pub answer_s: f64,
+    /// Who takes nothing for so long is cut off, s.
     pub stall_s: f64,
 }
 
@@ -158,11 +179,14 @@ impl Default for LimitsTable {
     }
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct AuditTable {
+    /// Who did what, from where (JSON lines); without it `audit.jsonl` in the folder of what lasts.
     pub file: Option<String>,
+    /// Then a new file is begun, MB.
     pub max_mb: f64,
+    /// So many files are kept, the current one included.
     pub keep: u32,
 }
 

@@ -1,7 +1,7 @@
 //! `[alerts]`: when an alert is raised, grouped and cleared, and where alerts are kept.
 
 use crate::place::ConfigText;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// When an alert is raised, grouped and cleared.
@@ -31,14 +31,20 @@ impl Default for AlertSettings {
     }
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct AlertTable {
+    /// A cause must last so long before an alert is raised, s.
     raise_after_s: f64,
+    /// A cause must be gone for so long before its alert is cleared, s; doubled each time it comes back.
     clear_after_s: f64,
+    /// A cause that comes back within so long is the same alert, s.
     reopen_within_s: f64,
+    /// One alert for the train when this share of its wagons has the cause, 0 to 1.
     group_share: f64,
+    /// And at least so many wagons.
     group_least: u32,
+    /// Database of alerts and of the notification log; without it `alerts.db` in the folder of the history.
     journal: Option<String>,
 }
 

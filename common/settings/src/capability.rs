@@ -2,7 +2,7 @@
 
 use crate::place::ConfigText;
 use railgrip_indicators::train::capability::FullBraking;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// What full braking of this train is, for the braking capability.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,15 +31,22 @@ impl CapabilitySettings {
     }
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct CapabilityTable {
+    /// Deceleration that full braking would give with nominal pads on good rail, m/s².
     full_deceleration_m_s2: f64,
+    /// From the driver's action until the brakes act in full, as a dead time, s.
     response_s: f64,
+    /// Speeds for which stopping distances are given, km/h.
     speeds_km_h: Vec<f64>,
+    /// Length of a cell of the adhesion map, m.
     cell_m: f64,
+    /// What a cell of the map knows fades to nothing in about this time, s.
     map_memory_s: f64,
+    /// The map is handed to the history so often, s.
     map_save_s: f64,
+    /// Most cells that are kept.
     most_cells: u32,
 }
 

@@ -1,7 +1,7 @@
 //! `[diagnosis]`: whether the train diagnoses by itself what its model does not explain.
 
 use crate::place::ConfigText;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// Whether and how long recordings of mismatches are diagnosed by the train itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,10 +12,12 @@ pub struct DiagnosisSettings {
     pub time_limit_s: f64,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct DiagnosisTable {
+    /// Whether `railgrip up` starts a diagnoser of what the model does not explain.
     pub automatic: bool,
+    /// A diagnosis that takes longer is given up, s.
     pub time_limit_s: f64,
 }
 

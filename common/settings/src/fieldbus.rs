@@ -4,7 +4,7 @@ use crate::SettingsError;
 use crate::place::ConfigText;
 use railgrip_fieldbus::{Catalogue, FieldbusError, Lanes, Plan, dbc, trdp};
 use railgrip_recording::Mapping;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
@@ -14,7 +14,7 @@ const HOLD_MS: f64 = 500.0;
 const LARGEST_FILE: u64 = 32 << 20;
 
 /// One text or several.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(untagged)]
 pub(crate) enum Several {
     One(String),

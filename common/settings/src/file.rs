@@ -12,13 +12,14 @@ use crate::receivers::{DeliveryTable, NotifyTable, ReceiverTable};
 use crate::source::SourceTable;
 use railgrip_filter::EstimatorConfig;
 use railgrip_indicators::IndicatorSettings;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// The whole file.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TrainFile {
+    /// Version of the form of the file; required.
     pub schema: u32,
     pub train: TrainTable,
     #[serde(default)]
@@ -60,30 +61,41 @@ pub(crate) struct TrainFile {
     pub logging: LoggingTable,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TrainTable {
+    /// Name of the train: 1 to 32 letters, digits, `-`, `_`, `.`; required.
     pub name: String,
+    /// Number of wagons, unless `[[wagon]]` tables or recordings say how many, 1 to 200.
     pub wagons: Option<u32>,
+    /// Vehicle file of every wagon that names none of its own, relative to this file.
     pub vehicle: Option<String>,
+    /// Whether the wagons are judged together, true or false; without it, where every vehicle file says that its wagon runs coupled.
     pub coupled: Option<bool>,
 }
 
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct WagonTable {
+    /// Name for people; without it that of its recording, or `wagon-N`.
     pub name: Option<String>,
+    /// Vehicle number, to which what is remembered belongs; without one the wagon starts fresh with every start of the train.
     pub number: Option<String>,
+    /// It runs with its other end first: its last wheelset leads.
     #[serde(default)]
     pub turned: bool,
+    /// Its own vehicle file, relative to this file; without it that of the train.
     pub vehicle: Option<String>,
+    /// Vehicle file that the simulation alone takes: what the estimator is not told.
     pub simulated: Option<String>,
+    /// Its own filter; without it that of `[estimator]`.
     pub filter: Option<String>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct SamplesTable {
+    /// Samples of so many milliseconds travel together, ms.
     pub batch_ms: f64,
 }
 
@@ -93,10 +105,12 @@ impl Default for SamplesTable {
     }
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct ReportingTable {
+    /// Time between two snapshots of an estimator, s.
     pub snapshot_period_s: f64,
+    /// How often indicators are published, Hz.
     pub health_rate_hz: f64,
 }
 
@@ -106,10 +120,12 @@ impl Default for ReportingTable {
     }
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct LoggingTable {
+    /// Level, or a filter such as `info,railgrip_bus=debug`.
     pub level: String,
+    /// How log lines look; `auto` is text on a terminal and JSON otherwise.
     pub format: LogFormat,
 }
 
@@ -120,7 +136,7 @@ impl Default for LoggingTable {
 }
 
 /// How log lines look.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LogFormat {
     /// Text on a terminal, JSON otherwise.

@@ -3,7 +3,7 @@
 
 use crate::SettingsError;
 use crate::place::{ConfigText, line_at, position};
-use crate::reference::tracer;
+use crate::reference::tracer::{self, Traced};
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use toml::de::{DeTable, DeValue};
@@ -104,15 +104,15 @@ fn table_of(text: &str) -> String {
 }
 
 /// What may stand for a key that is missing, so that the rest can be read.
-fn stand_in(path: &[String], kinds: &[(String, String)]) -> &'static str {
+fn stand_in(path: &[String], kinds: &[Traced]) -> &'static str {
     let fits = |name: &str| {
         let parts: Vec<&str> = name.split('.').collect();
         let own = generic(path);
         parts.len() == own.len() && parts.iter().zip(&own).all(|(part, own)| part == own || *part == "NAME")
     };
     let prefix = format!("{}.", generic(path).join("."));
-    match kinds.iter().find(|(name, _)| fits(name)) {
-        Some((_, takes)) => match takes.as_str() {
+    match kinds.iter().find(|key| fits(&key.name)) {
+        Some(key) => match key.takes.as_str() {
             "true or false" => "true",
             "a number" => "1.0",
             "a whole number" => "1",
@@ -121,7 +121,7 @@ fn stand_in(path: &[String], kinds: &[(String, String)]) -> &'static str {
             takes if takes.starts_with("webhook") => "\"webhook\"",
             _ => "\"x\"",
         },
-        None if kinds.iter().any(|(name, _)| name.starts_with(&prefix)) => "{}",
+        None if kinds.iter().any(|key| key.name.starts_with(&prefix)) => "{}",
         None => "\"x\"",
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::instance::systemd_state;
 use crate::place::ConfigText;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// The history of a train.
@@ -30,18 +30,28 @@ pub struct TierLimits {
 }
 
 /// The table `[history]`.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct HistoryTable {
+    /// Whether the train remembers what it was like.
     enabled: bool,
+    /// Folder of its database; without it the state folder of systemd, of the instance or of the user.
     dir: Option<String>,
+    /// Time between two writes, s: what a power cut may take.
     flush_s: f64,
+    /// Age at which buckets of a second go, days.
     second_days: f64,
+    /// Size above which the oldest buckets of a second go, MB.
     second_mb: f64,
+    /// Age at which buckets of a minute go, days.
     minute_days: f64,
+    /// Size above which the oldest buckets of a minute go, MB.
     minute_mb: f64,
+    /// Age at which buckets of an hour go, days.
     hour_days: f64,
+    /// Size above which the oldest buckets of an hour go, MB.
     hour_mb: f64,
+    /// Age at which events go, days.
     event_days: f64,
 }
 

@@ -3,17 +3,20 @@
 use crate::SettingsError;
 use crate::identity::VehicleNumber;
 use crate::place::ConfigText;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// Longest path of the folder: with the names of the sockets in it, it fits into the 107 bytes of a socket path.
 const MAX_DIR: usize = 92;
 
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct InstanceTable {
+    /// Folder of the channels and files of this train; without it `$XDG_RUNTIME_DIR/railgrip/NAME`.
     pub dir: Option<String>,
+    /// Prefix of its shared-memory files, 1 to 16 letters, digits, `-`, `_`; without it made from `dir`.
     pub prefix: Option<String>,
+    /// Where estimators keep their snapshots; without it `snapshots` in `dir`.
     pub snapshot_dir: Option<String>,
 }
 

@@ -3,33 +3,41 @@
 use crate::SettingsError;
 use crate::place::ConfigText;
 use railgrip_recording::{Combine, Flag, Mapping, Rule, quantity_of, unit};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Where one column comes from.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RuleTable {
+    /// Name of the input that becomes the column NAME of a run, or a list of them; required.
     from: Inputs,
+    /// Unit of the input, for example km/h, rpm, kN, bar; without it that of the column.
     unit: Option<String>,
+    /// Units of the column of one SI unit of the input, for example m² of a cylinder × rigging ratio; without it 1.
     scale: Option<f64>,
+    /// 1 or -1; without it 1.
     sign: Option<f64>,
+    /// Added at last, in the unit of the column.
     #[serde(default)]
     offset: f64,
+    /// How several inputs become one: the first that is there, their mean, or their sum.
     #[serde(default)]
     combine: CombineWord,
+    /// Name of an input that says whether the value counts.
     flag: Option<String>,
+    /// What the flag says of a value that counts; without it 1.
     flag_is: Option<f64>,
 }
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(untagged)]
 enum Inputs {
     One(String),
     Several(Vec<String>),
 }
 
-#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 enum CombineWord {
     #[default]

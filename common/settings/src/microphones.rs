@@ -4,7 +4,7 @@ use crate::SettingsError;
 use crate::place::ConfigText;
 use crate::source::Source;
 use railgrip_acoustics::synthesis::{Rig, rig_names};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// How listeners listen.
@@ -46,21 +46,29 @@ pub enum AudioSource {
     },
 }
 
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct AcousticTable {
+    /// File of the model by which is listened; without it the one that is part of the program.
     model: Option<String>,
+    /// A probability within so much of 0.5 keeps the condition before; 0 as in the paper.
     hysteresis: f64,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MicrophoneTable {
+    /// Number of the wagon that it hears; required.
     wagon: u32,
+    /// What synthesised noise sounds like: the name of a rig; without it `track`.
     rig: Option<String>,
+    /// Background over the dry rolling noise at half the rig's highest speed, dB; without it -25.
     noise_db: Option<f64>,
+    /// Seed of the noise; without it 1.
     seed: Option<u64>,
+    /// WAV files or globs in place of synthesised noise.
     recordings: Option<Vec<String>>,
+    /// Begin the recordings again at the end; without it true.
     #[serde(rename = "loop")]
     repeat: Option<bool>,
 }

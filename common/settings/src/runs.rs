@@ -17,13 +17,13 @@ pub struct ReplayRun {
 /// Names of the vehicle or rig file that belongs to the recordings beside and below it.
 const VEHICLE_FILES: [&str; 2] = ["vehicle.toml", "rig.toml"];
 
-/// Finds the runs of `patterns`: recordings, folders of recordings, or globs of either, in the order of their paths; numbers in
-/// them count by value, so that wagon 10 follows wagon 9.
+/// Finds the runs of `patterns`: recordings, folders of recordings, or globs of either, in the order in which they are named. What one
+/// pattern finds is in the order of the paths; numbers in them count by value, so that wagon 10 follows wagon 9.
 ///
 /// # Errors
 /// In words: a pattern that is none, that finds nothing, or a folder without recordings.
 pub(crate) fn find(patterns: &[String], base: &Path) -> Result<Vec<ReplayRun>, String> {
-    let mut paths = Vec::new();
+    let mut paths: Vec<PathBuf> = Vec::new();
     for pattern in patterns {
         let full = base.join(pattern);
         let text = full.to_string_lossy();
@@ -38,13 +38,19 @@ pub(crate) fn find(patterns: &[String], base: &Path) -> Result<Vec<ReplayRun>, S
         if found.is_empty() {
             return Err(format!("`{}` finds no recording and no folder", full.display()));
         }
+        let mut of_pattern = Vec::new();
         for path in found {
-            if path.is_dir() { paths.extend(in_folder(&path)?) } else { paths.push(path) }
+            if path.is_dir() { of_pattern.extend(in_folder(&path)?) } else { of_pattern.push(path) }
+        }
+        of_pattern.retain(|path| is_recording(path));
+        of_pattern.sort_by(|a, b| natural(a, b));
+        // What several patterns find stands where it was named first.
+        for path in of_pattern {
+            if !paths.contains(&path) {
+                paths.push(path);
+            }
         }
     }
-    paths.retain(|path| is_recording(path));
-    paths.sort_by(|a, b| natural(a, b));
-    paths.dedup();
     if paths.is_empty() {
         return Err(format!("`{}`: no .csv or .parquet file", patterns.join("`, `")));
     }
@@ -185,6 +191,21 @@ mod tests {
             names,
             ["2/x.csv", "11/x.csv", "w1.dry.csv", "w1.wet.csv", "w9.csv", "w10.csv", "w010b.csv"]
         );
+    }
+
+    #[test]
+    fn runs_keep_the_order_in_which_they_were_named_and_those_of_a_pattern_are_sorted() {
+        let dir = tempfile::tempdir().unwrap();
+        for file in ["run2.csv", "run10.csv", "run1.csv", "b.csv", "a.csv"] {
+            std::fs::write(dir.path().join(file), "").unwrap();
+        }
+        let names = |patterns: &[&str]| -> Vec<String> {
+            let patterns: Vec<String> = patterns.iter().map(|pattern| (*pattern).to_owned()).collect();
+            find(&patterns, dir.path()).unwrap().into_iter().map(|run| run.name).collect()
+        };
+        assert_eq!(names(&["b.csv", "a.csv", "run10.csv"]), ["b", "a", "run10"]);
+        assert_eq!(names(&["b.csv", "run*.csv", "a.csv"]), ["b", "run1", "run2", "run10", "a"]);
+        assert_eq!(names(&["run10.csv", "run*.csv"]), ["run10", "run1", "run2"]);
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::receivers::{BROKER_IN_THE_CLEAR, BrokerTls, is_this_machine};
 use crate::runs::{self, ReplayRun};
 use railgrip_recording::Mapping;
 use railgrip_simulation::Scenario;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
@@ -20,38 +20,63 @@ const DEFAULT_SCENARIO: &str = include_str!("../../../config/scenarios/demo.toml
 const DEFAULT_SCENARIO_NAME: &str = "demo";
 /// Where scenarios with a name lie, seen from the config.
 const SCENARIO_FOLDER: &str = "scenarios";
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SourceTable {
+    /// Where samples come from; required.
     pub kind: SourceKind,
+    /// simulate: name of a scenario in `scenarios/`, or a file; without it `demo`.
     pub scenario: Option<String>,
+    /// rig: the published test, for example `schwarz-wsp` or `zhao-water-2`.
     pub programme: Option<String>,
+    /// simulate, rig: seed of everything random; without it 1.
     pub seed: Option<u64>,
+    /// simulate: samples a second, Hz; without it that of the vehicle's sensors.
     pub sample_rate_hz: Option<f64>,
+    /// replay: recordings, folders of them or globs, one recording a wagon.
     pub runs: Option<Vec<String>>,
+    /// simulate, rig, replay, can with `file`: simulated or recorded seconds in a second; without it 1.
     pub speed: Option<f64>,
+    /// replay, rig, can with `file`: begin again at the end; without it true, of a log of frames false.
     #[serde(rename = "loop")]
     pub repeat: Option<bool>,
+    /// tcp, udp, trdp: ADDRESS:PORT on which samples arrive.
     pub listen: Option<String>,
+    /// mqtt: name or address of the broker.
     pub host: Option<String>,
+    /// mqtt: port of the broker; without it 1883, by TLS 8883.
     pub port: Option<u16>,
+    /// mqtt: filter of the topics with samples.
     pub topic: Option<String>,
+    /// mqtt: name under which the broker knows us; without it `railgrip-ingest`.
     pub client_id: Option<String>,
+    /// mqtt: user, where the broker asks for one.
     pub user: Option<String>,
+    /// mqtt: file with the password, read at every connection.
     pub password_file: Option<String>,
+    /// mqtt: the broker is reached by TLS; without it false.
     pub tls: Option<bool>,
+    /// mqtt: who may have signed the broker's certificate (PEM); without it the public authorities.
     pub ca_file: Option<String>,
+    /// mqtt: a password may travel without TLS beyond this machine; without it false.
     pub allow_insecure: Option<bool>,
+    /// can: name of an interface, or a list with one a wagon.
     pub interface: Option<Several>,
+    /// can: a log in the form of `candump -L` in place of the interfaces.
     pub file: Option<String>,
+    /// can: the DBC file; trdp: the XML file of the device.
     pub database: Option<String>,
+    /// trdp: addresses of the senders, one a wagon; without them names tell the wagons apart.
     pub senders: Option<Vec<String>>,
+    /// trdp: multicast groups to join.
     pub groups: Option<Vec<String>>,
+    /// can, trdp: the message that makes a row; without it that of the first wheelset's speed.
     pub sample_on: Option<String>,
+    /// can, trdp: a value counts for so long after its message, ms; without it 500.
     pub hold_ms: Option<f64>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum SourceKind {
     Simulate,

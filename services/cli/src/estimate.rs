@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use indicatif::ProgressBar;
 use railgrip_diagnosis::data::units;
 use railgrip_estimator::convert;
+use railgrip_estimator::sight::Sight;
 use railgrip_experiments::rigs::{bogie_sample, traction_sample};
 use railgrip_filter::models::bogie_rig::slip_based::{PaperReader, PaperReading};
 use railgrip_filter::{
@@ -98,18 +99,67 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     }
     let mut estimator = railgrip_filter::estimator(&config, &plant).map_err(CliError::bad_input)?;
     let inputs = read(args, &plant, &mapping)?;
+    if !inputs.is_empty() && !inputs.iter().any(measured) {
+        let why =
+            "no row has a measured speed, neither of the vehicle nor of a wheelset: nothing can be estimated";
+        return Err(CliError::bad_input(format!("{}: {why}", args.run.display())));
+    }
+    // As live: where no speed has been measured for long, an estimate would be invented.
+    let mut sight = Sight::default();
+    let seen: Vec<bool> = inputs.iter().map(|input| sight.goes_on(time_s(input), measured(input))).collect();
+    let kept: Vec<EstimatorInput> =
+        inputs.iter().zip(&seen).filter(|(_, seen)| **seen).map(|(input, _)| *input).collect();
     let outputs = match args.smooth {
-        true => smooth_record(&mut estimator, &inputs).map_err(|error| match error {
+        true => smooth_record(&mut estimator, &kept).map_err(|error| match error {
             FilterError::NotSmoothable(_) => CliError::bad_input(format!("--smooth: {error}")),
             error => CliError::failed(error),
         })?,
-        false => forward(&mut *estimator, &inputs),
+        false => forward(&mut *estimator, &kept),
     };
-    table(args, &inputs, &outputs, &plant)?.write(&args.out).map_err(CliError::failed)?;
+    let estimates = estimates(&inputs, &seen, &outputs);
+    table(args, &inputs, &estimates, &plant)?.write(&args.out).map_err(CliError::failed)?;
     let way = if args.smooth { ", smoothed" } else { "" };
     let filter = &estimator.snapshot().filter;
-    say(&format!("{}: {} estimates by filter \"{filter}\"{way}", args.out.display(), outputs.len()));
+    let empty = match inputs.len() - outputs.len() {
+        0 => String::new(),
+        rows => {
+            format!("; {rows} rows left empty, because no speed was measured for long (nothing_measured)")
+        }
+    };
+    say(&format!("{}: {} estimates by filter \"{filter}\"{way}{empty}", args.out.display(), outputs.len()));
     Ok(())
+}
+
+/// Whether a sample has a speed of the vehicle or of a wheelset; what a rig lacks, its own filter tells by a state.
+fn measured(input: &EstimatorInput) -> bool {
+    match input {
+        EstimatorInput::Wagon(sample) => {
+            sample.v_m_s.is_finite() || sample.wheel_speed_rad_s.iter().any(|speed| speed.is_finite())
+        }
+        EstimatorInput::Traction(_) | EstimatorInput::Bogie(_) => true,
+    }
+}
+
+fn time_s(input: &EstimatorInput) -> f64 {
+    match input {
+        EstimatorInput::Wagon(sample) => sample.time_s,
+        EstimatorInput::Traction(sample) => sample.time_s,
+        EstimatorInput::Bogie(sample) => sample.time_s,
+    }
+}
+
+/// One estimate a row, empty but for its time where the filter saw nothing.
+fn estimates(inputs: &[EstimatorInput], seen: &[bool], outputs: &[EstimatorOutput]) -> Vec<Estimate> {
+    let nobody = Sample::default();
+    let mut outputs = outputs.iter();
+    let of = |(input, seen): (&EstimatorInput, &bool)| {
+        let output = if *seen { outputs.next() } else { None };
+        output.map_or_else(
+            || Estimate { time_s: time_s(input), ..Estimate::default() },
+            |output| convert::estimate(&nobody, output),
+        )
+    };
+    inputs.iter().zip(seen).map(of).collect()
 }
 
 /// The samples of the recording, whose form the plant decides.
@@ -206,11 +256,9 @@ fn by_the_paper(inputs: &[EstimatorInput], plant: &Plant) -> Vec<(String, Vec<f6
 fn table(
     args: &Args,
     inputs: &[EstimatorInput],
-    outputs: &[EstimatorOutput],
+    estimates: &[Estimate],
     plant: &Plant,
 ) -> Result<Table, CliError> {
-    let nobody = Sample::default();
-    let estimates: Vec<Estimate> = outputs.iter().map(|output| convert::estimate(&nobody, output)).collect();
     let (mut numbers, mut words) = (Vec::new(), Vec::new());
     let columns = match (plant, args.train) {
         (Plant::Wagon(_), Some(_)) => columns_of_train(plant.wheelsets()),
@@ -218,7 +266,7 @@ fn table(
     };
     for column in columns {
         let (mut cells, mut names) = (Vec::new(), Vec::new());
-        for estimate in &estimates {
+        for estimate in estimates {
             match column.cell(estimate) {
                 Cell::Number(value) => cells.push(value),
                 Cell::Word(word) => names.push(word),
@@ -234,4 +282,59 @@ fn table(
         .into_iter()
         .try_fold(table, |table, (name, cells)| table.with_words(&name, cells))
         .map_err(CliError::failed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn columns_of(rows: &str, smooth: bool) -> Result<Table, CliError> {
+        let folder = tempfile::tempdir().expect("folder");
+        let [run, vehicle, out] = ["run.csv", "vehicle.toml", "out.csv"].map(|name| folder.path().join(name));
+        std::fs::write(&vehicle, include_str!("../../../config/vehicle.toml")).expect("write");
+        let header = "t_s,v_m_s,omega_f_rad_s,omega_r_rad_s,f_perp_f_n,f_perp_r_n";
+        std::fs::write(&run, format!("{header}\n{rows}")).expect("write");
+        let none = OfTrain { coupled: None };
+        let args = Args { smooth, train: None, ..Args::of_train(run, vehicle, out.clone(), none) };
+        super::run(&args)?;
+        Ok(Table::read(&out).expect("a table"))
+    }
+
+    /// Rows without a value once ran on to a speed of -12 m/s.
+    #[test]
+    fn where_nothing_is_measured_for_long_nothing_is_estimated() {
+        let row = |k: u32| {
+            let t_s = f64::from(k) * 0.01;
+            if (5.0..30.0).contains(&t_s) {
+                format!("{t_s},,,,,\n")
+            } else {
+                format!("{t_s},20.0,43.5,43.5,8000,8000\n")
+            }
+        };
+        let rows: String = (0..4000).map(row).collect();
+        for smooth in [false, true] {
+            let table = columns_of(&rows, smooth).expect("estimates");
+            let column = |name: &str| table.column(name).expect("column");
+            assert_eq!(table.rows(), 4000);
+            for name in ["v_m_s", "mu_w", "mu_b_f", "nis"] {
+                let filled = |k: usize| column(name)[k].is_finite();
+                assert!((710..2999).all(|k| !filled(k)), "{name}: only what is known is told");
+                assert!((100..500).all(filled) && (3010..4000).all(filled), "{name}");
+            }
+            let known = column("v_m_s").iter().filter(|v| v.is_finite());
+            assert!(
+                known.clone().all(|v| (5.0..30.0).contains(v)),
+                "{:?}",
+                known.fold(1e9_f64, |a, b| a.min(*b))
+            );
+        }
+    }
+
+    #[test]
+    fn without_any_measured_speed_there_is_nothing_to_estimate() {
+        let rows: String = (0..4000).map(|k| format!("{},,,,8000,8000\n", f64::from(k) * 0.01)).collect();
+        let error = columns_of(&rows, false).expect_err("nothing is measured");
+        println!("{error}");
+        assert_eq!(error.code(), 2);
+    }
 }

@@ -14,6 +14,21 @@ use crate::CliError;
 /// The environment variable that overrides the level of the config.
 const FILTER_VARIABLE: &str = "RAILGRIP_LOG";
 
+/// Who logs: each crate of the program, and those that it is built on.
+const TARGETS: [&str; 11] = [
+    "railgrip",
+    "railgrip_bus",
+    "railgrip_cli",
+    "railgrip_estimator",
+    "railgrip_health",
+    "railgrip_ingest",
+    "railgrip_judge",
+    "railgrip_listener",
+    "hyper",
+    "rumqttc",
+    "rustls",
+];
+
 /// The filter of this process, to be changed while it runs.
 static FILTER: OnceLock<reload::Handle<Targets, Registry>> = OnceLock::new();
 
@@ -25,6 +40,15 @@ fn filter(wanted: &str) -> Result<Targets, CliError> {
             "allowed is off, error, warn, info, debug or trace, or a list such as `info,railgrip_bus=debug`";
         CliError::bad_input(format!("log level \"{wanted}\": {problem}; {allowed}"))
     };
+    let targets = wanted.split(',').filter_map(|word| word.split_once('='));
+    for target in targets.map(|(target, _)| target.trim()) {
+        let whole = |known: &&str| {
+            target.strip_prefix(**known).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"))
+        };
+        if !TARGETS.iter().any(|known| whole(&known)) {
+            return Err(refuse(format!("nothing logs as \"{target}\"; known are {}", TARGETS.join(", "))));
+        }
+    }
     let words = wanted.split(',').map(str::trim).filter(|word| !word.contains('='));
     for word in words {
         let known: Result<LevelFilter, _> = word.parse();
@@ -88,9 +112,39 @@ mod tests {
         for good in ["info", "WARN", "off", "info,railgrip_bus=debug", "railgrip_health=trace"] {
             assert!(filter(good).is_ok(), "{good}");
         }
-        for bad in ["inof", "", "debug,infi", "railgrip_bus", "railgrip_bus=loud", "7"] {
+        for bad in [
+            "inof",
+            "",
+            "debug,infi",
+            "railgrip_bus",
+            "railgrip_bus=loud",
+            "7",
+            "helth=info",
+            "info,railgrip_helth=debug",
+        ] {
             let said = filter(bad).expect_err(bad);
             assert!(said.code() == 2 && said.to_string().contains("allowed is off"), "{bad}: {said}");
         }
+        let said = filter("helth=info").expect_err("nobody").to_string();
+        assert!(said.contains("railgrip_health") && said.contains("\"helth\""), "{said}");
+        assert!(filter("info,railgrip_health::alerts=debug").is_ok());
+    }
+
+    #[test]
+    fn every_crate_that_logs_is_a_known_target() {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let mut logging = 0;
+        for place in ["common", "services"] {
+            for entry in std::fs::read_dir(root.join(place)).expect(place) {
+                let folder = entry.expect("entry").path();
+                let Ok(manifest) = std::fs::read_to_string(folder.join("Cargo.toml")) else { continue };
+                if manifest.lines().any(|line| line.starts_with("tracing")) {
+                    let name = folder.file_name().expect("a name").to_string_lossy().into_owned();
+                    assert!(filter(&format!("info,railgrip_{name}=debug")).is_ok(), "{name}");
+                    logging += 1;
+                }
+            }
+        }
+        assert!(logging >= 7, "{logging}");
     }
 }

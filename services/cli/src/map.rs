@@ -1,22 +1,126 @@
-//! `railgrip map`: what the columns of a file may mean, as a `[mapping]` to begin with.
+//! `railgrip map`: what the columns of a file may mean, as a `[mapping]` to begin with, and plots of the first minute.
 
 use std::path::PathBuf;
 
-use railgrip_recording::{proposal, survey};
+use railgrip_diagnosis::html;
+use railgrip_recording::{FirstMinute, first_minute, proposal, survey};
+use railgrip_words::speak;
 
 use crate::CliError;
+use crate::gap_shared::{LanguageArgs, write};
 use crate::output::say;
 
-/// Propose a [mapping] for a recording with columns of its own.
+/// Characters of a plot in text.
+const WIDTH: usize = 60;
+const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+
+/// Propose a [mapping] for a recording with columns of its own, and show what was understood.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Recording, CSV or Parquet
     #[arg(value_name = "FILE")]
     file: PathBuf,
+    /// Plots of the first minute as a page that works offline
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+    #[command(flatten)]
+    language: LanguageArgs,
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     let surveyed = survey(&args.file).map_err(CliError::bad_input)?;
-    say(&proposal(&surveyed));
+    let minute = first_minute(&args.file, &surveyed).map_err(CliError::bad_input)?;
+    let text = proposal(&surveyed);
+    let timed = surveyed.iter().filter_map(|column| column.guess.as_ref()).any(|guess| guess.to == "t_s");
+    say(&text);
+    say(if timed {
+        "# the first minute, in the units of a run:"
+    } else {
+        "# no time is understood; the first rows:"
+    });
+    for column in &minute {
+        say(&format!("# {}", line(column)));
+    }
+    if let Some(page) = &args.html {
+        let name = args.file.display().to_string();
+        let page_text = speak(args.language.chosen(), || html::survey::render(&name, &minute, &text, timed));
+        write(page, &page_text)?;
+    }
     Ok(())
+}
+
+/// A column as one line of text.
+fn line(column: &FirstMinute) -> String {
+    let values = || column.points.iter().map(|point| point[1]).filter(|value| value.is_finite());
+    let least = values().fold(f64::INFINITY, f64::min);
+    let most = values().fold(f64::NEG_INFINITY, f64::max);
+    if least > most {
+        return format!("{:<15} no value", column.to);
+    }
+    let plot = sparkline(&column.points, least, most);
+    format!("{:<15} {plot} {} to {} {}", column.to, short(least), short(most), column.unit)
+}
+
+fn short(value: f64) -> String {
+    if value.abs() >= 100.0 { format!("{value:.0}") } else { format!("{value:.3}") }
+}
+
+/// The means of equal stretches of time; a blank where nothing was measured.
+fn sparkline(points: &[[f64; 2]], least: f64, most: f64) -> String {
+    let across = points.last().map_or(0.0, |last| last[0]).max(f64::MIN_POSITIVE);
+    let mut sums = [(0.0, 0_u32); WIDTH];
+    for [at, value] in points.iter().filter(|point| point[0].is_finite() && point[1].is_finite()) {
+        let place = (at / across * WIDTH as f64) as usize;
+        let (sum, count) = &mut sums[place.min(WIDTH - 1)];
+        (*sum, *count) = (*sum + value, *count + 1);
+    }
+    let bar = |(sum, count): (f64, u32)| {
+        if count == 0 {
+            return ' ';
+        }
+        let share = if most > least { (sum / f64::from(count) - least) / (most - least) } else { 0.5 };
+        BARS[((share * 8.0) as usize).min(7)]
+    };
+    sums.into_iter().map(bar).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use railgrip_words::Language;
+
+    #[test]
+    fn the_first_minute_is_drawn_in_text_and_on_a_page_of_its_own() {
+        let folder = tempfile::tempdir().expect("folder");
+        let file = folder.path().join("run.csv");
+        let rows: String = (0..9000)
+            .map(|k| {
+                let t_s = f64::from(k) * 0.01;
+                let speed =
+                    if (20.0..40.0).contains(&t_s) { String::new() } else { (36.0 + t_s).to_string() };
+                format!("{t_s},{speed},3.8\n")
+            })
+            .collect();
+        std::fs::write(&file, format!("t_s,speed km/h,p_cyl bar\n{rows}")).expect("write");
+        let surveyed = survey(&file).expect("table");
+        let minute = first_minute(&file, &surveyed).expect("table");
+        let speed = line(&minute[0]);
+        assert!(speed.starts_with("v_m_s") && speed.ends_with("10.000 to 26.667 m/s"), "{speed}");
+        let plot: Vec<char> = speed.chars().skip(16).take(WIDTH).collect();
+        assert_eq!((plot[0], plot[WIDTH - 1]), ('▁', '█'), "{speed}");
+        assert!(
+            plot[21..39].iter().all(|bar| *bar == ' '),
+            "nothing is drawn where nothing was measured: {speed}"
+        );
+        for language in [Language::English, Language::German] {
+            let page =
+                speak(language, || html::survey::render("run.csv", &minute, &proposal(&surveyed), true));
+            assert_eq!(page.matches("<svg").count(), 2, "{page}");
+            assert!(page.contains("class=\"calibrated-line\"") && page.contains("doubt"), "{page}");
+            assert!(
+                !page.contains("http://") && !page.contains("https://") && !page.contains("<script"),
+                "{page}"
+            );
+        }
+    }
 }

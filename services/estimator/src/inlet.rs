@@ -1,6 +1,7 @@
 //! Where an estimator's samples come from: the channel of its wagon, or that of its rig's own sensors. Each sample is checked
 //! as it comes in; what is wrong with its stamp or its form is refused and counted, and the values are the filter's to judge.
 
+use crate::sight::Sight;
 use crate::worker::Worker;
 use railgrip_bus::{BogieSubscriber, Bus, BusError, MotorSubscriber, SampleSubscriber, Wake, now};
 use railgrip_filter::PlantKind;
@@ -78,29 +79,13 @@ impl Inlet {
 #[derive(Debug, Default)]
 struct Refused {
     counts: BTreeMap<Refusal, u64>,
-    blind: Blind,
+    sight: Sight,
 }
 
-/// For so long a filter goes on without a measured speed, s; then it would tell what nobody has measured.
-const GOES_ON_S: f64 = 2.0;
-
-/// Since when no speed has been measured.
-#[derive(Debug, Default)]
-struct Blind {
-    /// Time of the sample that had one last, s.
-    seen_s: Option<f64>,
-}
-
-impl Blind {
-    fn sees(&mut self, sample: &Sample) -> bool {
-        let wheels = (0..sample.wheelset_count()).any(|i| sample.has(valid::wheel_speed(i)));
-        let seen_s = self.seen_s.get_or_insert(sample.time_s);
-        // A source that began anew counts from its own beginning.
-        if wheels || sample.has(valid::SPEED) || sample.time_s < *seen_s {
-            *seen_s = sample.time_s;
-        }
-        sample.time_s - *seen_s <= GOES_ON_S
-    }
+/// Whether a filter goes on with a sample.
+fn sees(sight: &mut Sight, sample: &Sample) -> bool {
+    let wheels = (0..sample.wheelset_count()).any(|i| sample.has(valid::wheel_speed(i)));
+    sight.goes_on(sample.time_s, wheels || sample.has(valid::SPEED))
 }
 
 impl Refused {
@@ -111,13 +96,13 @@ impl Refused {
     fn hand_on_if<T: Checked>(
         &mut self,
         batch: &[T],
-        mut sees: impl FnMut(&mut Blind, &T) -> bool,
+        mut sees: impl FnMut(&mut Sight, &T) -> bool,
         mut take: impl FnMut(&T),
     ) {
         let now = now();
         for sample in batch {
             match sample.validated(now) {
-                Ok(sample) if sees(&mut self.blind, &sample) => take(&sample),
+                Ok(sample) if sees(&mut self.sight, &sample) => take(&sample),
                 Ok(_) => self.count(T::NAME, Refusal::NothingMeasured),
                 Err(why) => self.count(T::NAME, why),
             }

@@ -9,6 +9,7 @@ pub mod convert;
 pub mod gap_record;
 pub mod gap_watch;
 mod inlet;
+pub mod sight;
 pub mod snapshot;
 pub mod timing;
 pub mod worker;

@@ -14,6 +14,7 @@ mod gaps;
 mod location;
 mod places;
 mod ranking;
+pub mod survey;
 mod traces;
 
 use crate::answer::schema::Report;

@@ -7,13 +7,27 @@ use serde::de::{
 };
 use std::cell::RefCell;
 
-/// Names and kinds of all fields of a type that lies at a key, in its order, but for those at the top that are to be skipped.
+/// A key as its type declares it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Traced {
+    /// Dotted; `[]` stands for one of a list of tables, `NAME` for a name that is free.
+    pub name: String,
+    /// What it takes.
+    pub takes: String,
+    /// The type that has it as a field.
+    pub of: &'static str,
+    /// Whether it may be absent without another value in its place.
+    pub optional: bool,
+}
+
+/// All fields of a type that lies at a key, in its order, but for those at the top that are to be skipped.
 ///
 /// # Errors
 /// A field that wants to see its text before it says what it is; it must be skipped.
-pub(crate) fn trace<T: DeserializeOwned>(at: &str, skip: &[&str]) -> Result<Vec<(String, String)>, Error> {
+pub(crate) fn trace<T: DeserializeOwned>(at: &str, skip: &[&str]) -> Result<Vec<Traced>, Error> {
     let found = RefCell::new(Vec::new());
-    T::deserialize(Tracer { path: at.to_owned(), list: false, found: &found, skip })?;
+    let tracer = Tracer { path: at.to_owned(), list: false, found: &found, skip, of: "", optional: false };
+    T::deserialize(tracer)?;
     Ok(found.into_inner())
 }
 
@@ -22,20 +36,24 @@ struct Tracer<'a> {
     path: String,
     /// It stands in a list.
     list: bool,
-    found: &'a RefCell<Vec<(String, String)>>,
+    found: &'a RefCell<Vec<Traced>>,
     skip: &'a [&'a str],
+    /// The type that it is a field of.
+    of: &'static str,
+    optional: bool,
 }
 
 impl<'a> Tracer<'a> {
     fn note(&self, one: &str, several: &str) {
         let takes = if self.list { format!("a list of {several}") } else { one.to_owned() };
         let name = self.path.trim_end_matches("[]").to_owned();
-        self.found.borrow_mut().push((name, takes));
+        let (of, optional) = (self.of, self.optional);
+        self.found.borrow_mut().push(Traced { name, takes, of, optional });
     }
 
-    fn inner(&self, name: &str) -> Self {
+    fn inner(&self, name: &str, of: &'static str) -> Self {
         let path = if self.path.is_empty() { name.to_owned() } else { format!("{}.{name}", self.path) };
-        Self { path, list: false, found: self.found, skip: &[] }
+        Self { path, list: false, found: self.found, skip: &[], of, optional: false }
     }
 
     fn items(self, count: usize) -> Several<'a> {
@@ -43,9 +61,9 @@ impl<'a> Tracer<'a> {
         Several { inner: Self { path, list: true, ..self }, left: count }
     }
 
-    fn fields(self, names: &[&'static str]) -> Fields<'a> {
+    fn fields(self, of: &'static str, names: &[&'static str]) -> Fields<'a> {
         let names: Vec<_> = names.iter().copied().filter(|name| !self.skip.contains(name)).collect();
-        Fields { of: self, names: names.into_iter().peekable() }
+        Fields { holder: self, of, names: names.into_iter().peekable() }
     }
 }
 
@@ -84,7 +102,7 @@ impl<'de> Deserializer<'de> for Tracer<'_> {
     }
 
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
-        visitor.visit_some(self)
+        visitor.visit_some(Self { optional: true, ..self })
     }
 
     fn deserialize_unit<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
@@ -125,16 +143,16 @@ impl<'de> Deserializer<'de> for Tracer<'_> {
     }
 
     fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
-        visitor.visit_map(self.fields(&["NAME"]))
+        visitor.visit_map(self.fields("", &["NAME"]))
     }
 
     fn deserialize_struct<V: Visitor<'de>>(
         self,
-        _: &'static str,
+        name: &'static str,
         fields: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, Error> {
-        visitor.visit_map(self.fields(fields))
+        visitor.visit_map(self.fields(name, fields))
     }
 
     fn deserialize_enum<V: Visitor<'de>>(
@@ -155,7 +173,8 @@ impl<'de> Deserializer<'de> for Tracer<'_> {
 
 /// The fields of a table, or one entry of a free name.
 struct Fields<'a> {
-    of: Tracer<'a>,
+    holder: Tracer<'a>,
+    of: &'static str,
     names: std::iter::Peekable<std::vec::IntoIter<&'static str>>,
 }
 
@@ -170,7 +189,7 @@ impl<'de> MapAccess<'de> for Fields<'_> {
 
     fn next_value_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<S::Value, Error> {
         let name = self.names.next().unwrap_or_default();
-        seed.deserialize(self.of.inner(name))
+        seed.deserialize(self.holder.inner(name, self.of))
     }
 }
 
@@ -188,8 +207,9 @@ impl<'de> SeqAccess<'de> for Several<'_> {
             return Ok(None);
         }
         self.left -= 1;
-        let Tracer { path, list, found, .. } = &self.inner;
-        seed.deserialize(Tracer { path: path.clone(), list: *list, found, skip: &[] }).map(Some)
+        let Tracer { path, list, found, of, optional, .. } = &self.inner;
+        let item = Tracer { path: path.clone(), list: *list, found, skip: &[], of, optional: *optional };
+        seed.deserialize(item).map(Some)
     }
 }
 

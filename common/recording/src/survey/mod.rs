@@ -1,14 +1,24 @@
 //! What a file of unknown columns may mean: the figures of each column, and a mapping that fits its names and figures. A proposal for
 //! people, who know their sensors.
 
-use crate::columns::{Quantity, columns_of_run};
+mod proposal;
+mod units;
+
+use crate::columns::{Quantity, TIME, columns_of_run};
 use crate::csv_form::Missing;
 use crate::error::{Problem, Result};
+use crate::mapping::quantity_of;
 use crate::table::Table;
 use crate::table_file::Form;
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::path::Path;
+
+pub use proposal::proposal;
+pub use units::Guess;
+
+/// Rows that stand for the first minute where nothing is known of the time.
+const FIRST_ROWS: usize = 6000;
 
 /// A column of a file, with what is in it.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,8 +27,21 @@ pub struct Surveyed {
     pub name: String,
     /// Cells with a number, and their least and largest; nothing for a column that holds no numbers.
     pub figures: Option<(usize, f64, f64)>,
-    /// The column of a run that it may be, and in which unit.
-    pub guess: Option<(String, Option<&'static str>)>,
+    /// What it may be.
+    pub guess: Option<Guess>,
+}
+
+/// The first minute of a column as it was understood.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FirstMinute {
+    /// Name of the column of a run.
+    pub to: String,
+    /// Name in the file.
+    pub from: String,
+    /// Unit of the column of a run.
+    pub unit: &'static str,
+    /// Times from the first row, s, and values in that unit.
+    pub points: Vec<[f64; 2]>,
 }
 
 /// Looks at every column of a file.
@@ -40,7 +63,7 @@ pub fn survey(path: &Path) -> Result<Vec<Surveyed>> {
         let guess = cells.and_then(|cells| {
             let own = columns_of_run(wheelsets).into_iter().find(|(.., column)| *column == name);
             if let Some((_, _, column)) = own {
-                return taken.insert(column.clone()).then_some((column, None));
+                return taken.insert(column.clone()).then_some(Guess::own(column));
             }
             let quantity = kind(&name)?;
             let number = seen.entry(quantity.column(0, 1)).or_insert(0_usize);
@@ -48,11 +71,49 @@ pub fn survey(path: &Path) -> Result<Vec<Surveyed>> {
             *number += 1;
             let column = quantity.column(wheelset, wheelsets);
             let fits = (quantity.per_wheelset() && wheelset < wheelsets) || *number == 1;
-            (fits && taken.insert(column.clone())).then(|| (column, unit(quantity, &name, cells)))
+            (fits && taken.insert(column.clone())).then(|| units::guess(column, quantity, &name, cells))
         });
         Ok(Surveyed { name, figures, guess })
     });
     surveyed.collect()
+}
+
+/// The first minute of every column that was understood, as a mapping by the proposal reads it; without a time, the first rows.
+///
+/// # Errors
+/// As [`survey`].
+pub fn first_minute(path: &Path, surveyed: &[Surveyed]) -> Result<Vec<FirstMinute>> {
+    let (_, source) = match Form::of(path)? {
+        Form::Csv => read(path)?,
+        Form::Parquet => (header(path)?, Source::ByColumn),
+    };
+    let understood = || surveyed.iter().filter_map(|column| Some((column, column.guess.as_ref()?)));
+    let time = understood().find(|(_, guess)| guess.to == TIME);
+    let times = match time {
+        Some((column, guess)) => {
+            source.cells(path, &column.name)?.map(|cells| minute(&cells, guess.factor()))
+        }
+        None => None,
+    };
+    let mut found = Vec::new();
+    for (column, guess) in understood().filter(|(_, guess)| guess.to != TIME) {
+        let Some(cells) = source.cells(path, &column.name)? else { continue };
+        let value = |cell: &f64| cell * guess.factor();
+        let points: Vec<[f64; 2]> = match &times {
+            Some(times) => times.iter().zip(cells.iter()).map(|(t, cell)| [*t, value(cell)]).collect(),
+            None => (0..FIRST_ROWS).zip(cells.iter()).map(|(row, cell)| [row as f64, value(cell)]).collect(),
+        };
+        let unit = quantity_of(&guess.to).map_or("", Quantity::unit);
+        found.push(FirstMinute { to: guess.to.clone(), from: column.name.clone(), unit, points });
+    }
+    Ok(found)
+}
+
+/// Seconds since the first row, of the rows of the first minute.
+fn minute(times: &[f64], factor: f64) -> Vec<f64> {
+    let Some(first) = times.iter().find(|time| time.is_finite()) else { return Vec::new() };
+    let since = times.iter().map(|time| (time - first) * factor);
+    since.take_while(|since| since.is_nan() || *since <= 60.0).collect()
 }
 
 /// Where the cells of a column come from: of Parquet one column at a time is held, of text they are all read at once.
@@ -123,7 +184,7 @@ fn kind(name: &str) -> Option<Quantity> {
     let is = |words: &[&str]| parts.iter().any(|part| words.contains(part));
     if has(&["omega", "rpm", "drehzahl", "wheel", "axle", "achse"]) || is(&["n", "n1", "n2", "n3", "n4"]) {
         Some(Quantity::WheelSpeed)
-    } else if has(&["press", "druck", "cyl", "f_perp"]) {
+    } else if has(&["press", "druck", "cyl", "f_perp", "brake_force", "bremskraft"]) {
         Some(Quantity::PressingForce)
     } else if has(&["time", "zeit", "stamp"]) || is(&["t", "ts"]) {
         Some(Quantity::Time)
@@ -140,69 +201,6 @@ fn kind(name: &str) -> Option<Quantity> {
     } else {
         None
     }
-}
-
-/// In which unit a column may be, by its name and figures; nothing where it may be in that of a run.
-fn unit(quantity: Quantity, name: &str, cells: &[f64]) -> Option<&'static str> {
-    let lower = name.to_lowercase();
-    let (_, _, most) = figures(cells);
-    match quantity {
-        Quantity::Time => {
-            let mut steps: Vec<f64> = cells.windows(2).map(|pair| pair[1] - pair[0]).collect();
-            steps.sort_by(f64::total_cmp);
-            let step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
-            [(1e6, "ns"), (1e3, "us"), (0.9, "ms")]
-                .into_iter()
-                .find(|(least, _)| step >= *least)
-                .map(|(_, unit)| unit)
-        }
-        Quantity::Speed => (lower.contains("km") || most > 70.0).then_some("km/h"),
-        Quantity::WheelSpeed if lower.contains("km") => Some("km/h"),
-        Quantity::WheelSpeed => {
-            (lower.contains("rpm") || lower.contains("min") || most > 250.0).then_some("rpm")
-        }
-        Quantity::PressingForce if lower.contains("kn") => Some("kN"),
-        Quantity::PressingForce => (lower.contains("bar") || most < 20.0).then_some("bar"),
-        Quantity::DriveTorque => lower.contains("kn").then_some("kN m"),
-        Quantity::Position => lower.contains("km").then_some("km"),
-        _ => None,
-    }
-}
-
-/// The proposal as the table `[mapping]` of a config, with the figures of each column beside it.
-#[must_use]
-pub fn proposal(surveyed: &[Surveyed]) -> String {
-    let mut lines = vec!["[mapping]".to_owned()];
-    for column in surveyed {
-        let figures = match column.figures {
-            Some((count, least, most)) if count > 0 => format!("{count} numbers, {least} to {most}"),
-            Some(_) => "empty".to_owned(),
-            None => "no numbers".to_owned(),
-        };
-        let from = column.name.replace('\\', "\\\\").replace('"', "\\\"");
-        lines.push(match &column.guess {
-            Some((to, None)) if *to == column.name => format!("# {to}: has its name already; {figures}"),
-            Some((to, unit)) => {
-                let unit = unit.map_or_else(String::new, |unit| format!(", unit = \"{unit}\""));
-                let scale = match unit.contains("bar") {
-                    true => ", scale = 1.0",
-                    false => "",
-                };
-                let hint =
-                    if scale.is_empty() { "" } else { "; scale: m² of the cylinder × rigging ratio" };
-                format!("{to} = {{ from = \"{from}\"{unit}{scale} }}    # {figures}{hint}")
-            }
-            None => format!("# \"{from}\": not used; {figures}"),
-        });
-    }
-    let has = |quantity: Quantity| {
-        let of = |to: &str| (1..=4).any(|wheelsets| quantity.column(0, wheelsets) == to);
-        surveyed.iter().filter_map(|column| column.guess.as_ref()).any(|(to, _)| of(to))
-    };
-    for quantity in Quantity::ALL.into_iter().filter(|quantity| quantity.required() && !has(*quantity)) {
-        lines.push(format!("# missing: {} ({})", quantity.column(0, 2), quantity.unit()));
-    }
-    lines.join("\n")
 }
 
 #[cfg(test)]
@@ -227,13 +225,88 @@ mod tests {
             "v_m_s = { from = \"Geschwindigkeit km/h\", unit = \"km/h\" }",
             "omega_f_rad_s = { from = \"Drehzahl 1\", unit = \"rpm\" }",
             "omega_r_rad_s = { from = \"Drehzahl 2\", unit = \"rpm\" }",
-            "f_perp_f_n = { from = \"p_cyl_1 bar\", unit = \"bar\", scale = 1.0 }",
+            "f_perp_f_n = { from = \"p_cyl_1 bar\", unit = \"bar\", scale = 0.0789 }",
             "# \"driver\": not used; no numbers",
         ] {
             assert!(said.contains(line), "{line}\n{said}");
         }
         std::fs::write(&path, "v\n1\n2\n").expect("write");
         let said = proposal(&survey(&path).expect("a table"));
-        assert!(said.contains("# missing: t_s (s)") && said.contains("v_m_s = { from = \"v\" }"), "{said}");
+        assert!(
+            said.contains("# missing: t_s (s)") && said.contains("v_m_s = { from = \"v\", unit = \"m/s\" }"),
+            "{said}"
+        );
+        assert!(said.contains("# doubt: v_m_s"), "{said}");
+    }
+
+    fn proposed(header: &str, row: impl Fn(f64) -> String) -> String {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("run.csv");
+        let rows: String = (0..100).map(|k| row(f64::from(k))).collect();
+        std::fs::write(&path, format!("{header}\n{rows}")).expect("write");
+        proposal(&survey(&path).expect("a table"))
+    }
+
+    #[test]
+    fn units_of_the_header_are_taken_without_doubt() {
+        let said =
+            proposed("time [ms],speed [km/h],n1 [1/min],n2_rpm,p_cyl (kPa),torque kNm,gradient ‰", |k| {
+                format!("{},{},300,300,{},1,2\n", 10.0 * k, 20.0, 3.0 * k)
+            });
+        for line in [
+            "t_s = { from = \"time [ms]\", unit = \"ms\" }",
+            "v_m_s = { from = \"speed [km/h]\", unit = \"km/h\" }",
+            "omega_f_rad_s = { from = \"n1 [1/min]\", unit = \"1/min\" }",
+            "omega_r_rad_s = { from = \"n2_rpm\", unit = \"rpm\" }",
+            "unit = \"kPa\", scale = 0.101",
+            "unit = \"kNm\" }",
+            "unit = \"‰\" }",
+        ] {
+            assert!(said.contains(line), "{line}\n{said}");
+        }
+        // Only how a pressure presses cannot stand in a header.
+        assert_eq!(said.matches("# doubt: ").count(), 1, "{said}");
+        assert!(said.contains("# doubt: f_perp"), "{said}");
+    }
+
+    #[test]
+    fn without_a_unit_the_figures_propose_one_and_the_doubt_is_said() {
+        for (header, most, unit) in [
+            ("speed", 40.0, "m/s"),
+            ("speed", 140.0, "km/h"),
+            ("wheel", 90.0, "rad/s"),
+            ("wheel", 900.0, "rpm"),
+            ("pressure", 3.8, "bar"),
+            ("pressure", 380.0, "kPa"),
+            ("pressure", 380_000.0, "Pa"),
+            ("f_perp", 30.0, "kN"),
+            ("f_perp", 30_000.0, "N"),
+            ("torque", 2_000.0, "N m"),
+            ("slope", 15.0, "‰"),
+            ("slope", 0.015, "rad"),
+        ] {
+            let said = proposed(&format!("t_s,{header}"), |k| format!("{},{}\n", 0.01 * k, most * k / 99.0));
+            let line =
+                said.lines().find(|line| line.contains(&format!("from = \"{header}\""))).expect("told");
+            assert!(line.contains(&format!("unit = \"{unit}\"")), "{header} up to {most}: {said}");
+            assert!(!line.contains("scale = 1.0 "), "{said}");
+            assert!(said.contains("# doubt: "), "{header} up to {most}: {said}");
+        }
+    }
+
+    #[test]
+    fn what_is_proposed_is_a_mapping_that_reads_the_file_in_si_units() {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("run.csv");
+        let rows: String = (0..8000).map(|k| format!("{},{},{}\n", 10 * k, 72, k % 100)).collect();
+        std::fs::write(&path, format!("time ms,speed km/h,p_cyl bar\n{rows}")).expect("write");
+        let surveyed = survey(&path).expect("a table");
+        let minute = first_minute(&path, &surveyed).expect("a table");
+        let speed = minute.iter().find(|one| one.to == "v_m_s").expect("speed");
+        assert_eq!((speed.points.len(), speed.unit, speed.points[6000][0]), (6001, "m/s", 60.0));
+        assert!(speed.points.iter().all(|point| (point[1] - 20.0).abs() < 1e-9));
+        let force = minute.iter().find(|one| one.to.starts_with("f_perp")).expect("force");
+        let most = force.points.iter().map(|point| point[1]).fold(0.0, f64::max);
+        assert!((29_000.0..31_000.0).contains(&most), "{most}");
     }
 }
