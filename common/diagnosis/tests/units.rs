@@ -105,3 +105,30 @@ fn a_vehicle_that_coasts_crawls_slides_or_weighs_little_is_taken() {
     light.pressing_force_n.iter_mut().flatten().for_each(|force| *force *= 5e2 / 6e4);
     assert_eq!(refused(&light, 300.0), None);
 }
+
+/// Forces a thousand times too large, and pads that pull, once passed.
+#[test]
+fn forces_and_torques_that_no_vehicle_has_are_refused() {
+    let with = |change: &dyn Fn(&mut Recording)| {
+        let mut run = braking();
+        change(&mut run);
+        let early = railgrip_diagnosis::data::units::check_early(&run, &vehicle(40000.0));
+        assert_eq!(early.err().map(|error| error.column), refused(&run, 40000.0), "the same within seconds");
+        refused(&run, 40000.0)
+    };
+    let scale = |values: &mut Vec<f64>, factor: f64| values.iter_mut().for_each(|value| *value *= factor);
+    assert_eq!(with(&|run| scale(&mut run.pressing_force_n[0], 1e3)), Some("f_perp_f_n".into()));
+    assert_eq!(with(&|run| scale(&mut run.pressing_force_n[1], 1e3)), Some("f_perp_r_n".into()));
+    assert_eq!(with(&|run| scale(&mut run.pressing_force_n[1], -1.0)), Some("f_perp_r_n".into()));
+    let torque = |torque: f64| move |run: &mut Recording| run.drive_torque_nm[1].fill(torque);
+    assert_eq!(with(&torque(2e7)), Some("m_drive_r_nm".into()));
+    assert_eq!(with(&torque(-2e7)), Some("m_drive_r_nm".into()));
+    // What is strong, noisy, or wrong for a moment is the filter's business.
+    assert_eq!(with(&torque(2e4)), None);
+    assert_eq!(with(&|run| scale(&mut run.pressing_force_n[0], 3.0)), None);
+    assert_eq!(with(&|run| run.pressing_force_n[0][500..520].fill(1e9)), None);
+    let noisy = |run: &mut Recording| {
+        run.pressing_force_n[0].iter_mut().enumerate().for_each(|(k, force)| *force += 1500.0 * noise(k));
+    };
+    assert_eq!(with(&noisy), None);
+}

@@ -116,3 +116,36 @@ fn what_is_wrong_with_a_mapping_is_said() {
     let nothing = said(&[""], &Mapping { rules: vec![rule("f_perp_f_n", "P", 1.0)] }, &[2]);
     assert!(nothing.contains("sample_on"), "{nothing}");
 }
+
+/// Each of these once was read.
+#[test]
+fn what_a_dbc_file_cannot_mean_is_refused_with_the_name_of_its_message_or_signal() {
+    let read = |messages: &str| {
+        dbc::read(&format!("VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: X\n\n{messages}"))
+            .map_err(|error| error.to_string())
+    };
+    let one = |signals: &str| read(&format!("BO_ 80 Train: 4 X\n{signals}"));
+    let good = " SG_ A : 0|16@1+ (0.01,0) [0|655] \"km/h\" X\n SG_ B : 16|16@1+ (1,0) [0|0] \"\" X\n";
+    assert!(one(good).is_ok());
+    // By a switch, two signals share their bits; big-endian ones lie beside little-endian ones.
+    let switched = " SG_ S M : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ A m0 : 8|8@1+ (1,0) [0|0] \"\" X\n SG_ B m1 : 8|8@1+ (1,0) [0|0] \"\" X\n";
+    assert!(one(switched).is_ok());
+    assert!(one(" SG_ A : 7|16@0+ (1,0) [0|0] \"\" X\n SG_ B : 16|8@1+ (1,0) [0|0] \"\" X\n").is_ok());
+    for (wrong, words) in [
+        (one(&good.replace("(0.01,0)", "(0,0)")), ["Train.A", "factor 0"]),
+        (one(&good.replace("(0.01,0)", "(1e400,0)")), ["Train.A", "factor inf"]),
+        (one(&good.replace("(0.01,0)", "(1,-1e400)")), ["Train.A", "offset -inf"]),
+        (one(&good.replace("16|16", "15|16")), ["Train.B", "bits of A"]),
+        (one(&good.replace("16|16@1", "12|4@0")), ["Train.B", "bits of A"]),
+        (one(&switched.replace("m1", "m0")), ["Train.B", "bits of A"]),
+        (one(&good.replace("SG_ B", "SG_ A").replace("16|16", "0|16")), ["Train.A", "twice"]),
+        (
+            read(&format!("BO_ 80 One: 4 X\n{good}\nBO_ 80 Two: 4 X\n{good}")),
+            ["Two", "identifier 80 of message One"],
+        ),
+        (read(&format!("BO_ 80 One: 4 X\n{good}\nBO_ 81 One: 4 X\n{good}")), ["One", "twice"]),
+    ] {
+        let said = wrong.expect_err(words[0]);
+        assert!(words.iter().all(|words| said.contains(words)), "{words:?}: {said}");
+    }
+}

@@ -5,7 +5,7 @@
 
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
-use railgrip_settings::{Overrides, TrainSettings, vehicle};
+use railgrip_settings::{Overrides, TrainSettings, mistakes, vehicle};
 use std::path::{Path, PathBuf};
 
 /// One thing done to a text.
@@ -112,7 +112,7 @@ fn settings(cases: u32) -> ProptestConfig {
 }
 
 proptest! {
-    #![proptest_config(settings(400))]
+    #![proptest_config(settings(500))]
 
     #[test]
     fn no_config_makes_the_program_panic(
@@ -125,6 +125,50 @@ proptest! {
             let said = error.to_string();
             prop_assert!(said.contains(".toml") || said.contains("recordings"), "names no file: {}", said);
             prop_assert!(said.len() < 4000, "{} bytes of complaint", said.len());
+        }
+    }
+
+    /// All mistakes at once: none where it is sound, and each in the file; what is absent is never read as zero.
+    #[test]
+    fn what_is_wrong_is_told_and_what_is_absent_is_no_zero(
+        which in select(vec!["railgrip.toml", "replay.toml"]),
+        damages in prop::collection::vec(damage(), 1..6),
+    ) {
+        let file = config_folder().join(which);
+        let text = spoilt(&std::fs::read_to_string(&file).unwrap(), &damages);
+        let found = mistakes(&file, &text, &Overrides::default());
+        let lines = text.lines().count().max(1);
+        for error in &found {
+            prop_assert!(error.line().is_none_or(|line| (1..=lines + 1).contains(&line)), "{}", error);
+        }
+        let mut said: Vec<String> = found.iter().map(ToString::to_string).collect();
+        said.sort();
+        said.dedup();
+        prop_assert_eq!(said.len(), found.len(), "told twice: {:?}", said);
+        match TrainSettings::parse(&file, &text, &Overrides::default()) {
+            Err(_) => prop_assert!(!found.is_empty(), "refused, and nothing is told"),
+            Ok(settings) => {
+                prop_assert!(found.is_empty(), "sound, and yet {:?}", said);
+                let positive = [
+                    settings.reporting.snapshot_period_s,
+                    settings.reporting.health_rate_hz,
+                    settings.http.refresh_s,
+                    settings.http.stale_after_s,
+                    settings.history.flush_s,
+                    settings.history.event_days,
+                    settings.notify.longest_pause_s,
+                    settings.capability.full_deceleration_m_s2,
+                    settings.diagnosis.time_limit_s,
+                    settings.access.limits.burst,
+                    settings.access.limits.head.as_secs_f64(),
+                ];
+                prop_assert!(positive.iter().all(|value| *value > 0.0), "{:?}", positive);
+                prop_assert!(!settings.wagons.is_empty());
+                for wagon in &settings.wagons {
+                    let vehicle = &wagon.vehicle;
+                    prop_assert!(vehicle.body.mass_kg > 0.0 && vehicle.wheelset.radius_m > 0.0);
+                }
+            }
         }
     }
 

@@ -36,6 +36,14 @@ const STEADY: f64 = 0.03;
 /// A change of force counts from so many times its scatter from row to row.
 const SCATTERS: f64 = 5.0;
 
+/// Brakes and drives that, taken as N or N m, slow or speed the vehicle by more than this at one wheelset are none: the rail holds
+/// less than half of it, and nobody builds a brake that presses for twice what locks its wheels, m/s².
+const STRONGEST_M_S2: f64 = 12.0;
+/// Pads press and do not pull: less than this is no noise and no offset, N.
+const PULL_N: f64 = -2e3;
+/// Time for which a force must be impossible without a break, s; what spikes is the filter's business.
+const LASTING_S: f64 = 0.5;
+
 /// A column that cannot be in its unit.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("column {column}: {why}")]
@@ -55,7 +63,10 @@ pub struct UnitError {
 pub fn check(run: &Recording, vehicle: &VehicleParameters) -> Result<(), UnitError> {
     let off: Vec<Option<f64>> =
         (0..run.wheelsets).map(|i| off_ratio(run, i, vehicle.wheelset.radius_m)).collect();
-    let Some(first) = off.iter().position(Option::is_some) else { return forces(run, vehicle) };
+    let Some(first) = off.iter().position(Option::is_some) else {
+        possible(run, vehicle)?;
+        return forces(run, vehicle);
+    };
     let ratio = off[first].unwrap_or(1.0);
     // Where all wheelsets disagree with the vehicle in the same way, its speed is to blame, unless all are far too fast.
     let of_vehicle = off.iter().all(Option::is_some) && ratio < 1.0;
@@ -68,12 +79,13 @@ pub fn check(run: &Recording, vehicle: &VehicleParameters) -> Result<(), UnitErr
     Err(UnitError { column, t_s: run.t_s[row], why: disagreement(ratio) })
 }
 
-/// The same of a few seconds, by speeds alone: refuses a ratio that is the same at all wheelsets throughout, and just what
-/// another unit makes.
+/// The same of a few seconds, by speeds and by forces that no vehicle has: refuses a ratio that is the same at all wheelsets throughout,
+/// and just what another unit makes.
 ///
 /// # Errors
 /// As [`check`].
 pub fn check_early(run: &Recording, vehicle: &VehicleParameters) -> Result<(), UnitError> {
+    possible(run, vehicle)?;
     let ratios: Option<Vec<_>> =
         (0..run.wheelsets).map(|i| ratios(run, i, vehicle.wheelset.radius_m)).collect();
     let Some(ratios) = ratios.filter(|ratios| !ratios.is_empty()) else { return Ok(()) };
@@ -125,6 +137,57 @@ fn off_ratio(run: &Recording, wheelset: usize, radius_m: f64) -> Option<f64> {
         true => Some(high),
         false => (low > RATIO[1]).then(|| at(0.5)),
     }
+}
+
+/// Refuses pads that pull, and forces and torques that are far beyond what any vehicle brakes or drives with.
+fn possible(run: &Recording, vehicle: &VehicleParameters) -> Result<(), UnitError> {
+    let mass_kg = vehicle.body.mass_kg;
+    let lever = vehicle.brake.radius_m / vehicle.wheelset.radius_m / mass_kg;
+    let rows = ((LASTING_S * run.sample_rate_hz()).ceil() as usize).max(2);
+    let refuse = |quantity: Quantity, wheelset: usize, row: usize, why: String| UnitError {
+        column: quantity.column(wheelset, run.wheelsets),
+        t_s: run.t_s[row],
+        why,
+    };
+    for (wheelset, (column, pad)) in run.pressing_force_n.iter().zip(vehicle.pad_friction()).enumerate() {
+        if let Some(row) = lasting(column, rows, |force| force < PULL_N) {
+            let why = format!(
+                "{:.0} N for {LASTING_S} s or longer; pads cannot pull: expected is N, positive",
+                column[row]
+            );
+            return Err(refuse(Quantity::PressingForce, wheelset, row, why));
+        }
+        if let Some(row) = lasting(column, rows, |force| pad * lever * force > STRONGEST_M_S2) {
+            let why = format!(
+                "{:.3e} N for {LASTING_S} s or longer would slow the vehicle by {:.0} m/s²; expected is N, not mN, and no kN that \
+                 were N before",
+                column[row],
+                pad * lever * column[row]
+            );
+            return Err(refuse(Quantity::PressingForce, wheelset, row, why));
+        }
+    }
+    for (wheelset, column) in run.drive_torque_nm.iter().enumerate() {
+        let speeding = |torque: f64| torque.abs() / vehicle.wheelset.radius_m / mass_kg;
+        if let Some(row) = lasting(column, rows, |torque| speeding(torque) > STRONGEST_M_S2) {
+            let why = format!(
+                "{:.3e} N m for {LASTING_S} s or longer would change the speed by {:.0} m/s every second; expected is N m",
+                column[row],
+                speeding(column[row])
+            );
+            return Err(refuse(Quantity::DriveTorque, wheelset, row, why));
+        }
+    }
+    Ok(())
+}
+
+/// The first of so many rows in a row of which all are so.
+fn lasting(column: &[f64], rows: usize, is: impl Fn(f64) -> bool) -> Option<usize> {
+    let mut so_far = 0;
+    column.iter().enumerate().find_map(|(row, value)| {
+        so_far = if is(*value) { so_far + 1 } else { 0 };
+        (so_far >= rows).then(|| row + 1 - rows)
+    })
 }
 
 /// Forces in kN or bar look like brakes that hardly press while the vehicle slows as they rise.

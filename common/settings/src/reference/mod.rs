@@ -188,6 +188,10 @@ mod tests {
         let units = [
             ("_ms", "ms"),
             ("_s", "s"),
+            ("_m_s", "m/s"),
+            ("_rad_s", "rad/s"),
+            ("_per_s", "1/s"),
+            ("_per_sqrt_s", "√s"),
             ("_hz", "Hz"),
             ("_days", "days"),
             ("_mb", "MB"),

@@ -166,4 +166,39 @@ mod tests {
         let [(shown_s, true), (again_s, false)] = told[..] else { panic!("{told:?}") };
         assert!((22.0..27.0).contains(&shown_s) && (47.0..80.0).contains(&again_s));
     }
+
+    /// A wagon that brakes now and then, its forces multiplied.
+    fn told(factor: f64) -> Vec<(f64, Option<String>)> {
+        let vehicle: VehicleParameters =
+            toml::from_str(include_str!("../../../../config/vehicle.toml")).expect("a vehicle");
+        let (radius_m, mass_kg) = (vehicle.wheelset.radius_m, vehicle.body.mass_kg);
+        let pads: Vec<f64> = vehicle.pad_friction().to_vec();
+        let lever = vehicle.brake.radius_m / radius_m / mass_kg;
+        let mut watch = UnitWatch::new(vehicle);
+        let (mut v, mut told) = (30.0_f64, Vec::new());
+        for k in 0..9000 {
+            let t_s = f64::from(k) * 0.01;
+            let pressed =
+                (20.0 * (t_s % 30.0 - 8.0)).clamp(0.0, 60.0) * f64::from(u8::from(t_s % 30.0 < 20.0)) / 60.0;
+            let force = 6e4 * pressed;
+            v = (v - 0.01 * pads.iter().take(2).map(|pad| pad * lever * force).sum::<f64>()).max(0.0);
+            let mut row = Row { t_s, v_m_s: v, ..Row::default() };
+            row.wheel_speed_rad_s = [v / radius_m; MAX_WHEELSETS];
+            row.pressing_force_n = [factor * force; MAX_WHEELSETS];
+            told.extend(watch.take(&row, 2).map(|change| (t_s, change)));
+        }
+        told
+    }
+
+    /// Forces a thousand times too large, and negative ones, once were served.
+    #[test]
+    fn forces_that_cannot_be_are_told_and_right_ones_are_not() {
+        assert_eq!(told(1.0), []);
+        for (factor, within_s) in [(1e3, 10.0), (-1.0, 10.0), (1e-3, 25.0)] {
+            let told = told(factor);
+            println!("{factor}: {told:?}");
+            let Some((at_s, Some(why))) = told.first() else { panic!("{factor}: {told:?}") };
+            assert!(why.contains("f_perp_f_n") && *at_s < 8.0 + within_s, "{factor}: {at_s} s, {why}");
+        }
+    }
 }
