@@ -28,6 +28,7 @@ mod receivers;
 mod reference;
 mod runs;
 mod source;
+mod topics;
 mod train;
 pub mod vehicle;
 mod wagons;
@@ -53,6 +54,7 @@ pub use receivers::{
 };
 pub use reference::{Key, keys, reference};
 pub use runs::ReplayRun;
-pub use source::{MqttSource, Source};
+pub use source::{MqttSource, Source, Subjects};
+pub use topics::{Meaning, OfWagon, TopicPattern, Topics, WantedInputs};
 pub use train::{HttpSettings, LoggingSettings, ReportingSettings, TrainSettings};
 pub use wagons::{MAX_WAGONS, WagonSettings};

@@ -8,6 +8,7 @@ use crate::place::{ConfigText, folder};
 use crate::plant::RigProgramme;
 use crate::receivers::{BROKER_IN_THE_CLEAR, BrokerTls, is_this_machine};
 use crate::runs::{self, ReplayRun};
+use crate::topics::{self, TopicKeys, TopicTable, Topics};
 use railgrip_recording::Mapping;
 use railgrip_simulation::Scenario;
 use serde::{Deserialize, Serialize};
@@ -48,6 +49,8 @@ pub(crate) struct SourceTable {
     pub port: Option<u16>,
     /// mqtt: filter of the topics with samples.
     pub topic: Option<String>,
+    /// mqtt: topics that carry a value each, in place of `topic`.
+    pub topics: Option<Vec<TopicTable>>,
     /// mqtt: name under which the broker knows us; without it `railgrip-ingest`.
     pub client_id: Option<String>,
     /// mqtt: user, where the broker asks for one.
@@ -70,9 +73,9 @@ pub(crate) struct SourceTable {
     pub senders: Option<Vec<String>>,
     /// trdp: multicast groups to join.
     pub groups: Option<Vec<String>>,
-    /// can, trdp: the message that makes a row; without it that of the first wheelset's speed.
+    /// can, trdp: the message that makes a row; mqtt with `topics`: the input; without it that of the first wheelset's speed.
     pub sample_on: Option<String>,
-    /// can, trdp: a value counts for so long after its message, ms; without it 500.
+    /// can, trdp, mqtt with `topics`: a value counts for so long after its message, ms; without it 500.
     pub hold_ms: Option<f64>,
 }
 
@@ -141,15 +144,24 @@ pub enum Source {
     External,
 }
 
+/// What the messages of a broker are.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Subjects {
+    /// Whole samples, under topics of this filter.
+    Samples(String),
+    /// Values, each under a topic of its own.
+    Values(Topics),
+}
+
 /// A broker that hands out samples.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct MqttSource {
     /// Name or address of the broker.
     pub host: String,
     /// Its port.
     pub port: u16,
-    /// Filter of the topics.
-    pub topic: String,
+    /// What is asked of it.
+    pub subjects: Subjects,
     /// Name under which we are known there.
     pub client_id: String,
     /// User, where the broker asks for one.
@@ -254,6 +266,9 @@ pub(crate) fn resolve(
     let (lanes, messages) = match source {
         Source::Can(can) => (("source.interface", can.interfaces.len()), &mut can.messages),
         Source::Trdp(trdp) => (("source.senders", trdp.senders.len()), &mut trdp.messages),
+        Source::Mqtt(MqttSource { subjects: Subjects::Values(values), .. }) => {
+            return topics::resolve(at, values, mapping, wheelsets);
+        }
         _ => return Ok(()),
     };
     fieldbus::resolve(at, lanes, messages, mapping, wheelsets)
@@ -282,10 +297,30 @@ fn broker(at: &ConfigText<'_>, table: &SourceTable) -> Result<MqttSource, Settin
     if table.password_file.is_some() && clear && !unsure && !table.allow_insecure.unwrap_or(false) {
         at.note(at.refuse("source.password_file", "given", BROKER_IN_THE_CLEAR));
     }
+    let subjects = match &table.topics {
+        Some(_) if table.topic.is_some() => {
+            return Err(at.refuse("source.topic", "given", "nothing beside `topics`"));
+        }
+        Some(topics) => {
+            let (sample_on, hold_ms) = (table.sample_on.as_deref(), table.hold_ms);
+            Subjects::Values(topics::topics(at, &TopicKeys { topics, sample_on, hold_ms })?)
+        }
+        None => {
+            let of_values = [
+                ("source.sample_on", table.sample_on.is_some()),
+                ("source.hold_ms", table.hold_ms.is_some()),
+            ];
+            for (key, _) in of_values.into_iter().filter(|(_, given)| *given) {
+                at.note(at.refuse(key, "given", "nothing here without `topics`"));
+            }
+            let allowed = "a topic or a filter, for example train/+/samples; or `topics` of single values";
+            Subjects::Samples(given("source.topic", &table.topic, allowed))
+        }
+    };
     Ok(MqttSource {
         host,
         port: table.port.unwrap_or_else(|| BrokerTls::port(tls.as_ref())),
-        topic: given("source.topic", &table.topic, "a topic or a filter, for example train/+/samples"),
+        subjects,
         client_id: table.client_id.clone().unwrap_or_else(|| "railgrip-ingest".to_owned()),
         user: table.user.clone(),
         password_file: table.password_file.as_deref().map(|file| at.beside(file)),
@@ -313,7 +348,7 @@ fn scenario(at: &ConfigText<'_>, given: &str) -> Result<Scenario, SettingsError>
 fn check_keys_of_kind(at: &ConfigText<'_>, table: &SourceTable) {
     use SourceKind as Kind;
     let kind = table.kind;
-    let keys: [(&str, bool, &[Kind]); 24] = [
+    let keys: [(&str, bool, &[Kind]); 25] = [
         ("scenario", table.scenario.is_some(), &[Kind::Simulate]),
         ("programme", table.programme.is_some(), &[Kind::Rig]),
         ("seed", table.seed.is_some(), &[Kind::Simulate, Kind::Rig]),
@@ -325,6 +360,7 @@ fn check_keys_of_kind(at: &ConfigText<'_>, table: &SourceTable) {
         ("host", table.host.is_some(), &[Kind::Mqtt]),
         ("port", table.port.is_some(), &[Kind::Mqtt]),
         ("topic", table.topic.is_some(), &[Kind::Mqtt]),
+        ("topics", table.topics.is_some(), &[Kind::Mqtt]),
         ("client_id", table.client_id.is_some(), &[Kind::Mqtt]),
         ("user", table.user.is_some(), &[Kind::Mqtt]),
         ("allow_insecure", table.allow_insecure.is_some(), &[Kind::Mqtt]),
@@ -336,8 +372,8 @@ fn check_keys_of_kind(at: &ConfigText<'_>, table: &SourceTable) {
         ("database", table.database.is_some(), &[Kind::Can, Kind::Trdp]),
         ("senders", table.senders.is_some(), &[Kind::Trdp]),
         ("groups", table.groups.is_some(), &[Kind::Trdp]),
-        ("sample_on", table.sample_on.is_some(), &[Kind::Can, Kind::Trdp]),
-        ("hold_ms", table.hold_ms.is_some(), &[Kind::Can, Kind::Trdp]),
+        ("sample_on", table.sample_on.is_some(), &[Kind::Can, Kind::Trdp, Kind::Mqtt]),
+        ("hold_ms", table.hold_ms.is_some(), &[Kind::Can, Kind::Trdp, Kind::Mqtt]),
     ];
     for (key, ..) in keys.into_iter().filter(|(_, given, kinds)| *given && !kinds.contains(&kind)) {
         let kind = format!("{kind:?}").to_lowercase();

@@ -1,7 +1,7 @@
 //! A train's config: the defaults, and what each mistake is answered with.
 #![allow(clippy::unwrap_used, reason = "a test may end at what it does not expect")]
 
-use railgrip_settings::{Overrides, SettingsError, Source, TrainSettings};
+use railgrip_settings::{MqttSource, Overrides, SettingsError, Source, Subjects, TrainSettings};
 use std::path::{Path, PathBuf};
 
 /// The default config as it stands in the repository.
@@ -190,4 +190,42 @@ fn a_password_travels_to_a_broker_by_tls_or_not_at_all() {
     }
     let said = refused("\"simulate\"\n", "\"simulate\"\ntls = true\n");
     assert!(said.contains(":8: `source.tls`"), "{said}");
+}
+
+const TOPICS: &str = "schema = 1\n[train]\nname = \"m\"\nwagons = 2\nvehicle = \"vehicle.toml\"\n[source]\nkind = \"mqtt\"\nhost = \"localhost\"\ntopics = [\n  { topic = \"train/{wagon}/bogie1/{name}\" },\n  { topic = \"loco/gps\", name = \"gps\" },\n]\n[mapping]\nomega_f_rad_s = { from = \"axle1\", unit = \"rpm\" }\nv_m_s = { from = \"gps.speed\", unit = \"km/h\" }\n";
+
+/// Topics with a value each: what they mean is settled, and what cannot be is refused with its line, before anything runs.
+#[test]
+fn topics_of_single_values_are_checked() {
+    let settings = parse(TOPICS).unwrap();
+    let Source::Mqtt(MqttSource { subjects: Subjects::Values(topics), .. }) = &settings.source else {
+        panic!("{:?}", settings.source)
+    };
+    assert_eq!((topics.wagons.len(), topics.hold_s), (2, 0.5));
+    assert_eq!(topics.wagons[1].sample_on, "axle1");
+    for (from, to, words) in [
+        (
+            "{wagon}/bogie1",
+            "#",
+            ":10: `source.topics.1.topic` is \"train/#/{name}\", allowed is a topic such as",
+        ),
+        ("name = \"gps\"", "wagon = 3", ":11: `source.topics.2.wagon` is 3, allowed is 1 to 2"),
+        ("gps\", name", "{wagon}\", wagon = 1, name", ":11: `source.topics.2.wagon` is given"),
+        (
+            "{name}",
+            "speed\", name = \"speed",
+            ":14: `mapping.omega_f_rad_s.from` is \"axle1\", which no topic brings to wagon 1",
+        ),
+        ("topics = [", "sample_on = \"axle9\"\ntopics = [", ":9: `source.sample_on` is \"axle9\""),
+        (
+            "topics = [",
+            "topic = \"a\"\ntopics = [",
+            ":9: `source.topic` is given, allowed is nothing beside `topics`",
+        ),
+        ("name = \"gps\"", "nam = \"gps\"", "unknown field `nam`"),
+    ] {
+        assert!(TOPICS.contains(from), "{from}");
+        let said = parse(&TOPICS.replacen(from, to, 1)).expect_err(to).to_string();
+        assert!(said.contains(words), "{to}: {said}");
+    }
 }
