@@ -3,6 +3,7 @@
 
 use brokers::{Authority, FakeBroker, Manner};
 use railgrip_ingest::feed::{Arrival, Feed, open};
+use railgrip_messages::SourceCount;
 use railgrip_requirements::MOSQUITTO;
 use railgrip_settings::{Overrides, TrainSettings};
 use rumqttc::{Client, ConnectionError, Event, MqttOptions, Packet, QoS};
@@ -12,6 +13,7 @@ use std::time::{Duration, Instant};
 
 railgrip_requirements::tests! {
     messages_of_a_broker_become_samples: [MOSQUITTO],
+    values_under_topics_become_samples: [MOSQUITTO],
     messages_by_tls_become_samples: [],
     a_broker_of_another_authority_brings_nothing: [],
 }
@@ -99,6 +101,54 @@ fn messages_of_a_broker_become_samples() {
     std::thread::sleep(Duration::from_secs(3));
     publish(port, 50, 10);
     assert_eq!(rows(&mut *feed, 100).len(), 100);
+}
+
+/// One value a topic: the rows of the wagons that the topics name, and nothing of what the broker had kept from before.
+fn values_under_topics_become_samples() {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    drop(listener);
+    let _broker = broker(port);
+    let (client, mut connection) = Client::new(MqttOptions::new("sender", "127.0.0.1", port), 1000);
+    let mut say = |retain: bool, topic: &str, value: &str| {
+        client.publish(topic, QoS::AtLeastOnce, retain, value).unwrap();
+        assert!(connection.iter().any(|event| matches!(event, Ok(Event::Incoming(Packet::PubAck(_))))));
+    };
+    say(true, "train/1/bogie1/axle1", "999");
+    let vehicle = concat!(env!("CARGO_MANIFEST_DIR"), "/../../config/vehicle.toml");
+    let text = format!(
+        "schema = 1\n[train]\nname = \"m\"\nwagons = 2\nvehicle = \"{vehicle}\"\n[source]\nkind = \"mqtt\"\nhost = \"127.0.0.1\"\n\
+         port = {port}\nhold_ms = 60000\ntopics = [{{ topic = \"train/{{wagon}}/bogie1/{{name}}\" }},\n{{ topic = \"loco/gps\", name = \"gps\" }}]\n\
+         [mapping]\nomega_f_rad_s = {{ from = \"axle1\", unit = \"rpm\" }}\nv_m_s = {{ from = \"gps.v\", unit = \"km/h\" }}\n"
+    );
+    let settings = TrainSettings::parse(Path::new("train.toml"), &text, &Overrides::default()).unwrap();
+    let mut feed = open(&settings).unwrap();
+    let until = Instant::now() + Duration::from_secs(20);
+    let old = |feed: &dyn Feed| feed.accounts().unwrap().0.counts[SourceCount::Old.code() as usize];
+    while old(&*feed) == 0 {
+        assert!(Instant::now() < until, "the kept message does not come");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let mut rows = Vec::new();
+    for k in 0..50 {
+        say(false, "loco/gps", "{\"v\": 72, \"fix\": \"3d\"}");
+        say(false, "train/1/bogie1/axle1", &format!("{}", 300 + k));
+        say(false, "train/2/bogie1/axle1", "150");
+    }
+    while rows.len() < 100 && Instant::now() < until {
+        feed.take_due(0.0, &mut |arrival| match arrival {
+            Arrival::Row { wagon, row, .. } => rows.push((wagon, row.v_m_s, row.wheel_speed_rad_s[0])),
+            other => panic!("{other:?}"),
+        });
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let of = |wagon: usize| rows.iter().filter(|row| row.0 == wagon).map(|row| row.2).collect::<Vec<_>>();
+    let rad_s = std::f64::consts::TAU / 60.0;
+    assert!(rows.iter().all(|row| (row.1 - 20.0).abs() < 1e-9), "{rows:?}");
+    let close = |found: &[f64], rpm: &dyn Fn(usize) -> f64| {
+        found.len() == 50 && found.iter().enumerate().all(|(k, found)| (found - rpm(k) * rad_s).abs() < 1e-9)
+    };
+    assert!(close(&of(0), &|k| 300.0 + k as f64) && close(&of(1), &|_| 150.0), "{rows:?}");
 }
 
 /// Messages of ten rows each.

@@ -42,6 +42,17 @@ pub(super) fn put_all(mut message: &[u8], name: &str, inlet: &Inlet) -> bool {
     true
 }
 
+/// The one value of a message, as JSON.
+///
+/// # Errors
+/// In words: what is no CBOR, or has no place in JSON.
+pub(super) fn value(mut message: &[u8]) -> Result<Json, String> {
+    let value = ciborium::de::from_reader_with_recursion_limit(&mut message, DEEPEST);
+    let value = value.map_err(|error| format!("no CBOR: {error}"))?;
+    let found = json(&value).filter(|_| message.is_empty());
+    found.ok_or_else(|| "no single number, text or map of them in CBOR".to_owned())
+}
+
 /// The same as JSON; nothing where JSON has no such thing. A number that is none (NaN) is a missing one.
 fn json(value: &Value) -> Option<Json> {
     Some(match value {

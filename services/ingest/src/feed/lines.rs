@@ -138,7 +138,7 @@ fn cell(object: &Map<String, Value>, column: &str, mapping: &Mapping) -> Result<
 }
 
 /// A number by its name, or by the way to it through objects, `a.b`; NaN where there is none.
-fn number(object: &Map<String, Value>, name: &str) -> Result<f64, String> {
+pub(super) fn number(object: &Map<String, Value>, name: &str) -> Result<f64, String> {
     let nested = || {
         let mut parts = name.split('.');
         let first = object.get(parts.next()?)?;

@@ -8,7 +8,7 @@ use railgrip_bus::monotonic_ns;
 use railgrip_filter::PlantKind;
 use railgrip_messages::SourceCount;
 use railgrip_recording::Row;
-use railgrip_settings::{Source, TrainSettings};
+use railgrip_settings::{MqttSource, Source, Subjects, TrainSettings};
 use railgrip_vehicle::VehicleParameters;
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 
@@ -61,9 +61,14 @@ impl Inlet {
             Ok((wagon, row)) => self.sample(wagon, row, monotonic_ns()),
             Err(problem) => {
                 self.tally.add(SourceCount::Unreadable, 1);
-                self.sender.send(Item::Refused(problem)).is_ok()
+                self.refuse(problem)
             }
         }
+    }
+
+    /// Passes the words about something that is no sample and was counted already; waits and ends as [`Inlet::put`].
+    pub fn refuse(&self, problem: String) -> bool {
+        self.sender.send(Item::Refused(problem)).is_ok()
     }
 
     /// Takes a row of a wagon (from 0) that came of messages, the last of which arrived at an instant of our monotonic clock, ns;
@@ -99,10 +104,17 @@ impl Live {
                 Source::Trdp(trdp) => Some((&trdp.messages.plan, true)),
                 _ => None,
             };
+            let topics = match &settings.source {
+                Source::Mqtt(MqttSource { subjects: Subjects::Values(topics), .. }) => Some(&topics.wagons),
+                _ => None,
+            };
+            let is_live = plan.is_none_or(|(_, live)| live);
             for (place, wagon) in live.wagons.iter_mut().enumerate() {
-                wagon.own_clock = plan.is_none_or(|(plan, live)| live && plan.carries_time(place));
-                wagon.clock = SourceClock::of_kind(plan.is_none_or(|(_, live)| live));
-                wagon.own_times = plan.is_none_or(|(plan, live)| !live || plan.carries_time(place));
+                let by_topics = topics.is_none_or(|wagons| wagons[place].carries_time());
+                let times = plan.map_or(by_topics, |(plan, _)| plan.carries_time(place));
+                wagon.own_clock = is_live && times;
+                wagon.clock = SourceClock::of_kind(is_live);
+                wagon.own_times = !is_live || times;
             }
             inlet.layout.numbers = settings.wagons.iter().map(|wagon| wagon.vehicle_number.clone()).collect();
         }

@@ -15,6 +15,7 @@ mod simulate;
 mod source_clock;
 mod steps;
 mod tally;
+mod topics;
 mod trdp;
 mod unit_watch;
 mod wagon;

@@ -1,13 +1,16 @@
 //! Who sends lines: the standard input, TCP connections, UDP datagrams, an MQTT broker. Each is read on a thread of its own.
 
 use super::overrun::{self, Overruns};
+use super::topics::Values;
 use super::{Inlet, InputError};
 use super::{cbor, lines};
-use railgrip_mqtt::{Authorities, Broker, Connection, MqttError, News};
-use railgrip_settings::{MqttSource, Source};
+use railgrip_messages::SourceCount;
+use railgrip_mqtt::{Authorities, Broker, Connection, MqttError, News, Publish};
+use railgrip_settings::{MqttSource, Source, Subjects, TopicPattern};
 use rustix::net::sockopt::{
     set_socket_keepalive, set_socket_recv_buffer_size, set_tcp_keepcnt, set_tcp_keepidle, set_tcp_keepintvl,
 };
+use std::collections::BTreeSet;
 use std::io::{BufReader, Read, stdin};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream, UdpSocket};
 use std::sync::atomic::AtomicBool;
@@ -174,9 +177,27 @@ fn connect(source: &MqttSource) -> Result<Connection, MqttError> {
 fn messages(broker: &MqttSource, inlet: &Inlet) {
     let name = format!("mqtt {}:{}", broker.host, broker.port);
     let mut told = false;
+    let mut values = match &broker.subjects {
+        Subjects::Samples(_) => None,
+        Subjects::Values(topics) => Some(Values::new(topics, inlet.clone())),
+    };
+    let mut take = |message: &Publish| {
+        let name = format!("{name} {}", message.topic);
+        // Of a message that was kept for whoever comes later nobody knows how old it is.
+        if message.retain {
+            inlet.tally().add(SourceCount::Arrived, 1);
+            inlet.tally().add(SourceCount::Old, 1);
+            return true;
+        }
+        match &mut values {
+            None => put_all(&message.payload, &name, inlet),
+            Some(values) => values.take(&message.topic, &message.payload, &name),
+        }
+    };
+    let filters = filters(&broker.subjects);
     loop {
         let listened =
-            connect(broker).and_then(|connection| listen(broker, connection, &name, inlet, &mut told));
+            connect(broker).and_then(|connection| listen(&filters, connection, &name, &mut take, &mut told));
         let Err(trouble) = listened else { return };
         if !told {
             tracing::warn!("{name}: {trouble}; tried again and again");
@@ -186,15 +207,28 @@ fn messages(broker: &MqttSource, inlet: &Inlet) {
     }
 }
 
+/// What is asked of a broker, each filter once.
+fn filters(subjects: &Subjects) -> Vec<String> {
+    match subjects {
+        Subjects::Samples(filter) => vec![filter.clone()],
+        Subjects::Values(topics) => {
+            let filters: BTreeSet<_> = topics.patterns.iter().map(TopicPattern::filter).collect();
+            filters.into_iter().collect()
+        }
+    }
+}
+
 /// Until the connection fails, or nobody takes the rows any more.
 fn listen(
-    broker: &MqttSource,
+    filters: &[String],
     mut connection: Connection,
     name: &str,
-    inlet: &Inlet,
+    take: &mut dyn FnMut(&Publish) -> bool,
     told: &mut bool,
 ) -> Result<(), MqttError> {
-    connection.subscribe(&broker.topic)?;
+    for filter in filters {
+        connection.subscribe(filter)?;
+    }
     loop {
         match connection.news(KEEP_ALIVE)? {
             News::Subscribed => {
@@ -202,7 +236,7 @@ fn listen(
                 *told = false;
             }
             News::Message(message) => {
-                if !put_all(&message.payload, &format!("{name} {}", message.topic), inlet) {
+                if !take(&message) {
                     return Ok(());
                 }
             }
@@ -216,7 +250,6 @@ mod tests {
     use super::*;
     use crate::feed::{Feed, Live};
     use railgrip_filter::PlantKind;
-    use railgrip_messages::SourceCount;
 
     /// Connections whose computers had lost their power once kept every other sender out for ever.
     #[test]
