@@ -17,6 +17,8 @@ railgrip_requirements::tests! {
     the_command_of_the_container_starts: [],
     prometheus_accepts_rules_their_tests_and_the_config: [PROMTOOL],
     a_package_is_installed_runs_is_upgraded_and_purged: [DPKG_DEB],
+    an_earlier_release_is_upgraded_with_its_config_and_state: [DPKG_DEB],
+    sources_without_git_know_their_commit: [],
     a_service_says_when_it_is_ready_alive_and_stopping: [],
 }
 
@@ -115,19 +117,30 @@ fn dpkg(root: &Path, words: &[&str]) {
     assert!(output.status.success(), "dpkg {words:?}: {said}");
 }
 
-fn a_package_is_installed_runs_is_upgraded_and_purged() {
-    let folder = tempfile::Builder::new().prefix("rg").tempdir_in("/tmp").expect("folder");
-    let root = folder.path().join("root");
+/// A folder that is the root of a system without packages.
+fn empty_root(folder: &Path) -> PathBuf {
+    let root = folder.join("root");
     for place in ["var/lib/dpkg/info", "var/lib/dpkg/updates", "etc"] {
         std::fs::create_dir_all(root.join(place)).expect("folder");
     }
     for file in ["var/lib/dpkg/status", "var/lib/dpkg/available", "etc/passwd", "etc/group"] {
         std::fs::write(root.join(file), "").expect("file");
     }
+    root
+}
+
+/// The package of the program under test.
+fn package(folder: &Path) -> String {
     let script = units().join("../deb");
-    let output = Command::new(script).arg(program!()).arg(folder.path()).output().expect("deploy/deb");
+    let output = Command::new(script).arg(program!()).arg(folder).output().expect("deploy/deb");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let package = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+    String::from_utf8_lossy(&output.stdout).trim().to_owned()
+}
+
+fn a_package_is_installed_runs_is_upgraded_and_purged() {
+    let folder = tempfile::Builder::new().prefix("rg").tempdir_in("/tmp").expect("folder");
+    let root = empty_root(folder.path());
+    let package = package(folder.path());
     let size = std::fs::metadata(root.parent().expect("folder").join(&package)).expect("a package").len();
     println!("{package}: {size} bytes");
     dpkg(&root, &["--install", &package]);
@@ -165,6 +178,141 @@ fn a_package_is_installed_runs_is_upgraded_and_purged() {
     assert!(!config.exists() && !state.exists());
     let left = std::fs::read_dir(root.join("etc/railgrip")).map_or(0, Iterator::count);
     assert_eq!(left, 0, "nothing is left of the config");
+}
+
+/// The package again as that of an earlier release: its number, and a config that is not the one of today.
+fn earlier(folder: &Path, package: &str) -> String {
+    let (tree, earlier) = (folder.join("earlier"), folder.join("earlier.deb").display().to_string());
+    let dpkg_deb = |words: &[&str]| {
+        let output = Command::new(DPKG_DEB.path()).args(words).output().expect("dpkg-deb");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    };
+    let place = tree.display().to_string();
+    dpkg_deb(&["--raw-extract", package, &place]);
+    let control = tree.join("DEBIAN/control");
+    let text = std::fs::read_to_string(&control).expect("control");
+    let version =
+        |line: &str| if line.starts_with("Version: ") { "Version: 0.0.9".into() } else { line.to_owned() };
+    let text: String = text.lines().map(|line| version(line) + "\n").collect();
+    std::fs::write(&control, text).expect("control");
+    let config = "schema = 1\n[train]\nname = \"train\"\nwagons = 8\nvehicle = \"vehicle.toml\"\n[source]\nkind = \"simulate\"\n";
+    std::fs::write(tree.join("etc/railgrip/railgrip.toml"), config).expect("config");
+    dpkg_deb(&["--root-owner-group", "--build", &place, &earlier]);
+    earlier
+}
+
+/// Keys of the blocks of a history, and the version of its tables.
+fn blocks(history: &rusqlite::Connection) -> (Vec<i64>, i64) {
+    let mut keys = history.prepare("SELECT key FROM packed_block ORDER BY key").expect("blocks");
+    let keys = keys.query_map([], |row| row.get(0)).expect("keys").collect::<Result<_, _>>().expect("keys");
+    (keys, history.pragma_query_value(None, "user_version", |row| row.get(0)).expect("a version"))
+}
+
+/// A config with keys of old, a history of tables of version 2 and a snapshot of a form that is no more: all of it is kept or
+/// migrated, and what cannot be read any more is said, and ends nothing.
+fn an_earlier_release_is_upgraded_with_its_config_and_state() {
+    let folder = tempfile::Builder::new().prefix("rg").tempdir_in("/tmp").expect("folder");
+    let (root, newer) = (empty_root(folder.path()), package(folder.path()));
+    dpkg(&root, &["--install", &earlier(folder.path(), &newer)]);
+    let status = || std::fs::read_to_string(root.join("var/lib/dpkg/status")).expect("status");
+    assert!(status().contains("Version: 0.0.9"), "{}", status());
+    let (state, config) = (root.join("var/lib/railgrip"), root.join("etc/railgrip/railgrip.toml"));
+    std::fs::create_dir_all(state.join("snapshots")).expect("folder");
+    let mine = format!(
+        "schema = 1\n[train]\nname = \"old\"\nvehicle = \"vehicle.toml\"\n[[wagon]]\nnumber = \"51 80 1\"\n[[wagon]]\n\
+         number = \"51 80 2\"\n[[wagon]]\n[source]\nkind = \"simulate\"\n[history]\nflush_s = 0.2\n[instance]\n\
+         snapshot_dir = \"{}\"\n[delivery.mqtt]\nhost = \"127.0.0.1\"\nport = 1\n[delivery]\nmost_waiting = 50\n",
+        state.join("snapshots").display()
+    );
+    std::fs::write(&config, &mine).expect("config");
+    let run = || {
+        let mut up = Command::new(root.join("usr/bin/railgrip"));
+        up.args(["up", "--for", "5", "--listen", "127.0.0.1:0", "--config"]).arg(&config);
+        up.arg("--instance").arg(folder.path().join("i")).env("STATE_DIRECTORY", &state);
+        let output = up.output().expect("start");
+        let said =
+            [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
+        assert!(output.status.success(), "{said}");
+        said
+    };
+    run();
+    // State as earlier releases left it.
+    let database = state.join("old/history.db");
+    let before = {
+        let history = rusqlite::Connection::open(&database).expect("a history");
+        let to_version_2 = "DROP TABLE vehicle; DROP TABLE track_cell; PRAGMA user_version = 2";
+        history.execute_batch(to_version_2).expect("tables of version 2");
+        blocks(&history).0
+    };
+    assert!(!before.is_empty(), "something is remembered");
+    let snapshot = state.join("snapshots/vehicle-51801.snapshot");
+    let bytes = std::fs::read(&snapshot).expect("a snapshot");
+    let line = bytes.iter().position(|byte| *byte == b'\n').expect("a first line");
+    std::fs::write(&snapshot, [b"railgrip snapshot 1", &bytes[line..]].concat()).expect("written");
+    std::fs::write(state.join("depot.token"), "secret").expect("written");
+
+    dpkg(&root, &["--install", &newer]);
+    assert!(!status().contains("Version: 0.0.9"), "{}", status());
+    assert_eq!(std::fs::read_to_string(&config).expect("config"), mine, "the operator's config stays");
+    assert!(config.with_extension("toml.dpkg-dist").exists(), "the new one lies beside it");
+    let check =
+        Command::new(root.join("usr/bin/railgrip")).arg("check").arg(&config).output().expect("start");
+    assert!(check.status.success(), "{}", String::from_utf8_lossy(&check.stderr));
+    let said = run();
+    for words in ["not a snapshot of this version", "goes on from a snapshot", "deprecated"] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    let (after, version) = blocks(&rusqlite::Connection::open(&database).expect("a history"));
+    assert!(version > 2, "the tables are those of today");
+    assert!(before.iter().all(|key| after.contains(key)), "{before:?} {after:?}");
+    assert_eq!(std::fs::read_to_string(state.join("depot.token")).expect("kept"), "secret");
+    let documents = root.join("usr/share/doc/railgrip");
+    let document = |name: &str| std::fs::read_to_string(documents.join(name)).expect("a document");
+    assert!(document("ingest.md").contains("[mapping]"));
+    assert!(document("config-reference.md").contains("`[mapping.NAME]`"));
+}
+
+/// The script that finds the commit, in an archive of git (where git has written it), and where somebody says it.
+fn sources_without_git_know_their_commit() {
+    let folder = tempfile::tempdir().expect("folder");
+    let cli = Path::new(env!("CARGO_MANIFEST_DIR")).join("../services/cli");
+    let run = |command: &mut Command| {
+        let output = command.output().expect("start");
+        assert!(output.status.success(), "{command:?}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    let (repository, unpacked) = (folder.path().join("repository"), folder.path().join("unpacked"));
+    let place = repository.join("services/cli");
+    std::fs::create_dir_all(&place).expect("folder");
+    std::fs::create_dir(&unpacked).expect("folder");
+    for file in ["build.rs", "commit", ".gitattributes"] {
+        std::fs::copy(cli.join(file), place.join(file)).expect(file);
+    }
+    let git = |words: &[&str]| {
+        let who = ["-c", "user.name=t", "-c", "user.email=t@localhost", "-C"];
+        run(Command::new("git").args(who).arg(&repository).args(words))
+    };
+    git(&["init", "--quiet"]);
+    git(&["add", "--all"]);
+    git(&["commit", "--quiet", "--message", "sources"]);
+    let archive = folder.path().join("sources.tar");
+    git(&["archive", "--output", &archive.display().to_string(), "HEAD"]);
+    run(Command::new("tar").arg("-xf").arg(&archive).arg("-C").arg(&unpacked));
+    let script = folder.path().join("script");
+    run(Command::new("rustc").args(["--edition", "2024", "-o"]).arg(&script).arg(cli.join("build.rs")));
+    let found = |sources: &Path, given: &str| {
+        let mut script = Command::new(&script);
+        script.current_dir(sources.join("services/cli")).env("RAILGRIP_COMMIT", given);
+        let said = run(&mut script);
+        let line = said.lines().find_map(|line| line.strip_prefix("cargo::rustc-env=RAILGRIP_COMMIT="));
+        line.expect("a commit").to_owned()
+    };
+    let commit = git(&["rev-parse", "HEAD"]);
+    assert_eq!(found(&repository, ""), commit[..9]);
+    assert_eq!(found(&unpacked, ""), commit[..9]);
+    assert_eq!(found(&unpacked, "release-7"), "release-7");
+    std::fs::remove_file(unpacked.join("services/cli/commit")).expect("removed");
+    assert_eq!(found(&unpacked, ""), "unknown");
 }
 
 /// A holder that talks to a systemd of ours.

@@ -196,18 +196,32 @@ fn attach<'a>(bell: &'a Bell) -> Result<Attachment<'a>, WaitSetAttachmentError> 
     bell.waitset.attach_notification(&bell.listener)
 }
 
+/// No reader misses more at once: fifty days of a thousand a second.
+const MOST_MISSED: u64 = 1 << 32;
+
 /// Counts what is missing in a running number.
 #[derive(Debug, Default)]
 pub(crate) struct Sequence {
     next: Option<u64>,
+    /// What would follow a number that was too far ahead to be believed.
+    strange: Option<u64>,
     pub(crate) missed: u64,
     restarts: u64,
 }
 
 impl Sequence {
-    /// A number ahead of the expected one is a gap; one behind it is a source that began again.
+    /// A number ahead of the expected one is a gap; one behind it is a source that began again. One that is absurdly far ahead
+    /// is nonsense, unless the next one goes on from there.
     pub(crate) fn take(&mut self, sequence: u64) {
+        let follows = self.strange.take() == Some(sequence);
         match self.next {
+            Some(next) if sequence.saturating_sub(next) > MOST_MISSED => {
+                if !follows {
+                    self.strange = Some(sequence.wrapping_add(1));
+                    return;
+                }
+                self.restarts += 1;
+            }
             Some(next) if sequence > next => self.missed += sequence - next,
             Some(next) if sequence < next => self.restarts += 1,
             _ => {}
@@ -279,5 +293,17 @@ mod tests {
             sequence.take(number);
         }
         assert_eq!((sequence.missed, sequence.restarts), (3 + 1, 1));
+    }
+
+    /// One sample with the number u64::MAX once counted as 1.8e19 missed ones.
+    #[test]
+    fn a_number_that_nobody_counts_to_is_no_gap() {
+        let mut sequence = Sequence::default();
+        [100, 101, u64::MAX, 102, 104, u64::MAX, u64::MAX, 105]
+            .into_iter()
+            .for_each(|number| sequence.take(number));
+        assert_eq!((sequence.missed, sequence.restarts), (1, 0));
+        [1 << 60, (1 << 60) + 1, (1 << 60) + 3].into_iter().for_each(|number| sequence.take(number));
+        assert_eq!((sequence.missed, sequence.restarts), (2, 1), "a source that counts from elsewhere");
     }
 }

@@ -9,14 +9,19 @@
 //! a snapshot may know it from an earlier boot. Text needs no check: [`crate::Text::as_str`] ends at the first byte that is no UTF-8.
 
 use crate::{
-    BogieSample, Condition, Event, EventKind, Grade, Health, Heard, HearingState, Heartbeat, Indicator,
-    MAX_WHEELSETS, MotorSample, Payload, ProcessKind, Sample, SourceState, Stamp, Verdicts, WheelsetHealth,
+    AudioHeader, BogieSample, Condition, Estimate, EstimateState, Event, EventKind, Grade, Health, Heard,
+    HearingState, Heartbeat, Indicator, MAX_WHEELSETS, MotorSample, Payload, ProcessKind, Sample,
+    SourceState, Stamp, Verdicts, WheelsetHealth,
 };
 
 /// A stamp may be so far ahead of the reader's monotonic clock, ns: all processes of a train share that clock.
 const AHEAD_MONOTONIC_NS: u64 = 100_000_000;
 /// And so far ahead of its wall clock, ns, which may be set while a payload is on its way.
 const AHEAD_UNIX_NS: i64 = 60_000_000_000;
+/// No clock of a source counts farther, s either way; beyond that a step of a millisecond is lost in the digits.
+const LONGEST_S: f64 = 1e11;
+/// No microphone samples slower or faster, Hz.
+const RATES_HZ: std::ops::RangeInclusive<u32> = 1000..=384_000;
 /// No train is faster, m/s.
 const FASTEST_M_S: f64 = 200.0;
 /// No track position is farther from zero, m.
@@ -41,13 +46,15 @@ pub enum Refusal {
     WrongCount,
     /// Nothing has been measured for long: what follows would be invented.
     NothingMeasured,
+    /// The columns of another program cannot be in their units.
+    UnitsImplausible,
     /// It is about a wagon that the train or the channel does not have.
     WrongWagon,
 }
 
 impl Refusal {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::FutureStamp,
         Self::NoStamp,
         Self::NotFinite,
@@ -56,6 +63,7 @@ impl Refusal {
         Self::UnknownCode,
         Self::WrongCount,
         Self::NothingMeasured,
+        Self::UnitsImplausible,
         Self::WrongWagon,
     ];
 
@@ -71,6 +79,7 @@ impl Refusal {
             Self::UnknownCode => "unknown_code",
             Self::WrongCount => "wrong_count",
             Self::NothingMeasured => "nothing_measured",
+            Self::UnitsImplausible => "units_implausible",
             Self::WrongWagon => "wrong_wagon",
         }
     }
@@ -266,7 +275,7 @@ impl Checked for Sample {
     fn check(&self, now: Stamp) -> Result<(), Refusal> {
         taken(self.acquired, now)?;
         count(self.wheelsets)?;
-        finite(self.time_s)
+        within(self.time_s, -LONGEST_S, LONGEST_S)
     }
 }
 
@@ -279,7 +288,7 @@ impl Checked for MotorSample {
 
     fn check(&self, now: Stamp) -> Result<(), Refusal> {
         taken(self.acquired, now)?;
-        finite(self.time_s)
+        within(self.time_s, -LONGEST_S, LONGEST_S)
     }
 }
 
@@ -292,7 +301,39 @@ impl Checked for BogieSample {
 
     fn check(&self, now: Stamp) -> Result<(), Refusal> {
         taken(self.acquired, now)?;
-        finite(self.time_s)
+        within(self.time_s, -LONGEST_S, LONGEST_S)
+    }
+}
+
+impl Checked for Estimate {
+    const NAME: &'static str = "estimate";
+
+    fn wagon(&self) -> u32 {
+        crate::NO_WAGON
+    }
+
+    fn check(&self, now: Stamp) -> Result<(), Refusal> {
+        taken(self.acquired, now)?;
+        not_ahead(self.published_monotonic_ns, now)?;
+        count(self.wheelsets)?;
+        code(EstimateState::from_code(self.state))?;
+        within(self.time_s, -LONGEST_S, LONGEST_S)?;
+        unless_unknown(self.v_m_s, FASTEST_M_S)
+    }
+}
+
+/// The header of a block is no payload of its own, and comes with the channel of a wagon.
+impl AudioHeader {
+    /// Checks what a listener relies on; `wagon` is that of the channel, `now` the reader's time. The samples are the ear's to judge.
+    ///
+    /// # Errors
+    /// The first thing that is wrong.
+    pub fn check(&self, wagon: u32, now: Stamp) -> Result<(), Refusal> {
+        taken(self.acquired, now)?;
+        if !RATES_HZ.contains(&self.sample_rate_hz) {
+            return Err(Refusal::OutOfRange);
+        }
+        if self.wagon == wagon { Ok(()) } else { Err(Refusal::WrongWagon) }
     }
 }
 

@@ -170,14 +170,13 @@ impl Level {
         if text == "+" {
             return Some(Self::Any);
         }
-        let level = if let Some((before, after)) = text.split_once(WAGON) {
+        if let Some((before, after)) = text.split_once(WAGON) {
             (plain(before) && plain(after)).then(|| Self::Wagon(before.to_owned(), after.to_owned()))
         } else if let Some((before, after)) = text.split_once(NAME) {
             (plain(before) && plain(after)).then(|| Self::Name(before.to_owned(), after.to_owned()))
         } else {
             plain(text).then(|| Self::Plain(text.to_owned()))
-        };
-        level
+        }
     }
 }
 

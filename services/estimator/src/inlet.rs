@@ -2,10 +2,12 @@
 //! as it comes in; what is wrong with its stamp or its form is refused and counted, and the values are the filter's to judge.
 
 use crate::sight::Sight;
+use crate::units::Units;
 use crate::worker::Worker;
 use railgrip_bus::{BogieSubscriber, Bus, BusError, MotorSubscriber, SampleSubscriber, Wake, now};
 use railgrip_filter::PlantKind;
 use railgrip_messages::{Checked, Refusal, Sample, valid};
+use railgrip_settings::TrainSettings;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -13,6 +15,7 @@ use std::time::Duration;
 pub(crate) struct Inlet {
     channel: Channel,
     refused: Refused,
+    units: Option<Units>,
 }
 
 enum Channel {
@@ -26,13 +29,13 @@ enum Channel {
 
 impl Inlet {
     /// Opens the channel that the worker's plant needs.
-    pub fn open(bus: &Bus, worker: &Worker) -> Result<Self, BusError> {
+    pub fn open(bus: &Bus, settings: &TrainSettings, worker: &Worker) -> Result<Self, BusError> {
         let channel = match worker.plant.kind() {
             PlantKind::Traction => Channel::Motor(bus.motor_subscriber(worker.wagon)?),
             PlantKind::Bogie => Channel::Bogie(bus.bogie_subscriber(worker.wagon)?),
             PlantKind::Wagon | PlantKind::Roller => Channel::Wagon(bus.sample_subscriber(worker.wagon)?),
         };
-        Ok(Self { channel, refused: Refused::default() })
+        Ok(Self { channel, refused: Refused::default(), units: Units::of(settings, worker) })
     }
 
     /// Sleeps until something arrives or the time is over.
@@ -46,10 +49,17 @@ impl Inlet {
 
     /// Hands everything that waits, and is sound, to the worker.
     pub fn receive(&mut self, worker: &mut Worker) -> Result<usize, BusError> {
-        let refused = &mut self.refused;
-        match &mut self.channel {
+        let (refused, units) = (&mut self.refused, &mut self.units);
+        let received = match &mut self.channel {
             Channel::Wagon(samples) => samples.receive(|batch| {
-                refused.hand_on_if(batch, Blind::sees, |sample| worker.estimate(sample));
+                let mut fit = |sight: &mut Sight, sample: &Sample| {
+                    if !sees(sight, sample) {
+                        return Err(Refusal::NothingMeasured);
+                    }
+                    let plausible = units.as_mut().is_none_or(|units| units.plausible(sample));
+                    if plausible { Ok(()) } else { Err(Refusal::UnitsImplausible) }
+                };
+                refused.hand_on_if(batch, &mut fit, |sample| worker.estimate(sample));
             }),
             Channel::Motor(samples) => {
                 samples.receive(|batch| refused.hand_on(batch, |sample| worker.estimate_motor(sample)))
@@ -57,7 +67,11 @@ impl Inlet {
             Channel::Bogie(samples) => {
                 samples.receive(|batch| refused.hand_on(batch, |sample| worker.estimate_bogie(sample)))
             }
+        };
+        if let Some(units) = units {
+            units.tell(worker);
         }
+        received
     }
 
     /// Samples that never arrived.
@@ -90,20 +104,22 @@ fn sees(sight: &mut Sight, sample: &Sample) -> bool {
 
 impl Refused {
     fn hand_on<T: Checked>(&mut self, batch: &[T], take: impl FnMut(&T)) {
-        self.hand_on_if(batch, |_, _| true, take);
+        self.hand_on_if(batch, |_, _| Ok(()), take);
     }
 
     fn hand_on_if<T: Checked>(
         &mut self,
         batch: &[T],
-        mut sees: impl FnMut(&mut Sight, &T) -> bool,
+        mut fit: impl FnMut(&mut Sight, &T) -> Result<(), Refusal>,
         mut take: impl FnMut(&T),
     ) {
         let now = now();
         for sample in batch {
             match sample.validated(now) {
-                Ok(sample) if sees(&mut self.sight, &sample) => take(&sample),
-                Ok(_) => self.count(T::NAME, Refusal::NothingMeasured),
+                Ok(sample) => match fit(&mut self.sight, &sample) {
+                    Ok(()) => take(&sample),
+                    Err(why) => self.count(T::NAME, why),
+                },
                 Err(why) => self.count(T::NAME, why),
             }
         }
@@ -138,7 +154,10 @@ mod tests {
         let batch: Vec<Sample> =
             (0..100).map(|k| sample(k, if (30..80).contains(&k) { valid::GRADE } else { speeds })).collect();
         let (mut refused, mut taken) = (Refused::default(), Vec::new());
-        refused.hand_on_if(&batch, Blind::sees, |sample| taken.push(sample.time_s));
+        let fit = |sight: &mut Sight, sample: &Sample| {
+            if sees(sight, sample) { Ok(()) } else { Err(Refusal::NothingMeasured) }
+        };
+        refused.hand_on_if(&batch, fit, |sample| taken.push(sample.time_s));
         let missing = refused.counts[&Refusal::NothingMeasured];
         assert_eq!(
             (taken.len(), missing),
@@ -146,7 +165,7 @@ mod tests {
             "two seconds are gone through, then it is as if nothing came"
         );
         let again = [sample(0, valid::GRADE)];
-        refused.hand_on_if(&again, Blind::sees, |sample| taken.push(sample.time_s));
+        refused.hand_on_if(&again, fit, |sample| taken.push(sample.time_s));
         assert_eq!(taken.len(), 71, "another run");
     }
 

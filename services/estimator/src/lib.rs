@@ -12,6 +12,7 @@ mod inlet;
 pub mod sight;
 pub mod snapshot;
 pub mod timing;
+mod units;
 pub mod worker;
 
 use crate::absence::Absence;
@@ -57,7 +58,7 @@ pub enum EstimatorError {
 pub fn run(settings: &TrainSettings, wagon: u32, lifecycle: &Lifecycle) -> Result<(), EstimatorError> {
     let mut worker = Worker::new(settings, wagon)?;
     let bus = Bus::open(BusConfig::of(settings), ProcessKind::Estimator, wagon)?;
-    let mut samples = Inlet::open(&bus, &worker)?;
+    let mut samples = Inlet::open(&bus, settings, &worker)?;
     let mut service = Service::new(&bus, settings, wagon)?;
     service.resume(&mut worker)?;
     service.heartbeat(&worker, &samples)?;

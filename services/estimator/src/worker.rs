@@ -319,7 +319,8 @@ impl Worker {
         }
     }
 
-    fn event(
+    /// Notes an event of this wagon, to be published.
+    pub(crate) fn event(
         &mut self,
         kind: EventKind,
         stamp: Stamp,

@@ -4,9 +4,11 @@
 //! [`window`] gathers, `railgrip_classifier` hears, [`advice`] sets what was heard beside what was measured.
 
 mod advice;
+mod refused;
 mod window;
 
 use crate::advice::Adviser;
+use crate::refused::Refused;
 use crate::window::{ABSENT_S, Gatherer, Second, level_db};
 use railgrip_acoustics::AudioError;
 use railgrip_bus::{
@@ -15,7 +17,8 @@ use railgrip_bus::{
 };
 use railgrip_classifier::{Condition as HeardCondition, Ear, Hearing, Model, ModelError, Verdict, Window};
 use railgrip_messages::{
-    Condition, Event, EventKind, Grade, Heard, HearingState, Heartbeat, NO_WHEELSET, ProcessKind, Stamp, Text,
+    Checked, Condition, Estimate, Event, EventKind, Grade, Heard, HearingState, Heartbeat, NO_WHEELSET,
+    ProcessKind, Stamp, Text,
 };
 use railgrip_settings::TrainSettings;
 use std::time::{Duration, Instant};
@@ -114,6 +117,7 @@ struct Service {
     beats: u64,
     event_sequence: u64,
     rejected: u64,
+    refused: Refused,
     step_ns: u64,
 }
 
@@ -142,14 +146,18 @@ impl Service {
             beats: 0,
             event_sequence: 0,
             rejected: 0,
+            refused: Refused::default(),
             step_ns: 0,
         })
     }
 
     fn round(&mut self) -> Result<(), ListenerError> {
         let (speed, adviser) = (&mut self.speed, &mut self.adviser);
+        let (refused, wagon, at) = (&mut self.refused, self.wagon, now());
         self.estimates.receive(|batch| {
-            let Some(last) = batch.last() else { return };
+            let mut sound =
+                |estimate: &&Estimate| refused.passes(Estimate::NAME, estimate.validated(at).map(|_| ()));
+            let Some(last) = batch.iter().rev().find(&mut sound) else { return };
             *speed = Some((last.v_m_s, last.acquired));
             if let Some(adviser) = adviser {
                 adviser.take(last);
@@ -157,12 +165,13 @@ impl Service {
         })?;
         let mut seconds = Vec::new();
         let gatherer = &mut self.gatherer;
-        let blocks = self.audio.receive(|header, block| {
-            gatherer.take(header, block, &mut |second| seconds.push(second));
+        let last_block = &mut self.last_block;
+        self.audio.receive(|header, block| {
+            if refused.passes("audio", header.check(wagon, at)) {
+                gatherer.take(header, block, &mut |second| seconds.push(second));
+                *last_block = Instant::now();
+            }
         })?;
-        if blocks > 0 {
-            self.last_block = Instant::now();
-        }
         for second in &seconds {
             self.listen(second)?;
         }
@@ -265,7 +274,7 @@ impl Service {
             pid: std::process::id(),
             received: self.sequence,
             missed: self.audio.missed(),
-            rejected: self.rejected,
+            rejected: self.rejected + self.refused.count(),
             published: self.sequence,
             step_p50_ns: self.step_ns,
             step_p99_ns: self.step_ns,

@@ -5,4 +5,5 @@ pub mod case;
 pub mod lacks;
 pub mod load;
 pub mod noise;
+pub mod unit_watch;
 pub mod units;

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use railgrip_bus::{
-    BogieSubscriber, Bus, BusError, EstimateSubscriber, MotorSubscriber, SampleSubscriber, Subscriber,
+    BogieSubscriber, Bus, BusError, EstimateSubscriber, MotorSubscriber, SampleSubscriber, Subscriber, now,
 };
 use railgrip_filter::PlantKind;
 use railgrip_messages::{
-    BogieSample, Estimate, MotorSample, Payload, Sample, bogie_valid, motor_valid, valid,
+    BogieSample, Checked, Estimate, MotorSample, Sample, bogie_valid, motor_valid, valid,
 };
 use railgrip_recording::{
     BogieRow, MotorRow, Optional, RecordingError, RigRow, RigRunWriter, Row, RunWriter,
@@ -24,6 +24,8 @@ pub(super) struct WagonRecorder {
     estimates: EstimateSubscriber,
     estimate_files: Series<EstimateWriter>,
     scratch_estimates: Vec<Estimate>,
+    /// Samples and estimates that no reader takes.
+    refused: u64,
 }
 
 /// The samples of a wagon or rig on their way into files.
@@ -55,11 +57,10 @@ impl Samples {
     }
 
     /// Writes everything that arrived.
-    fn take(&mut self) -> Result<(), CliError> {
+    fn take(&mut self, refused: &mut u64) -> Result<(), CliError> {
         match self {
             Self::Wagon { channel, files, scratch } => {
-                scratch.clear();
-                channel.receive(|batch| scratch.extend_from_slice(batch))?;
+                receive(channel, scratch, refused)?;
                 for sample in scratch {
                     let create = |path: &Path| {
                         RunWriter::create(path, sample.wheelset_count(), optional(sample)).map_err(failed)
@@ -68,8 +69,12 @@ impl Samples {
                     files.writer(sample.time_s, create, finish)?.push(&row(sample)).map_err(failed)?;
                 }
             }
-            Self::Motor { channel, files, scratch } => take_rows(channel, files, scratch, motor_row)?,
-            Self::Bogie { channel, files, scratch } => take_rows(channel, files, scratch, bogie_row)?,
+            Self::Motor { channel, files, scratch } => {
+                take_rows(channel, files, scratch, refused, motor_row)?
+            }
+            Self::Bogie { channel, files, scratch } => {
+                take_rows(channel, files, scratch, refused, bogie_row)?
+            }
         }
         Ok(())
     }
@@ -90,15 +95,31 @@ impl Samples {
     }
 }
 
+/// Takes everything that arrived and is sound: nonsense in a channel neither gets into a recording nor ends it.
+fn receive<T: Checked>(
+    channel: &mut Subscriber<T>,
+    into: &mut Vec<T>,
+    refused: &mut u64,
+) -> Result<(), CliError> {
+    into.clear();
+    let now = now();
+    channel.receive(|batch| {
+        let before = into.len();
+        into.extend(batch.iter().filter(|item| item.validated(now).is_ok()));
+        *refused += (batch.len() - (into.len() - before)) as u64;
+    })?;
+    Ok(())
+}
+
 /// Writes everything that arrived from a rig.
-fn take_rows<T: Payload, R: RigRow>(
+fn take_rows<T: Checked, R: RigRow>(
     channel: &mut Subscriber<T>,
     files: &mut Series<RigRunWriter<R>>,
     scratch: &mut Vec<T>,
+    refused: &mut u64,
     row: fn(&T) -> R,
 ) -> Result<(), CliError> {
-    scratch.clear();
-    channel.receive(|batch| scratch.extend_from_slice(batch))?;
+    receive(channel, scratch, refused)?;
     for sample in scratch {
         let row = row(sample);
         let create = |path: &Path| RigRunWriter::create(path).map_err(failed);
@@ -205,15 +226,15 @@ impl WagonRecorder {
             estimates: bus.estimate_subscriber(wagon)?,
             estimate_files: Series::new(&folder.join("estimates"), name),
             scratch_estimates: Vec::new(),
+            refused: 0,
         })
     }
 
     /// Writes everything that arrived.
     pub(super) fn take(&mut self) -> Result<(), CliError> {
-        self.samples.take()?;
+        self.samples.take(&mut self.refused)?;
         let (plant, estimates) = (self.plant, &mut self.scratch_estimates);
-        estimates.clear();
-        self.estimates.receive(|batch| estimates.extend_from_slice(batch))?;
+        receive(&mut self.estimates, estimates, &mut self.refused)?;
         for estimate in estimates {
             let create = |path: &Path| EstimateWriter::create(path, plant, estimate.wheelset_count());
             let writer = self.estimate_files.writer(estimate.time_s, create, EstimateWriter::finish)?;
@@ -228,8 +249,12 @@ impl WagonRecorder {
         if let Some((writer, _)) = self.estimate_files.open {
             writer.finish()?;
         }
+        let refused = match self.refused {
+            0 => String::new(),
+            count => format!(", {count} refused"),
+        };
         Ok(format!(
-            "{}: {rows} samples in {files} files ({missed} missed), {} estimates in {} files ({} missed)",
+            "{}: {rows} samples in {files} files ({missed} missed), {} estimates in {} files ({} missed){refused}",
             self.name,
             self.estimate_files.rows,
             self.estimate_files.files,

@@ -17,7 +17,6 @@ mod steps;
 mod tally;
 mod topics;
 mod trdp;
-mod unit_watch;
 mod wagon;
 
 pub use arrival::{Arrival, Feed, InputError, Next, Rolls, When};

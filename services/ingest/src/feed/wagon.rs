@@ -2,8 +2,8 @@
 
 use super::source_clock::{Reading, SourceClock};
 use super::steps::{Step, Steps};
-use super::unit_watch::UnitWatch;
 use super::{Account, Arrival, Tally, When};
+use railgrip_diagnosis::data::unit_watch::UnitWatch;
 use railgrip_filter::PlantKind;
 use railgrip_messages::SourceCount;
 use railgrip_recording::Row;

@@ -1,6 +1,6 @@
-//! Whether the columns of a live source can be in their units: the checks of a diagnosis over the latest seconds of a wagon.
+//! Whether the columns of a live source can be in their units: the checks of [`units`] over the latest seconds of a wagon.
 
-use railgrip_diagnosis::data::units::{self, UnitError};
+use super::units::{self, UnitError};
 use railgrip_recording::{MAX_WHEELSETS, Optional, Recording, Row};
 use railgrip_vehicle::VehicleParameters;
 use std::collections::VecDeque;
@@ -20,7 +20,7 @@ const LATEST_LOOKS_S: f64 = 1.0;
 
 /// The latest seconds of one wagon, and what they gave away.
 #[derive(Debug)]
-pub(crate) struct UnitWatch {
+pub struct UnitWatch {
     vehicle: VehicleParameters,
     rows: VecDeque<Row>,
     looked_s: f64,
@@ -31,7 +31,9 @@ pub(crate) struct UnitWatch {
 }
 
 impl UnitWatch {
-    pub(crate) fn new(vehicle: VehicleParameters) -> Self {
+    /// Nothing has come of this vehicle yet.
+    #[must_use]
+    pub fn new(vehicle: VehicleParameters) -> Self {
         Self {
             vehicle,
             rows: VecDeque::new(),
@@ -43,18 +45,19 @@ impl UnitWatch {
     }
 
     /// True while the columns cannot be in their units.
-    pub(crate) fn implausible(&self) -> bool {
+    #[must_use]
+    pub fn implausible(&self) -> bool {
         self.implausible
     }
 
     /// Forgets what belongs to another time base.
-    pub(crate) fn begin(&mut self) {
+    pub fn begin(&mut self) {
         self.rows.clear();
         (self.looked_s, self.looked_at_latest_s) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
     }
 
     /// Takes a row; gives a change of mind: what gives the columns away, or nothing once they are plausible again.
-    pub(crate) fn take(&mut self, row: &Row, wheelsets: usize) -> Option<Option<String>> {
+    pub fn take(&mut self, row: &Row, wheelsets: usize) -> Option<Option<String>> {
         if self.rows.back().is_some_and(|last| row.t_s - last.t_s < STEP_S) {
             return None;
         }
