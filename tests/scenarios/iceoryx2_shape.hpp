@@ -7,6 +7,7 @@
 
 namespace iox2 {
 template <class T> struct Expected {
+    bool has_value() const { return true; }
     T held;
     T value() { return held; }
 };
@@ -68,7 +69,7 @@ struct ServiceBuilder {
 };
 struct Node {
     ServiceBuilder service_builder(const ServiceName&) { return {}; }
-    Expected<int> wait(bb::Duration) { return {}; }
+    [[nodiscard]] Expected<int> wait(bb::Duration) { return {}; }
 };
 struct NodeBuilder {
     NodeBuilder config(const Config&) { return *this; }

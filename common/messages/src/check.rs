@@ -18,8 +18,8 @@ use crate::{
 const AHEAD_MONOTONIC_NS: u64 = 100_000_000;
 /// And so far ahead of its wall clock, ns, which may be set while a payload is on its way.
 const AHEAD_UNIX_NS: i64 = 60_000_000_000;
-/// No clock of a source counts farther, s either way; beyond that a step of a millisecond is lost in the digits.
-const LONGEST_S: f64 = 1e11;
+/// No clock of a source counts farther, s either way; beyond that steps are lost in the digits.
+const LONGEST_S: f64 = 1e12;
 /// No microphone samples slower or faster, Hz.
 const RATES_HZ: std::ops::RangeInclusive<u32> = 1000..=384_000;
 /// No train is faster, m/s.

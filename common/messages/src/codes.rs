@@ -227,7 +227,7 @@ codes! {
         Unwanted = 5, "unwanted";
         /// Values that a frame or telegram is too short for.
         Short = 6, "short";
-        /// Values outside of what their description says that they can be.
+        /// Values outside of what their description says that they can be, or of what such a sensor can give.
         OutOfRange = 7, "out_of_range";
         /// Frames by which a CAN controller reports an error.
         ErrorFrame = 8, "error_frame";

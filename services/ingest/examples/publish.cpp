@@ -33,6 +33,6 @@ int main(int, char** arguments) {
         auto loan = publisher.loan_slice_uninit(1).value();
         send(loan.write_from_fn([&](auto) { return sample; })).value();
         wake.notify().value();
-        node.wait(bb::Duration::from_millis(2));
+        if (!node.wait(bb::Duration::from_millis(2)).has_value()) { break; } // asked to stop
     }
 }

@@ -50,6 +50,17 @@ pub fn sample(row: &Row, wheelsets: usize) -> (Option<Sample>, u32) {
     (Some(sample), refused)
 }
 
+/// Values of a row that no sensor can give; its time does not count, and what is missing is no value.
+#[must_use]
+pub fn impossible(row: &Row, wheelsets: usize) -> u64 {
+    let values = Quantity::ALL.into_iter().filter(|quantity| *quantity != Quantity::Time);
+    let wrong = values.flat_map(|quantity| {
+        let places = if quantity.per_wheelset() { wheelsets.min(MAX_WHEELSETS) } else { 1 };
+        (0..places).map(move |wheelset| (quantity, row.get(quantity, wheelset)))
+    });
+    wrong.filter(|(quantity, value)| !value.is_nan() && !quantity.allowed().contains(value)).count() as u64
+}
+
 /// The sample of a row of a driven rig, likewise.
 #[must_use]
 pub fn motor_sample(row: &MotorRow) -> (Option<MotorSample>, u32) {
@@ -135,7 +146,7 @@ mod tests {
         wrong.pressing_force_n[1] = f64::NAN;
         let (found, refused) = sample(&wrong, 2);
         let sample = found.unwrap();
-        assert_eq!(refused, 2);
+        assert_eq!((refused, impossible(&wrong, 2)), (2, 2));
         assert!(!sample.has(valid::SPEED) && !sample.has(valid::wheel_speed(0)));
         assert!(!sample.has(valid::pressing_force(1)) && sample.has(valid::pressing_force(0)));
         assert_eq!((sample.v_m_s, sample.wheel_speed_rad_s[0]), (0.0, 0.0));

@@ -263,4 +263,31 @@ mod tests {
         assert_eq!((stamps.len(), late), (4, 2));
         assert!(stamps.windows(2).all(|pair| pair[0] < pair[1]), "{stamps:?}");
     }
+
+    /// Values that no sensor gives were counted nowhere by name, and a time of 1e300 s moved the base of all that followed.
+    #[test]
+    fn impossible_values_and_times_have_a_name_and_move_nothing() {
+        let mut live = Live::of("test", &[coach()], &[PlantKind::Wagon]);
+        let inlet = live.inlet().expect("the first");
+        let row = |t_s: f64, v_m_s: f64| Row { t_s, v_m_s, ..Row::default() };
+        for row in
+            [row(0.0, 20.0), row(0.01, 1e9), row(1e300, 20.0), row(f64::NAN, 20.0), row(0.02, f64::INFINITY)]
+        {
+            inlet.put(Ok((0, row)));
+        }
+        let (mut times, mut begun, mut refused) = (Vec::new(), 0, 0);
+        live.take_due(0.0, &mut |arrival| match arrival {
+            Arrival::Row { row, begins, .. } => {
+                times.push(row.t_s);
+                begun += u32::from(begins);
+            }
+            Arrival::Refused(_) => refused += 1,
+            other => panic!("{other:?}"),
+        });
+        let counts = live.accounts().expect("accounts").1[0].counts;
+        let count = |what: SourceCount| counts[what.code() as usize];
+        assert_eq!((times, refused), (vec![0.0, 0.01, 0.02], 2));
+        assert!(begun <= 1, "the base stays: {begun}");
+        assert_eq!((count(SourceCount::OutOfRange), count(SourceCount::Unreadable)), (3, 1));
+    }
 }

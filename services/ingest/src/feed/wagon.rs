@@ -3,10 +3,11 @@
 use super::source_clock::{Reading, SourceClock};
 use super::steps::{Step, Steps};
 use super::{Account, Arrival, Tally, When};
+use crate::validate;
 use railgrip_diagnosis::data::unit_watch::UnitWatch;
 use railgrip_filter::PlantKind;
 use railgrip_messages::SourceCount;
-use railgrip_recording::Row;
+use railgrip_recording::{Quantity, Row};
 use railgrip_vehicle::VehicleParameters;
 
 /// A clock that goes wrong by more than this is told, parts in a million: a quartz stays below 100.
@@ -47,9 +48,14 @@ impl Wagon {
     /// Takes a row of this wagon (from 0) that arrived at an instant of our clock, ns. One whose time has jumped ahead of the clock of
     /// the source waits for the next: if that goes on behind it, the clock was set; if not, the one that jumped is wrong.
     pub fn take(&mut self, wagon: usize, row: &Row, arrived_ns: u64, sink: &mut dyn FnMut(Arrival<'_>)) {
-        if !row.t_s.is_finite() {
-            sink(Arrival::Refused(format!("wagon {}: a sample without a time", wagon + 1)));
-            return;
+        if row.t_s.is_nan() {
+            self.tally.add(SourceCount::Unreadable, 1);
+            return sink(Arrival::Refused(format!("wagon {}: a sample without a time", wagon + 1)));
+        }
+        // Such a time would move the base of all others.
+        if !Quantity::Time.allowed().contains(&row.t_s) {
+            self.tally.add(SourceCount::OutOfRange, 1);
+            return sink(Arrival::Refused(format!("wagon {}: no clock says {:e} s", wagon + 1, row.t_s)));
         }
         if let Some((before, its_arrival_ns)) = self.ahead.take() {
             if row.t_s > before.t_s {
@@ -101,6 +107,7 @@ impl Wagon {
                 return sink(Arrival::Withheld { wagon });
             }
         }
+        self.tally.add(SourceCount::OutOfRange, validate::impossible(row, wheelsets));
         self.tally.add(SourceCount::Samples, 1);
         sink(Arrival::Row { wagon, row, wheelsets, when: When::At(at_ns), begins });
     }
