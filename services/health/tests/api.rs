@@ -328,6 +328,17 @@ async fn what_is_well_again_is_worth_a_look_until_its_alert_is_over() {
     assert!(well.contains("All wagons are well"));
 }
 
+/// Whoever comes back after a kill is shown at once.
+#[test]
+fn the_first_news_of_a_wagon_are_told_once() {
+    let mut store = Store::new(&settings());
+    assert!(!store.take_first_news());
+    assert!(store.receive_health(2, &health(2, NOW), NOW).is_some());
+    assert!(store.take_first_news() && !store.take_first_news());
+    assert!(store.receive_health(2, &health(2, later(0.1)), later(0.1)).is_some());
+    assert!(!store.take_first_news());
+}
+
 /// Wherever a wagon is named, its vehicle is.
 #[tokio::test]
 async fn a_wagon_is_named_with_the_number_of_its_vehicle() {

@@ -58,11 +58,12 @@ impl Fleet {
             let number = wagon.to_string();
             others.push(unit(Role::Listener(*wagon), &["listener", "--wagon", &number])?);
         }
-        if settings.diagnosis.automatic {
-            others.push(unit(Role::Diagnoser, &["diagnoser"])?);
-        }
         if settings.source != Source::External {
             others.push(unit(Role::Ingest, &["ingest"])?.with_stdin(reads_stdin).may_finish());
+        }
+        // Nobody waits for it, and everybody who starts before ingest keeps the figures waiting.
+        if settings.diagnosis.automatic {
+            others.push(unit(Role::Diagnoser, &["diagnoser"])?);
         }
         let address_file = settings.instance.http_address_file();
         let _ = std::fs::remove_file(&address_file);

@@ -64,7 +64,7 @@ pub(crate) fn collect(
             shared.judge_by(Limits::of(&new));
             refresh = Duration::from_secs_f64(new.http.refresh_s);
         }
-        if elapsed(renewed, refresh) {
+        if elapsed(renewed, refresh) || store.take_first_news() {
             renewed = Some(Instant::now());
             store.set_history_trouble(shared.history().and_then(|history| history.trouble()));
             let snapshot = Arc::new(store.snapshot(now()));

@@ -22,6 +22,8 @@ pub struct Store {
     judgement: Judgement,
     alerts: SharedBook,
     started: Option<Stamp>,
+    /// A wagon has been heard for the first time since the last look.
+    first_news: bool,
     /// What is wrong with the history.
     history: Option<String>,
 }
@@ -54,6 +56,7 @@ impl Store {
             inference: Inference::new(settings, table),
             alerts: SharedBook::new(book),
             started: None,
+            first_news: false,
             history: None,
         }
     }
@@ -89,12 +92,19 @@ impl Store {
     ) -> Option<Validated<'a, Health>> {
         let valid = self.received.admit(channel, health, now)?;
         if let Some(before) = self.received.take_health(valid) {
+            self.first_news |= before.is_none();
             let slides = valid.wheelset[..valid.wheelset_count()].iter().any(|one| one.sliding != 0);
             if self.judgement.charts(valid.wagon, slides) {
                 self.inference.chart(&valid, before.as_deref());
             }
         }
         Some(valid)
+    }
+
+    /// Whether a wagon has been heard for the first time since this was last asked: whoever waits for that need not wait for the
+    /// next snapshot.
+    pub fn take_first_news(&mut self) -> bool {
+        std::mem::take(&mut self.first_news)
     }
 
     /// Checks and takes what the microphone of a wagon heard; `None` if it is refused.
