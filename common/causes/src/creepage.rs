@@ -106,6 +106,13 @@ pub(crate) struct Change {
     pub variance: f64,
 }
 
+impl Change {
+    /// The difference over its sigma.
+    pub(crate) fn sigmas(&self) -> f64 {
+        self.value / self.variance.sqrt()
+    }
+}
+
 /// How an application differed from the past.
 #[derive(Debug, Clone, Copy, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Braked {
@@ -114,6 +121,15 @@ pub(crate) struct Braked {
     /// Trend of κ within the application, 1/s.
     pub trend: Change,
     /// κ by this application alone.
+    pub alone: Change,
+}
+
+/// How a roll differed from the past.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rolled {
+    /// Change of δ.
+    pub change: Change,
+    /// δ by this roll alone.
     pub alone: Change,
 }
 
@@ -255,7 +271,7 @@ impl Creepage {
     }
 
     /// A roll is over, or has lasted long enough.
-    pub(crate) fn end_of_roll(&mut self, interrupted: bool) -> Option<Change> {
+    pub(crate) fn end_of_roll(&mut self, interrupted: bool) -> Option<Rolled> {
         if self.rolling.seconds < if interrupted { LEAST_ROLL_S } else { ROLL_S } {
             if interrupted {
                 self.rolling = Sums::default();
@@ -268,8 +284,13 @@ impl Creepage {
         let lag = sums.second_moment + 1.0 / (BEGINS_TO_LAG_S * BEGINS_TO_LAG_S);
         let determinant = sums.weight * lag - sums.moment * sums.moment;
         let value = (sums.innovation * lag - sums.moment * sums.innovation_moment) / determinant;
-        let variance = lag / determinant + quadratic(&row, &self.before.1) + self.belief.roll_wander.powi(2);
-        Some(Change { value, variance })
+        let own = lag / determinant + self.belief.roll_wander.powi(2);
+        let change = Change { value, variance: own + quadratic(&row, &self.before.1) };
+        // Whatever was believed of δ has no part in it.
+        let others = [0.0, row[1], row[2], row[3]];
+        let alone =
+            Change { value: self.before.0[0] + value, variance: own + quadratic(&others, &self.before.1) };
+        Some(Rolled { change, alone })
     }
 
     /// What was learnt since the last call stays (`true`) or is forgotten.
@@ -351,7 +372,7 @@ mod tests {
         for _ in 0..stops {
             for turn in 0..90 {
                 wheel.take(&second(pads, 0.0, held, turn), 0.0);
-                if let Some(change) = wheel.end_of_roll(false) {
+                if let Some(Rolled { change, .. }) = wheel.end_of_roll(false) {
                     rolled.push(change);
                     wheel.settle(change.value.abs() < 4.0 * change.variance.sqrt());
                 }
@@ -419,7 +440,7 @@ mod tests {
                 let creepage = 1e-3 - lag_s * rate;
                 wheel.take(&Creep { creepage, brake: 0.0, drive: 0.0, rate, variance: 4e-10 }, 0.0);
             }
-            let change = wheel.end_of_roll(false).expect("a roll");
+            let change = wheel.end_of_roll(false).expect("a roll").change;
             wheel.settle(true);
             change
         };

@@ -27,13 +27,19 @@ pub(crate) struct Since {
     pub level: f64,
     /// The change over its sigma without the look that says most.
     pub without: f64,
-    /// Looks before.
+    /// Looks before, and since.
     pub past: usize,
+    pub count: usize,
 }
 
 impl Grip {
     pub(crate) fn take(&mut self, look: Change) {
-        if self.looks.len() == KEPT {
+        self.take_of(look, KEPT);
+    }
+
+    /// The same where so many looks are kept one by one.
+    pub(crate) fn take_of(&mut self, look: Change, kept: usize) {
+        if self.looks.len() >= kept {
             let first = self.looks.remove(0);
             let second = self.looks[0];
             let weight = 1.0 / first.variance + 1.0 / second.variance;
@@ -56,38 +62,44 @@ impl Grip {
     /// The loss that stands out most: of the latest `least` looks or more, against those before and new pads, which lie within
     /// `new` (one sigma).
     pub(crate) fn lost(&self, least: usize, new: f64) -> Option<Since> {
-        let count = self.looks.len();
-        let since = |from: usize| {
-            // A single look before may be the wild one.
-            let mut before = if from >= 2 { self.looks[..from].to_vec() } else { Vec::new() };
-            before.push(Change { value: 0.0, variance: new * new });
-            let (before, after) = (weighed(&before), weighed(&self.looks[from..]));
-            let sigmas =
-                |after: &Change| (after.value - before.value) / (after.variance + before.variance).sqrt();
-            let without = (from..count).map(|left_out| {
-                let others: Vec<Change> =
-                    (from..count).filter(|index| *index != left_out).map(|index| self.looks[index]).collect();
-                if others.is_empty() { 0.0 } else { sigmas(&weighed(&others)) }
-            });
-            Since {
-                change: Change {
-                    value: after.value - before.value,
-                    variance: after.variance + before.variance,
-                },
-                level: after.value,
-                without: without.fold(f64::NEG_INFINITY, f64::max),
-                past: from,
-            }
-        };
-        let all = (0..=count.checked_sub(least)?).map(since);
-        all.min_by(|a, b| a.sigmas().total_cmp(&b.sigmas()))
+        let sigmas = |from: usize| self.change(from, &self.looks[from..], new).sigmas();
+        let all = 0..=self.looks.len().checked_sub(least)?;
+        let from = all.min_by(|a, b| sigmas(*a).total_cmp(&sigmas(*b)))?;
+        let without = (from..self.looks.len()).map(|left_out| {
+            let since = self.looks.iter().enumerate().skip(from);
+            let others: Vec<Change> =
+                since.filter(|(index, _)| *index != left_out).map(|(_, look)| *look).collect();
+            if others.is_empty() { 0.0 } else { self.change(from, &others, new).sigmas() }
+        });
+        Some(Since {
+            change: self.change(from, &self.looks[from..], new),
+            level: weighed(&self.looks[from..]).value,
+            without: without.fold(f64::NEG_INFINITY, f64::max),
+            past: from,
+            count: self.looks.len() - from,
+        })
+    }
+
+    /// What the latest `count` looks differ by from those before.
+    pub(crate) fn latest(&self, count: usize, new: f64) -> Option<Change> {
+        let from = self.looks.len().checked_sub(count)?;
+        Some(self.change(from, &self.looks[from..], new))
+    }
+
+    /// The mean of `after` less that of the looks before `from`.
+    fn change(&self, from: usize, after: &[Change], new: f64) -> Change {
+        // A single look before may be the wild one.
+        let mut before = if from >= 2 { self.looks[..from].to_vec() } else { Vec::new() };
+        before.push(Change { value: 0.0, variance: new * new });
+        let (before, after) = (weighed(&before), weighed(after));
+        Change { value: after.value - before.value, variance: after.variance + before.variance }
     }
 }
 
 impl Since {
     /// The change over its sigma.
     pub(crate) fn sigmas(&self) -> f64 {
-        self.change.value / self.change.variance.sqrt()
+        self.change.sigmas()
     }
 }
 

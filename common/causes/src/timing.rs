@@ -4,8 +4,8 @@
 //! the whole train shows at once (the way of the order along the pipe, its shape) removed. Both ends of an application tell:
 //!
 //! * the rise, by its beginning and by the area between order and force, where no electric brake takes part;
-//! * the fall after a full release, by its beginning and by the time that it takes for a newton. A release is one step to
-//!   nothing whatever the application was like, and at a platform it shows the cylinders of wagons that brake electrically, too.
+//! * the fall after a full release, by its beginning and by the time that it takes for a newton. A release goes to nothing at one
+//!   go, within seconds, whatever the application was like, and at a platform it shows the cylinders of wagons that brake electrically, too.
 
 use crate::robust::Past;
 
@@ -17,6 +17,8 @@ const LONGEST: usize = 1200;
 const BEFORE: usize = 20;
 /// The order has stood still for so many values before a release that tells, and by so much.
 const STEADY: (usize, f64) = (30, 0.06);
+/// And has been lowered over at most so many values until it is released: handles and brake computers let go within seconds.
+const LOWERED: usize = 30;
 /// A release is an order that falls from at least this to at most that.
 const RELEASED: (f64, f64) = (0.08, 0.02);
 /// A fall that is not over after this time is none, s.
@@ -40,6 +42,38 @@ struct Falling {
     before_n: f64,
     after_s: f64,
     upper_s: Option<f64>,
+    over_s: Option<f64>,
+}
+
+impl Falling {
+    /// Takes the force of the next value of the trace, N.
+    fn take(&mut self, force_n: f64) {
+        let crossed = |share: f64| {
+            let level_n = share * self.from_n;
+            (force_n < level_n).then(|| {
+                let part = (self.before_n - level_n) / (self.before_n - force_n).max(1e-9);
+                self.after_s + TRACE_S * part.clamp(0.0, 1.0)
+            })
+        };
+        self.upper_s = self.upper_s.or_else(|| crossed(FALLS.0));
+        self.over_s = self.over_s.or_else(|| crossed(FALLS.1));
+        self.after_s += TRACE_S;
+        self.before_n = force_n;
+    }
+
+    /// Its beginning and duration, once it is over.
+    fn stroke(&self) -> Option<Stroke> {
+        let (upper_s, over_s) = (self.upper_s?, self.over_s?);
+        let per_share_s = (over_s - upper_s) / (FALLS.0 - FALLS.1);
+        let s_per_n = per_share_s.max(0.02) / self.from_n;
+        // Where the slope meets the force before: a slow fall begins no later.
+        Some(Stroke { start_s: upper_s - (1.0 - FALLS.0) * per_share_s, slow: s_per_n.ln() })
+    }
+}
+
+/// Least and most of the latest values of a trace.
+fn range(values: &[(f64, f64)], of: fn(&(f64, f64)) -> f64) -> (f64, f64) {
+    values.iter().map(of).fold((f64::MAX, 0.0_f64), |(low, high), one| (low.min(one), high.max(one)))
 }
 
 /// Which end of an application.
@@ -118,53 +152,50 @@ impl Timing {
             self.trace.push(Traced { order, force_n, together_n: force_n + electric_n });
         }
         self.follow_fall(order, force_n, full_n, electric);
-        if self.recent.len() == STEADY.0 {
+        if self.recent.len() == STEADY.0 + LOWERED {
             self.recent.remove(0);
         }
         self.recent.push((order, force_n));
     }
 
     fn follow_fall(&mut self, order: f64, force_n: f64, full_n: f64, electric: bool) {
-        let stood = self.recent.len() == STEADY.0 && order <= RELEASED.1;
-        let range = |of: fn(&(f64, f64)) -> f64| {
-            self.recent
-                .iter()
-                .map(of)
-                .fold((f64::MAX, 0.0_f64), |(low, high), one| (low.min(one), high.max(one)))
-        };
-        let (low, high) = range(|one| one.0);
-        // Of orders that nobody tells, the least is above the most.
-        if stood && low > RELEASED.0 && high >= low && high - low < STEADY.1 {
+        if order <= RELEASED.1
+            && self.recent.last().is_some_and(|before| before.0 > RELEASED.1)
+            && let Some((stood, lowered)) = self.stood_before()
+        {
             // A cylinder that is still filling goes on doing so before it hears of the release.
-            let (least_n, most_n) = range(|one| one.1);
+            let (least_n, most_n) = range(stood, |one| one.1);
             let steady = most_n - least_n < STEADY.1 * most_n + 600.0;
-            let tells = steady && force_n > 0.12 * full_n && force_n > 1000.0 && !electric;
-            self.falling =
-                tells.then_some(Falling { from_n: force_n, before_n: force_n, after_s: 0.0, upper_s: None });
-            return;
+            let mut forces_n = lowered.iter().map(|one| one.1).chain([force_n]);
+            let from_n = forces_n.next().unwrap_or(force_n);
+            let tells = steady && from_n > 0.12 * full_n && from_n > 1000.0 && !electric;
+            let mut fall = Falling { from_n, before_n: from_n, after_s: 0.0, upper_s: None, over_s: None };
+            forces_n.for_each(|force_n| fall.take(force_n));
+            self.falling = tells.then_some(fall);
+        } else if let Some(fall) = &mut self.falling {
+            fall.take(force_n);
         }
-        let Some(fall) = &mut self.falling else { return };
-        let crossed = |share: f64, fall: &Falling| {
-            let level_n = share * fall.from_n;
-            (force_n < level_n).then(|| {
-                let part = (fall.before_n - level_n) / (fall.before_n - force_n).max(1e-9);
-                fall.after_s + TRACE_S * part.clamp(0.0, 1.0)
-            })
-        };
-        fall.upper_s = fall.upper_s.or_else(|| crossed(FALLS.0, fall));
-        let over_s = crossed(FALLS.1, fall);
-        fall.after_s += TRACE_S;
-        fall.before_n = force_n;
-        if let (Some(upper_s), Some(over_s)) = (fall.upper_s, over_s) {
-            let per_share_s = (over_s - upper_s) / (FALLS.0 - FALLS.1);
-            let s_per_n = per_share_s.max(0.02) / fall.from_n;
-            // Where the slope meets the force before: a slow fall begins no later.
-            let start_s = upper_s - (1.0 - FALLS.0) * per_share_s;
-            self.fallen = Some(Stroke { start_s, slow: s_per_n.ln() });
+        let Some(fall) = &self.falling else { return };
+        if let Some(fallen) = fall.stroke() {
+            self.fallen = Some(fallen);
         }
-        if over_s.is_some() || order > RELEASED.0 || fall.after_s > LONGEST_FALL_S {
+        if fall.over_s.is_some() || order > RELEASED.0 || fall.after_s > LONGEST_FALL_S {
             self.falling = None;
         }
+    }
+
+    /// Orders and forces while the order last stood still, and since it has been lowered; `None` if it did not stand, or was not
+    /// lowered at one go. Of orders that nobody tells there are none.
+    fn stood_before(&self) -> Option<(&[(f64, f64)], &[(f64, f64)])> {
+        let longest = LOWERED.min(self.recent.len().checked_sub(STEADY.0)?);
+        (0..=longest).find_map(|count| {
+            let (before, lowered) = self.recent.split_at(self.recent.len() - count);
+            let stood = &before[before.len() - STEADY.0..];
+            let (low, high) = range(stood, |one| one.0);
+            let stands = low > RELEASED.0 && high >= low && high - low < STEADY.1;
+            let falls = lowered.is_sorted_by(|a, b| a.0 >= b.0) && lowered.iter().all(|one| one.0 <= high);
+            (stands && falls).then_some((stood, lowered))
+        })
     }
 
     /// What strokes of that kind were like so far.
@@ -238,8 +269,14 @@ mod tests {
 
     /// An application of 20 s at half a brake and its release: delay of the distributor, s, and factor on the time of cylinders.
     fn brakes(timing: &mut Timing, late_s: f64, slow: f64) -> (Stroke, Stroke) {
+        brakes_and_lets_go(timing, late_s, slow, 0.0)
+    }
+
+    /// The same where the order is lowered within so long, s.
+    fn brakes_and_lets_go(timing: &mut Timing, late_s: f64, slow: f64, within_s: f64) -> (Stroke, Stroke) {
         let mut force_n = 0.0;
-        let order_at = |t: f64| if (2.0..22.0).contains(&t) { 0.5 } else { 0.0 };
+        let lets_go = |t: f64| if t < 22.0 { 1.0 } else { (1.0 - (t - 21.9) / within_s.max(1e-9)).max(0.0) };
+        let order_at = |t: f64| if t < 2.0 { 0.0 } else { 0.5 * lets_go(t) };
         let mut rise = None;
         for step in 0..600 {
             let t = TRACE_S * f64::from(step);
@@ -270,6 +307,19 @@ mod tests {
         let (slow_rise, slow_fall) = brakes(&mut timing, 0.3, 2.5);
         assert!((slow_fall.slow - fall.slow - 2.5_f64.ln()).abs() < 0.05, "{fall:?} {slow_fall:?}");
         assert!((slow_fall.start_s - fall.start_s).abs() < 0.2 && slow_rise.slow > rise.slow + 1.0);
+    }
+
+    /// Handles and brake computers do not let go from one value to the next.
+    #[test]
+    fn a_release_within_seconds_tells_the_same() {
+        let fall =
+            |late_s, slow, within_s| brakes_and_lets_go(&mut Timing::default(), late_s, slow, within_s).1;
+        for within_s in [0.5, 1.0, 2.5] {
+            let usual = fall(0.3, 1.0, within_s);
+            assert!((fall(3.3, 1.0, within_s).start_s - usual.start_s - 3.0).abs() < 0.15, "{within_s}");
+            assert!((fall(0.3, 2.5, within_s).slow - usual.slow - 2.5_f64.ln()).abs() < 0.1, "{within_s}");
+            assert!((usual.slow - fall(0.3, 1.0, 0.0).slow).abs() < 0.1, "{within_s}");
+        }
     }
 
     /// Of a locomotive that brakes electrically the pads come when its electric brake fades; both together come with the order.

@@ -60,7 +60,8 @@ mod tests {
                     wheel.take(&creep.expect("all tell"), 0.0);
                 }
             }
-            let changes: Vec<_> = wheels.iter_mut().filter_map(|wheel| wheel.end_of_roll(false)).collect();
+            let changes: Vec<_> =
+                wheels.iter_mut().filter_map(|wheel| Some(wheel.end_of_roll(false)?.change)).collect();
             wheels.iter_mut().for_each(|wheel| wheel.settle(true));
             changes
         };

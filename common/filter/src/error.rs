@@ -27,6 +27,16 @@ pub enum FilterError {
         /// Filters that handle it.
         known: String,
     },
+    /// The wagon is coupled, and the filter would take what couplers do to it for its own brakes.
+    #[error(
+        "filter \"{filter}\" takes a wagon for a free one, and this one is coupled to others (`[train] free`, or train.toml); those that know couplers are {known}"
+    )]
+    Coupled {
+        /// The filter.
+        filter: &'static str,
+        /// Filters that know couplers.
+        known: String,
+    },
     /// The filter cannot be smoothed.
     #[error(
         "filter \"{0}\" cannot be smoothed: its belief is not one Gaussian, or its readings begin anew with every sample; \"default\", \"paper\", \"rig\", \"zhao\" and \"zhao_ekf\" can"

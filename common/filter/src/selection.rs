@@ -10,7 +10,8 @@ pub const DEFAULT_FILTER: &str = "default";
 /// Builds the filter that `config` names for a wagon or rig.
 ///
 /// # Errors
-/// Settings or parameters out of range, an unknown filter, or one that does not handle what is watched.
+/// Settings or parameters out of range, an unknown filter, one that does not handle what is watched, or one that knows no couplers
+/// for a wagon that is coupled.
 pub fn estimator(config: &EstimatorConfig, plant: &Plant) -> Result<Box<dyn Estimator>, FilterError> {
     config.check()?;
     let entry = entry_for(&config.filter, plant)?;
@@ -57,15 +58,24 @@ fn entry_for(name: &str, plant: &Plant) -> Result<&'static FilterEntry, FilterEr
         return first.ok_or_else(|| unknown(name).into());
     }
     let entry = find(name).ok_or_else(|| unknown(name))?;
-    if handles(&entry) { Ok(entry) } else { Err(unfit(entry, plant)) }
+    if !handles(&entry) {
+        return Err(unfit(entry, plant));
+    }
+    match plant {
+        Plant::Wagon(vehicle) if vehicle.is_coupled() && !entry.couplers => Err(FilterError::Coupled {
+            filter: entry.name,
+            known: listed(FILTERS.iter().filter(|entry| entry.couplers)),
+        }),
+        _ => Ok(entry),
+    }
+}
+
+fn listed<'a>(entries: impl Iterator<Item = &'a FilterEntry>) -> String {
+    entries.map(|entry| format!("\"{}\"", entry.name)).collect::<Vec<_>>().join(", ")
 }
 
 fn unfit(entry: &FilterEntry, plant: &Plant) -> FilterError {
     let kind = plant.kind();
     let fitting = FILTERS.iter().filter(|entry| entry.plants.contains(&kind));
-    FilterError::Plant {
-        filter: entry.name,
-        plant: kind.name(),
-        known: fitting.map(|entry| format!("\"{}\"", entry.name)).collect::<Vec<_>>().join(", "),
-    }
+    FilterError::Plant { filter: entry.name, plant: kind.name(), known: listed(fitting) }
 }

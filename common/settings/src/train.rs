@@ -13,7 +13,7 @@ use crate::overrides::Overrides;
 use crate::place::{ConfigText, folder, name};
 use crate::receivers::{NotifySettings, ReceiverTables};
 use crate::source::{Source, resolve, source};
-use crate::wagons::{DEFAULT_CONFIG, WagonSettings, wagons};
+use crate::wagons::{DEFAULT_CONFIG, WagonSettings, check_filter, wagons};
 use crate::{SettingsError, form, instance::Instance};
 use railgrip_filter::{ConfigError, EstimatorConfig, Plant};
 use railgrip_indicators::IndicatorSettings;
@@ -192,6 +192,8 @@ impl TrainSettings {
         for (index, wagon) in wagons.iter_mut().enumerate().filter(|_| judged_together && several) {
             let free = recorded.as_ref().is_some_and(|train| !train.wagons[index].coupled);
             wagon.vehicle.train = Some(Running { free });
+            let plant = Plant::Wagon(wagon.vehicle.clone());
+            check_filter(&at, wagon.number, wagon.filter.as_deref(), &form.estimator, &plant);
         }
         Some(Self {
             file: at.file.to_owned(),

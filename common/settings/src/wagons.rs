@@ -82,17 +82,7 @@ pub(crate) fn wagons(at: &ConfigText<'_>, form: &TrainFile, source: &Source) -> 
             }
         };
         let filter = table.and_then(|wagon| wagon.filter.clone());
-        let named = EstimatorConfig { filter: filter.clone().unwrap_or_default(), ..form.estimator.clone() };
-        let named = if filter.is_some() { &named } else { &form.estimator };
-        let usable = !at.doubts("estimator");
-        if let Some(error) = railgrip_filter::estimator(named, &plant).err().filter(|_| usable) {
-            let key = if filter.is_some() {
-                format!("wagon.{number}.filter")
-            } else {
-                "estimator.filter".to_owned()
-            };
-            at.note(at.refuse(&key, format!("{:?}", named.filter), error));
-        }
+        check_filter(at, number, filter.as_deref(), &form.estimator, &plant);
         let simulated = table.and_then(|wagon| wagon.simulated.as_deref());
         let simulated =
             simulated.map(|file| simulated_wagon(at, number, file, source, &mut cache)).transpose();
@@ -110,6 +100,27 @@ pub(crate) fn wagons(at: &ConfigText<'_>, form: &TrainFile, source: &Source) -> 
         });
     }
     wagons
+}
+
+/// Notes a filter that does not suit what it is to watch; `own` is the wagon's own, before that of the train.
+pub(crate) fn check_filter(
+    at: &ConfigText<'_>,
+    number: u32,
+    own: Option<&str>,
+    train: &EstimatorConfig,
+    plant: &Plant,
+) {
+    if at.doubts("estimator") {
+        return;
+    }
+    let (key, filter) = match own {
+        Some(own) => (format!("wagon.{number}.filter"), own),
+        None => ("estimator.filter".to_owned(), train.filter.as_str()),
+    };
+    let named = EstimatorConfig { filter: filter.to_owned(), ..train.clone() };
+    if let Err(error) = railgrip_filter::estimator(&named, plant) {
+        at.note(at.refuse(&key, format!("{filter:?}"), error));
+    }
 }
 
 /// The vehicle that the simulation takes for a wagon, whatever its estimator believes.

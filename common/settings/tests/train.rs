@@ -131,6 +131,23 @@ fn the_replay_config_plays_the_recordings_beside_it() {
     assert_eq!(names, ["wagon01.dry", "wagon02.wet", "wagon03.low"]);
 }
 
+/// A filter that knows no couplers would take what they do to a wagon for its own brakes.
+#[test]
+fn a_filter_for_free_wagons_is_refused_where_they_are_coupled() {
+    let of = |filter: &str| format!("{SMALL}[estimator]\nfilter = \"{filter}\"\n");
+    let coupled = |text: &str| text.replace("[source]", "coupled = true\n[source]");
+    for filter in ["paper", "rig", "imm"] {
+        parse(&of(filter)).expect("free wagons");
+        let said = parse(&coupled(&of(filter))).expect_err("must be refused").to_string();
+        assert!(said.contains(&format!("`estimator.filter` is \"{filter}\"")), "{said}");
+        assert!(said.contains("those that know couplers are \"default\""), "{said}");
+        let own = format!("{SMALL}[[wagon]]\n[[wagon]]\nfilter = \"{filter}\"\n");
+        let said = parse(&coupled(&own)).expect_err("must be refused").to_string();
+        assert!(said.contains("`wagon.2.filter`"), "{said}");
+    }
+    parse(&coupled(&of("default"))).expect("it knows couplers");
+}
+
 #[test]
 fn a_train_is_judged_together_where_it_is_coupled() {
     let coupled = "vehicle = \"vehicle.toml\"\ncoupled = true\n";

@@ -91,6 +91,13 @@ pub(super) const ALONE: f64 = 0.6;
 pub(super) const DRAGS: (f64, f64) = (-6e-5, -6.0);
 /// And by so many spreads of all wheelsets of the train.
 pub(super) const DRAGS_BEYOND: f64 = -4.0;
+/// Of three wheelsets or more, one that runs ahead of the mean of the others by this times what any of them stays behind: one of
+/// four that is fast makes 3, two that drag make 1, one that drags makes a third.
+pub(super) const AHEAD: f64 = 2.0;
+/// Where each roll says too little: so many must say it together.
+pub(super) const HELD_ROLLS: usize = 3;
+/// Creepage at rest beside the others before the first roll, one sigma: radii differ by percents.
+pub(super) const REST_UNKNOWN: f64 = 0.02;
 /// Resistance of a wagon that runs alone, over its weight, and so many sigmas.
 pub(super) const DRAGS_ALONE: (f64, f64) = (-1.5e-3, -5.0);
 

@@ -1,6 +1,8 @@
 //! Pads and drag, from creepage against its own past and beside the others.
 
-use super::limits::{ALONE, DRAGS, DRAGS_ALONE, DRAGS_BEYOND, PADS, PADS_GONE};
+use super::limits::{
+    AHEAD, ALONE, DRAGS, DRAGS_ALONE, DRAGS_BEYOND, HELD_ROLLS, PADS, PADS_GONE, REST_UNKNOWN,
+};
 use super::{deviation, shift, without_strongest};
 use crate::cause::{Cause, Grade};
 use crate::creepage::{Braked, Change};
@@ -26,17 +28,21 @@ impl TrainWatch {
                 .iter()
                 .map(|wheel| shift(&wheel.rolled, 2).filter(|_| stays(&wheel.rolled)))
                 .collect();
-            let drags = |(k, change): (usize, &Option<Change>)| {
-                let held = change.as_ref().is_some_and(|it| it.value < beyond && deviation(it) < DRAGS.1);
-                let held = held
-                    && without_strongest(&wagon.wheel[k].rolled)
-                        .is_some_and(|it| deviation(&it) < 0.5 * DRAGS.1);
-                held.then_some(k).filter(|k| self.trusts(index, *k))
+            let drags = |k: usize| {
+                let change = shifts[k].as_ref().filter(|it| it.value < beyond && deviation(it) < DRAGS.1);
+                let again = |_: &&Change| {
+                    without_strongest(&wagon.wheel[k].rolled).is_some_and(|it| deviation(&it) < 0.5 * DRAGS.1)
+                };
+                change.filter(again).map(|it| it.value).or_else(|| self.held_since(index, k))
             };
-            let held: Vec<usize> = shifts.iter().enumerate().filter_map(drags).collect();
+            let trusted = (0..wagon.wheel.len()).filter(|k| self.trusts(index, *k));
+            let held: Vec<(usize, f64)> = trusted.filter_map(|k| Some((k, drags(k)?))).collect();
+            if self.one_is_fast(index, &held) {
+                continue;
+            }
             if !held.is_empty() {
-                let strongest =
-                    held.iter().filter_map(|k| shifts[*k]).map(|it| -it.value).fold(0.0, f64::max);
+                let strongest = held.iter().map(|(_, by)| -by).fold(0.0, f64::max);
+                let held = held.into_iter().map(|(k, _)| k).collect();
                 accused.push((index, held, strongest / wagon.file.compliance_per_n));
                 continue;
             }
@@ -51,6 +57,28 @@ impl TrainWatch {
             }
         }
         self.tell_held(&accused);
+    }
+
+    /// Creepage by which a wheelset is held back since some roll, where a single roll says too little: negative.
+    fn held_since(&self, index: usize, k: usize) -> Option<f64> {
+        let since = self.wagons[index].wheel[k].rest.lost(HELD_ROLLS, REST_UNKNOWN)?;
+        let tells = since.past >= 2 && since.change.value < DRAGS.0;
+        if !tells || since.sigmas() > DRAGS.1 || since.without > 0.5 * DRAGS.1 {
+            return None;
+        }
+        // Beyond what the others changed by in as many rolls.
+        let wheels = self.wagons.iter().flat_map(|wagon| &wagon.wheel);
+        let usual = spread(wheels.filter_map(|it| Some(it.rest.latest(since.count, REST_UNKNOWN)?.value)), 8);
+        (since.change.value < DRAGS_BEYOND * usual).then_some(since.change.value)
+    }
+
+    /// Whether one wheelset runs ahead of the others by more than they stay behind: nothing drives a wheel that rolls, so that it is
+    /// its tachometer or its size, and the others only seem held back.
+    fn one_is_fast(&self, index: usize, held: &[(usize, f64)]) -> bool {
+        let wheels = &self.wagons[index].wheel;
+        let behind = held.iter().map(|(_, by)| -by).fold(0.0, f64::max);
+        let ahead = wheels.iter().filter_map(|wheel| Some(wheel.rest.latest(1, REST_UNKNOWN)?.value));
+        wheels.len() > 2 && behind > 0.0 && ahead.fold(0.0, f64::max) > AHEAD * behind
     }
 
     fn tell_held(&mut self, accused: &[(usize, Vec<usize>, f64)]) {

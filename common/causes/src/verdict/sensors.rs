@@ -135,11 +135,8 @@ impl TrainWatch {
     fn judge_wheels(&mut self, few: bool) {
         let plain = self.wheel_errors(false, few);
         let free = self.wheel_errors(true, few);
-        let radii: Vec<Vec<f64>> = self
-            .wagons
-            .iter()
-            .map(|wagon| wagon.wheel.iter().map(|wheel| wheel.creepage.radius()).collect())
-            .collect();
+        let radii: Vec<Vec<f64>> =
+            self.wagons.iter().map(|wagon| wagon.wheel.iter().map(at_rest).collect()).collect();
         let radius = if few { 0.0 } else { median(&mut radii.iter().flatten().copied().collect()) };
         for index in 0..self.wagons.len() {
             for k in 0..self.wagons[index].wheel.len() {
@@ -219,6 +216,11 @@ impl TrainWatch {
         let mut lags: Vec<f64> = self.wagons[index].wheel.iter().filter_map(|wheel| told(wheel).1).collect();
         (!lags.is_empty()).then(|| median(&mut lags))
     }
+}
+
+/// Creepage at rest: by the latest roll, since what has changed by much is not learnt.
+fn at_rest(wheel: &Wheel) -> f64 {
+    wheel.at_rest.unwrap_or_else(|| wheel.creepage.radius())
 }
 
 /// The one that is nearer to nothing.

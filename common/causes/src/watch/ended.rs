@@ -1,8 +1,8 @@
 //! What is over: rolls and applications that have ended become changes of each wheelset against its own past.
 
 use super::{MANY_WHEELSETS, TrainWatch};
-use crate::creepage::{Belief, Braked, Change, Creepage};
-use crate::grip;
+use crate::creepage::{Belief, Braked, Change, Creepage, Rolled};
+use crate::grip::{self, Grip};
 use crate::robust::median;
 
 /// Variance of a change of pad friction, over nominal, from which on it says nothing.
@@ -11,6 +11,8 @@ const LEAST_TELLING: f64 = 0.05;
 const OTHER_RAIL: f64 = 0.08;
 /// Changes of so many applications, or rolls, are kept.
 const KEPT: usize = 10;
+/// So many rolls are kept one by one, twenty minutes of them; older ones are merged.
+const ROLLS_KEPT: usize = 30;
 /// So long after an application cylinders are empty, and their falls are judged, s.
 const FALLS_S: f64 = 60.0;
 
@@ -20,9 +22,15 @@ impl TrainWatch {
         let mut ended: Vec<(usize, usize, Change)> = Vec::new();
         for (index, wagon) in self.wagons.iter_mut().enumerate() {
             for (k, wheel) in wagon.wheel.iter_mut().enumerate() {
-                ended.extend(wheel.creepage.end_of_roll(interrupted).map(|change| (index, k, change)));
+                let Some(Rolled { change, alone }) = wheel.creepage.end_of_roll(interrupted) else {
+                    continue;
+                };
+                wheel.at_rest = if change.variance <= 1e-6 { Some(alone.value) } else { wheel.at_rest };
+                ended.push((index, k, change));
             }
-            if let Some(change) = wagon.balance.as_mut().and_then(|of| of.end_of_roll(interrupted)) {
+            if let Some(Rolled { change, .. }) =
+                wagon.balance.as_mut().and_then(|of| of.end_of_roll(interrupted))
+            {
                 keep(&mut wagon.balance_rolled, change);
                 let small = change.value.abs() < 3.0 * change.variance.sqrt();
                 wagon.balance.iter_mut().for_each(|of| of.settle(small));
@@ -61,12 +69,13 @@ impl TrainWatch {
     pub(super) fn end_rolls_beside(&mut self, interrupted: bool) {
         let mut any = false;
         for wheel in self.wagons.iter_mut().flat_map(|wagon| &mut wagon.wheel) {
-            let Some(change) = wheel.beside.end_of_roll(interrupted) else { continue };
+            let Some(Rolled { change, alone }) = wheel.beside.end_of_roll(interrupted) else { continue };
             let small = change.value.abs() < 4.0 * change.variance.sqrt() || wheel.applications < 1;
             // Before the first application there is no past.
             if change.variance <= 1e-6 && wheel.trusted {
                 any = true;
                 keep(&mut wheel.rolled, change);
+                wheel.rest.take_of(alone, ROLLS_KEPT);
             }
             wheel.beside.settle(small);
         }
@@ -86,6 +95,7 @@ impl TrainWatch {
                     wheel.trusted = trusted;
                     wheel.beside = Creepage::new(Belief::BESIDE);
                     wheel.rolled.clear();
+                    wheel.rest = Grip::default();
                 }
             }
         }

@@ -40,6 +40,10 @@ pub(crate) struct Wheel {
     pub grip: Grip,
     /// Changes of the creepage at rest beside the other wheelsets of its wagon.
     pub rolled: Vec<Change>,
+    /// Creepage at rest beside them, roll by roll, each by itself.
+    pub rest: Grip,
+    /// Creepage at rest by the latest roll alone.
+    pub at_rest: Option<f64>,
     /// Creepage outside of braking in the latest seconds: what is no slide although it looks so.
     idle: f64,
     /// Seconds for which it has slid with full pressure.
@@ -145,7 +149,7 @@ impl TrainWatch {
                 .chain(&wagon.balance)
                 .all(Creepage::is_sound)
                 && wagon.grip.is_sound()
-                && wagon.wheel.iter().all(|wheel| wheel.grip.is_sound())
+                && wagon.wheel.iter().all(|wheel| wheel.grip.is_sound() && wheel.rest.is_sound())
         };
         let same = self.wagons.iter().map(|wagon| &wagon.file).eq(files);
         let sound = self.wagons.iter().all(|wagon| wheels(wagon) && learnt(wagon));
@@ -274,6 +278,8 @@ impl Wheel {
             braked: Vec::new(),
             grip: Grip::default(),
             rolled: Vec::new(),
+            rest: Grip::default(),
+            at_rest: None,
             idle: 0.0,
             stuck_s: 0.0,
             slid_ago_s: SLID_LONG_AGO_S,

@@ -20,6 +20,9 @@ const DRIVEN: f64 = 1.2e-3;
 /// their loads, one sigma; both hand-set.
 const ELECTRIC: f64 = 2.5e-3;
 const BENDS: f64 = 0.03;
+/// So long after a slide the rail is still taken for the same, s; and so many wheelsets must have slid, as for a low rail.
+const SLID_LATELY_S: f64 = 10.0;
+const SLID_WHEELSETS: usize = 2;
 /// Torque of a wheelset that drives the train, N m.
 const DRIVES_NM: f64 = 500.0;
 
@@ -72,6 +75,7 @@ impl TrainWatch {
             a_m_s2,
             samples,
             wagons: self.wagons.len() as f64,
+            slippery: self.slid_lately() >= SLID_WHEELSETS,
         };
         self.before_m_s = v_m_s;
         for (wagon, second) in self.wagons.iter_mut().zip(seconds) {
@@ -84,6 +88,14 @@ impl TrainWatch {
             }
             self.judge_slides();
         }
+    }
+}
+
+impl TrainWatch {
+    /// Wheelsets that slid lately, those left out whose tachometer only seems to.
+    fn slid_lately(&self) -> usize {
+        let wheels = self.wagons.iter().flat_map(|wagon| &wagon.wheel);
+        wheels.filter(|wheel| wheel.trusted && wheel.slid_ago_s < SLID_LATELY_S).count()
     }
 }
 
@@ -100,6 +112,8 @@ struct Pass {
     a_m_s2: f64,
     samples: f64,
     wagons: f64,
+    /// Wheelsets slid lately: on such a rail those that do not slide creep by far more than forces should cause.
+    slippery: bool,
 }
 
 impl Pass {
@@ -193,7 +207,7 @@ impl Wheel {
         }
         let creep = creep(seen, file, pass, creepage);
         turned.driven = creep.drive.abs() >= DRIVEN;
-        if !turned.driven && self.slid_ago_s > 10.0 {
+        if !turned.driven && self.slid_ago_s > SLID_LATELY_S && !pass.slippery {
             let forced = creep.drive - creep.brake;
             self.rim.take(creepage - forced, creep.rate, forced);
         }

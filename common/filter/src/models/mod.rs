@@ -61,6 +61,8 @@ pub struct FilterEntry {
     pub about: &'static str,
     /// What it can watch.
     pub plants: &'static [PlantKind],
+    /// Whether it knows that couplers act on a wagon.
+    pub couplers: bool,
     /// How it is built.
     pub build: Build,
 }
@@ -72,13 +74,13 @@ const BOGIE: &[PlantKind] = &[PlantKind::Bogie];
 /// Every filter railgrip knows. The first that handles a plant is the plant's default.
 #[rustfmt::skip]
 pub static FILTERS: &[FilterEntry] = &[
-    FilterEntry { name: "default", about: "one adhesion a wheelset, tied by the creep law; adaptive", plants: WAGON, build: Build::Wagon(wagon::boxed) },
-    FilterEntry { name: "paper", about: "Schwarz & Keck (12)-(15), one adhesion for all wheelsets", plants: WAGON, build: Build::Wagon(paper::boxed) },
-    FilterEntry { name: "rig", about: "Schwarz & Keck (19), of a wagon its leading wheelset", plants: WAGON, build: Build::Wagon(rig::boxed) },
-    FilterEntry { name: "imm", about: "interacting multiple models: steady or moving adhesion, prompt or late pads", plants: WAGON, build: Build::Wagon(imm::boxed) },
-    FilterEntry { name: "zhao", about: "Zhao et al., 13-state square-root unscented filter", plants: DRIVEN, build: Build::Traction(motor::boxed_ukf) },
-    FilterEntry { name: "zhao_ekf", about: "the same model by an extended filter", plants: DRIVEN, build: Build::Traction(motor::boxed_ekf) },
-    FilterEntry { name: "shrestha", about: "Shrestha et al. (2), (3) with inertia: torque transducer, load cell, pulses", plants: BOGIE, build: Build::Bogie(bogie::boxed) },
+    FilterEntry { name: "default", about: "one adhesion a wheelset, tied by the creep law; adaptive", plants: WAGON, couplers: true, build: Build::Wagon(wagon::boxed) },
+    FilterEntry { name: "paper", about: "Schwarz & Keck (12)-(15), one adhesion for all wheelsets", plants: WAGON, couplers: false, build: Build::Wagon(paper::boxed) },
+    FilterEntry { name: "rig", about: "Schwarz & Keck (19), of a wagon its leading wheelset", plants: WAGON, couplers: false, build: Build::Wagon(rig::boxed) },
+    FilterEntry { name: "imm", about: "interacting multiple models: steady or moving adhesion, prompt or late pads", plants: WAGON, couplers: false, build: Build::Wagon(imm::boxed) },
+    FilterEntry { name: "zhao", about: "Zhao et al., 13-state square-root unscented filter", plants: DRIVEN, couplers: false, build: Build::Traction(motor::boxed_ukf) },
+    FilterEntry { name: "zhao_ekf", about: "the same model by an extended filter", plants: DRIVEN, couplers: false, build: Build::Traction(motor::boxed_ekf) },
+    FilterEntry { name: "shrestha", about: "Shrestha et al. (2), (3) with inertia: torque transducer, load cell, pulses", plants: BOGIE, couplers: false, build: Build::Bogie(bogie::boxed) },
 ];
 
 /// A filter by name.
