@@ -43,9 +43,9 @@ fn filter(wanted: &str) -> Result<Targets, CliError> {
     let targets = wanted.split(',').filter_map(|word| word.split_once('='));
     for target in targets.map(|(target, _)| target.trim()) {
         let whole = |known: &&str| {
-            target.strip_prefix(**known).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"))
+            target.strip_prefix(*known).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"))
         };
-        if !TARGETS.iter().any(|known| whole(&known)) {
+        if !TARGETS.iter().any(whole) {
             return Err(refuse(format!("nothing logs as \"{target}\"; known are {}", TARGETS.join(", "))));
         }
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 /// The files that declare types of a config.
-const SOURCES: [&str; 13] = [
+const SOURCES: [&str; 15] = [
     include_str!("../file.rs"),
     include_str!("../access.rs"),
     include_str!("../alerts.rs"),
@@ -13,8 +13,10 @@ const SOURCES: [&str; 13] = [
     include_str!("../instance.rs"),
     include_str!("../mapping.rs"),
     include_str!("../microphones.rs"),
-    include_str!("../receivers.rs"),
+    include_str!("../receivers/mod.rs"),
+    include_str!("../receivers/table.rs"),
     include_str!("../source.rs"),
+    include_str!("../topics.rs"),
     include_str!("../../../filter/src/config.rs"),
     include_str!("../../../indicators/src/settings/mod.rs"),
 ];
