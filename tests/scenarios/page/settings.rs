@@ -100,7 +100,10 @@ pub fn a_receiver_is_added_changed_and_removed_on_the_page() {
     fill("by", "kim");
     fill("why", "moved");
     tab.click("#receiver-send");
-    tab.wait(PATIENCE, "document.readyState === 'complete' && !document.querySelector('#receiver-settings')");
+    tab.wait(
+        PATIENCE,
+        "document.readyState === 'complete' && !document.querySelector('button[data-receiver=depot]')",
+    );
     assert!(config().contains("# receiver depot removed by kim at ") && !config().contains("depot.example"));
     assert!(train.stop().success());
 }
