@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use railgrip_requirements::{PROMTOOL, SYSTEMD_ANALYZE};
+use railgrip_requirements::{DPKG_DEB, PROMTOOL, SYSTEMD_ANALYZE};
 use railgrip_tests::{Process, TrainUnderTest, program, within};
 use rustix::process::Signal;
 
