@@ -43,6 +43,7 @@ pub(crate) fn beside(creeps: &Creeps, is_trusted: &[bool]) -> Creeps {
 mod tests {
     use super::*;
     use crate::creepage::{Belief, Creepage};
+    use crate::grip::Grip;
 
     /// A wagon that is moved to and fro by its couplers: what that does to creepage is no change of its wheelsets.
     #[test]
@@ -74,5 +75,35 @@ mod tests {
             "{changes:?}"
         );
         assert!([0, 2, 3].iter().all(|k| changes[*k].value > 0.0));
+    }
+
+    /// Drag of which each roll says one or two sigmas is learnt by a past that follows it; all rolls together tell it.
+    #[test]
+    fn drag_that_no_single_roll_tells_is_told_by_all_of_them() {
+        let told = |held: f64| {
+            let (mut wheel, mut rest) = (Creepage::new(Belief::BESIDE), Grip::default());
+            let mut strongest = 0.0_f64;
+            for roll in 0..28 {
+                // Noise of a roll of a fixed pattern without mean, as large as it is declared.
+                let noise = [6e-5, -6e-5, -3e-5, 3e-5][roll % 4];
+                let by = if roll < 12 { 0.0 } else { held };
+                let creepage = 1.1e-3 + noise - by;
+                for _ in 0..45 {
+                    let creep = Creep { creepage, brake: 0.0, drive: 0.0, rate: 0.0, variance: 1.6e-7 };
+                    wheel.take(&creep, 0.0);
+                    if let Some(rolled) = wheel.end_of_roll(false) {
+                        strongest = strongest.min(rolled.change.sigmas());
+                        wheel.settle(rolled.change.sigmas().abs() < 4.0);
+                        rest.take_of(rolled.alone, 30);
+                    }
+                }
+            }
+            (strongest, rest.lost(3, 0.02).expect("rolls"))
+        };
+        let (strongest, since) = told(1.5e-4);
+        assert!(strongest > -4.0, "each roll by itself: {strongest}");
+        assert!(since.sigmas() < -6.0 && since.without < -3.0 && since.past >= 2, "{since:?}");
+        assert!((since.change.value + 1.5e-4).abs() < 3e-5, "{since:?}");
+        assert!(told(0.0).1.sigmas() > -3.0);
     }
 }

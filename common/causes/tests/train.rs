@@ -182,6 +182,19 @@ fn each_fault_raises_one_alert_with_its_cause_and_place() {
     assert_eq!(named(Wrong::Leaks(0.03)), wheelset(Cause::SlowCylinder));
 }
 
+/// From the third stop on one wheelset turns faster, as if its wheel had become smaller: the others of its wagon do not drag.
+#[test]
+fn a_wheelset_that_turns_faster_makes_no_drag_of_the_others() {
+    let watch = day_that_says(Wrong::Nothing, &[], |step, readings| {
+        if step as f64 * DT_S > 450.0 {
+            readings[2].wheel_speed_rad_s[1] *= 1.01;
+        }
+    });
+    let named: Vec<_> =
+        watch.alerts().iter().map(|alert| (alert.cause, &alert.wagons, &alert.wheelsets)).collect();
+    assert_eq!(named, [(Cause::WheelDiameter, &vec![2], &vec![1])]);
+}
+
 /// A wagon that has no force any more is told after one application.
 #[test]
 fn a_wagon_without_a_brake_is_told_at_once() {
