@@ -119,11 +119,14 @@ struct Traced {
     together_n: f64,
 }
 
+/// What is ordered, a share of full braking, and the pressing force at that moment.
+type Told = (f64, f64);
+
 /// Traces of one wagon.
 #[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Timing {
     trace: Vec<Traced>,
-    recent: Vec<(f64, f64)>,
+    recent: Vec<Told>,
     falling: Option<Falling>,
     /// The latest fall, until it is judged.
     fallen: Option<Stroke>,
@@ -186,7 +189,7 @@ impl Timing {
 
     /// Orders and forces while the order last stood still, and since it has been lowered; `None` if it did not stand, or was not
     /// lowered at one go. Of orders that nobody tells there are none.
-    fn stood_before(&self) -> Option<(&[(f64, f64)], &[(f64, f64)])> {
+    fn stood_before(&self) -> Option<(&[Told], &[Told])> {
         let longest = LOWERED.min(self.recent.len().checked_sub(STEADY.0)?);
         (0..=longest).find_map(|count| {
             let (before, lowered) = self.recent.split_at(self.recent.len() - count);

@@ -206,17 +206,11 @@ impl AccessSettings {
         lasting_dir: &Path,
     ) -> Self {
         let base = at.file.parent().unwrap_or(Path::new(""));
-        let tls = match &http.tls {
-            None => None,
-            Some(table) => Some(TlsFiles {
-                certificate: base.join(path(at, "http.tls.certificate", &table.certificate)),
-                key: base.join(path(at, "http.tls.key", &table.key)),
-            }),
-        };
-        let token_file = match &http.token_file {
-            None => None,
-            Some(file) => Some(base.join(path(at, "http.token_file", file))),
-        };
+        let tls = http.tls.as_ref().map(|table| TlsFiles {
+            certificate: base.join(path(at, "http.tls.certificate", &table.certificate)),
+            key: base.join(path(at, "http.tls.key", &table.key)),
+        });
+        let token_file = http.token_file.as_ref().map(|file| base.join(path(at, "http.token_file", file)));
         let shut = tls.is_some() && token_file.is_some();
         if !is_loopback(listen.ip()) && !shut && !http.allow_insecure {
             let problem = || format!("allowed is {WANTED}");

@@ -193,7 +193,7 @@ impl TrainSettings {
             let free = recorded.as_ref().is_some_and(|train| !train.wagons[index].coupled);
             wagon.vehicle.train = Some(Running { free });
             let plant = Plant::Wagon(wagon.vehicle.clone());
-            check_filter(&at, wagon.number, wagon.filter.as_deref(), &form.estimator, &plant);
+            check_filter(at, wagon.number, wagon.filter.as_deref(), &form.estimator, &plant);
         }
         Some(Self {
             file: at.file.to_owned(),
