@@ -347,7 +347,8 @@ mod tests {
         let scenario = railgrip_simulation::Scenario::parse(Path::new("demo.toml"), &text).expect("scenario");
         let vehicle: VehicleParameters =
             toml::from_str(include_str!("../../../config/vehicle.toml")).expect("vehicle");
-        let mut runs = railgrip_simulation::run(&scenario, &[vehicle.clone()], 1, |_| ()).expect("a run");
+        let mut runs =
+            railgrip_simulation::run(&scenario, std::slice::from_ref(&vehicle), 1, |_| ()).expect("a run");
         (runs.remove(0).recording, vehicle)
     }
 
@@ -423,7 +424,7 @@ mod tests {
                 let blind = 0.05 * (k - last) as f64 > 2.0 + 1e-9;
                 for name in ["v_m_s", "mu_w", "mu_w_sigma", "mu_b_f", "mu_b_r_sigma", "slip_f", "nis"] {
                     let value = table.column(name).expect(name)[k];
-                    assert!(!(blind && !value.is_nan()), "{seed}: {name} is {value} in row {k}");
+                    assert!(!blind || value.is_nan(), "{seed}: {name} is {value} in row {k}");
                     assert!(!value.is_infinite(), "{seed}: {name} in row {k}");
                     if name.ends_with("sigma") {
                         assert!(value.is_nan() || value > 0.0, "{seed}: {name} is {value} in row {k}");
