@@ -87,8 +87,8 @@ mod tests {
                 // Noise of a roll of a fixed pattern without mean, as large as it is declared.
                 let noise = [6e-5, -6e-5, -3e-5, 3e-5][roll % 4];
                 let by = if roll < 12 { 0.0 } else { held };
-                let creepage = 1.1e-3 + noise - by;
-                for _ in 0..45 {
+                for second in 0..40 {
+                    let creepage = 1.1e-3 + noise - by + if second % 2 == 0 { 4e-4 } else { -4e-4 };
                     let creep = Creep { creepage, brake: 0.0, drive: 0.0, rate: 0.0, variance: 1.6e-7 };
                     wheel.take(&creep, 0.0);
                     if let Some(rolled) = wheel.end_of_roll(false) {
