@@ -121,8 +121,8 @@ fn forces_and_torques_that_no_vehicle_has_are_refused() {
     assert_eq!(with(&|run| scale(&mut run.pressing_force_n[1], 1e3)), Some("f_perp_r_n".into()));
     assert_eq!(with(&|run| scale(&mut run.pressing_force_n[1], -1.0)), Some("f_perp_r_n".into()));
     let torque = |torque: f64| move |run: &mut Recording| run.drive_torque_nm[1].fill(torque);
-    assert_eq!(with(&torque(2e7)), Some("m_drive_r_nm".into()));
-    assert_eq!(with(&torque(-2e7)), Some("m_drive_r_nm".into()));
+    assert_eq!(with(&torque(2e7)), Some("m_w_r_nm".into()));
+    assert_eq!(with(&torque(-2e7)), Some("m_w_r_nm".into()));
     // What is strong, noisy, or wrong for a moment is the filter's business.
     assert_eq!(with(&torque(2e4)), None);
     assert_eq!(with(&|run| scale(&mut run.pressing_force_n[0], 3.0)), None);

@@ -16,6 +16,7 @@ mod tls;
 pub use connection::{Connection, News};
 pub use error::MqttError;
 pub use rumqttc::mqttbytes::v4::Publish;
+pub use tls::Authorities;
 
 use std::path::Path;
 
@@ -34,29 +35,4 @@ pub struct Broker<'a> {
     pub password_file: Option<&'a Path>,
     /// How it proves who it is; without, the connection is plain text.
     pub tls: Option<Authorities<'a>>,
-}
-
-/// Who may have signed a broker's certificate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Authorities<'a> {
-    /// The public ones (Mozilla's).
-    Public,
-    /// Those of a PEM file.
-    File(&'a Path),
-}
-
-impl<'a> Authorities<'a> {
-    /// Those of a file, or the public ones without it.
-    #[must_use]
-    pub fn of(file: Option<&'a Path>) -> Self {
-        file.map_or(Self::Public, Self::File)
-    }
-
-    /// Whether they can be used.
-    ///
-    /// # Errors
-    /// A file that cannot be read, or that holds no certificate or a broken one.
-    pub fn check(self) -> Result<(), MqttError> {
-        tls::config(self).map(|_| ())
-    }
 }

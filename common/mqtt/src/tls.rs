@@ -1,12 +1,37 @@
 //! Whom we believe to be the broker: rustls with the provider `ring`, TLS 1.2 and 1.3, as everywhere in this project.
 
-use crate::{Authorities, MqttError};
+use crate::error::MqttError;
 use rustls::crypto::ring;
 use rustls::pki_types::CertificateDer;
 use rustls::pki_types::pem::PemObject;
 use rustls::{ClientConfig, RootCertStore};
 use std::path::Path;
 use std::sync::Arc;
+
+/// Who may have signed a broker's certificate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Authorities<'a> {
+    /// The public ones (Mozilla's).
+    Public,
+    /// Those of a PEM file.
+    File(&'a Path),
+}
+
+impl<'a> Authorities<'a> {
+    /// Those of a file, or the public ones without it.
+    #[must_use]
+    pub fn of(file: Option<&'a Path>) -> Self {
+        file.map_or(Self::Public, Self::File)
+    }
+
+    /// Whether they can be used.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or that holds no certificate or a broken one.
+    pub fn check(self) -> Result<(), MqttError> {
+        config(self).map(|_| ())
+    }
+}
 
 /// The config by which a certificate is checked.
 pub(crate) fn config(authorities: Authorities<'_>) -> Result<Arc<ClientConfig>, MqttError> {

@@ -266,12 +266,31 @@ pub enum Problem {
 }
 
 /// Shows `Some(x)` with a text before it and `None` as nothing.
+impl Problem {
+    /// A column is missing among these.
+    pub(crate) fn missing_column<T: AsRef<str>>(names: &[T]) -> Self {
+        let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
+        Self::MissingColumn { found: shortened(&names.join(", "), 400) }
+    }
+}
+
+/// What a file says, for a message: on one line, and cut off after so many characters. A quotation mark too many makes a whole file one
+/// name.
+fn shortened(text: &str, most: usize) -> String {
+    let mut characters = text.chars().map(|c| if c.is_control() { ' ' } else { c });
+    let mut short: String = characters.by_ref().take(most).collect();
+    if characters.next().is_some() {
+        short.push('…');
+    }
+    short
+}
+
 struct Shown<'a, T>(&'static str, &'a Option<T>);
 
 impl<T: fmt::Display> fmt::Display for Shown<'_, T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.1 {
-            Some(value) => write!(f, "{}{value}", self.0),
+            Some(value) => write!(f, "{}{}", self.0, shortened(&value.to_string(), 80)),
             None => Ok(()),
         }
     }

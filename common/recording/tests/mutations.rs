@@ -42,9 +42,16 @@ fn spoilt(seed: u64) -> (String, bool) {
     for _ in 0..1 + dice.below(4) {
         let (row, column) = (dice.below(ROWS - 20), dice.below(HEADER.len()));
         match dice.below(10) {
-            0..=2 => rows[row][column] = WORDS[dice.below(WORDS.len())].to_owned(),
-            3 => rows.iter_mut().for_each(|cells| cells[column].clear()),
-            4 => rows[row..row + 20].iter_mut().for_each(|cells| cells[column].clear()),
+            0..=2 => {
+                let word = WORDS[dice.below(WORDS.len())];
+                rows[row].get_mut(column).into_iter().for_each(|cell| cell.replace_range(.., word));
+            }
+            // A row that was cut short has no such cell.
+            3 => rows.iter_mut().filter_map(|cells| cells.get_mut(column)).for_each(String::clear),
+            4 => rows[row..row + 20]
+                .iter_mut()
+                .filter_map(|cells| cells.get_mut(column))
+                .for_each(String::clear),
             5 => rows[row].iter_mut().for_each(String::clear),
             6 => {
                 rows[row].pop();

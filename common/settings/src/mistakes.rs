@@ -32,8 +32,10 @@ pub fn wrong_file(file: &Path, text: &str, key: &str, problem: impl std::fmt::Di
     ConfigText::new(file, text).refuse_file(key, problem)
 }
 
-/// By the line, and no more than somebody reads.
+/// By the line, each once, and no more than somebody reads.
 fn in_order(mut found: Vec<SettingsError>) -> Vec<SettingsError> {
+    let mut told = std::collections::BTreeSet::new();
+    found.retain(|error| told.insert(error.to_string()));
     found.sort_by_key(|error| error.line().unwrap_or(usize::MAX));
     found.truncate(MOST);
     found

@@ -56,11 +56,11 @@ table! {
     ResponseSettings {
         /// Watch above this median time to 90 % of the level, s.
         watch_s = 6.0 in 0.1..120.0;
-        /// Act above it.
+        /// Act above it, s.
         act_s = 10.0 in 0.1..120.0;
         /// Watch when a wagon begins to brake so much later than its place in the train explains, s.
         late_watch_s = 0.6 in 0.05..60.0;
-        /// Act when so much later.
+        /// Act when so much later, s.
         late_act_s = 2.0 in 0.05..60.0;
     }
 }

@@ -59,7 +59,7 @@ pub fn survey(path: &Path) -> Result<Vec<Surveyed>> {
     let surveyed = names.into_iter().map(|name| {
         let cells = source.cells(path, &name)?;
         let cells = cells.as_deref();
-        let figures = cells.map(figures);
+        let figures = cells.map(units::figures);
         let guess = cells.and_then(|cells| {
             let own = columns_of_run(wheelsets).into_iter().find(|(.., column)| *column == name);
             if let Some((_, _, column)) = own {
@@ -169,11 +169,6 @@ fn read(path: &Path) -> Result<(Vec<String>, Source)> {
         }
     };
     Ok((names.into_inner(), Source::Read(table)))
-}
-
-fn figures(cells: &[f64]) -> (usize, f64, f64) {
-    let known = || cells.iter().copied().filter(|cell| cell.is_finite());
-    (known().count(), known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max))
 }
 
 /// What a name speaks of, in English or German.

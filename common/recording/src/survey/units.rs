@@ -1,6 +1,5 @@
 //! In which unit a column may be: as its header says, else as its figures make plausible, with the doubt said.
 
-use super::figures;
 use crate::columns::Quantity;
 use crate::mapping::{quantity_of, unit};
 
@@ -127,6 +126,12 @@ fn of_header(name: &str, quantity: Quantity) -> Option<&'static str> {
     // A revolution counter that is only called n says nothing of its unit.
     let found = found.filter(|(spelt, _)| ends(spelt).is_some());
     found.max_by_key(|(spelt, _)| spelt.len()).map(|(_, named)| *named)
+}
+
+/// How many cells hold a number, and the least and the largest of them.
+pub(super) fn figures(cells: &[f64]) -> (usize, f64, f64) {
+    let known = || cells.iter().copied().filter(|cell| cell.is_finite());
+    (known().count(), known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max))
 }
 
 /// The unit that the figures make plausible, and why it may be another.

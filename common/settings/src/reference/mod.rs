@@ -201,12 +201,16 @@ mod tests {
             ("_km_h", "km/h"),
             ("_m_s2", "m/s²"),
         ];
+        let mut silent = Vec::new();
         for key in keys.iter().filter(|key| key.takes.contains("number")) {
             let unit = units.iter().filter(|(ending, _)| key.name.ends_with(ending));
             if let Some((_, unit)) = unit.max_by_key(|(ending, _)| ending.len()) {
                 let said = key.note.split(|c: char| !(c.is_alphanumeric() || "/²√".contains(c)));
-                assert!(said.clone().any(|word| word == *unit), "{}: {} has no {unit}", key.name, key.note);
+                if !said.clone().any(|word| word == *unit) {
+                    silent.push(format!("{}: {} has no {unit}", key.name, key.note));
+                }
             }
         }
+        assert!(silent.is_empty(), "{silent:#?}");
     }
 }

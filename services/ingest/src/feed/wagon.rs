@@ -170,12 +170,23 @@ mod tests {
 
     #[test]
     fn one_time_that_is_ahead_costs_its_own_sample_and_is_counted_once() {
-        for by_s in [0.3, 2.0, 30.0, 50.0, 86_400.0, 1e15, -1.0] {
+        let names = [SourceCount::Ahead, SourceCount::Late, SourceCount::OutOfRange];
+        // By how much, under which of these names, and whether it is told as refused.
+        for (by_s, name, told) in [
+            (0.3, 0, 1),
+            (2.0, 0, 1),
+            (30.0, 0, 1),
+            (50.0, 0, 1),
+            (86_400.0, 0, 1),
+            (1e15, 2, 1),
+            (-1.0, 1, 0),
+        ] {
             let (wagon, refused) = sent(500, by_s, false);
             let of = |what| wagon.tally.count(what);
-            let found = [SourceCount::Samples, SourceCount::Ahead, SourceCount::Late].map(of);
-            let expected = if by_s > 0.0 { [999, 1, 0] } else { [999, 0, 1] };
-            assert_eq!((found, refused), (expected, expected[1]), "{by_s} s ahead");
+            let mut expected = [0; 3];
+            expected[name] = 1;
+            assert_eq!((names.map(of), refused), (expected, told), "{by_s} s ahead");
+            assert_eq!(of(SourceCount::Samples), 999, "{by_s} s ahead");
             assert_eq!(of(SourceCount::Skipped), 1, "{by_s} s ahead: the sample itself");
             assert_eq!(of(SourceCount::Pauses), 0, "{by_s} s ahead");
         }
