@@ -39,7 +39,7 @@ fn spoilt(seed: u64) -> (String, bool) {
     let mut header: Vec<String> = HEADER.iter().map(|name| (*name).to_owned()).collect();
     let mut rows = sound();
     let mut in_order = true;
-    for _ in 0..1 + dice.below(4) {
+    for _ in 0..1 + dice.below(2) {
         let (row, column) = (dice.below(ROWS - 20), dice.below(HEADER.len()));
         match dice.below(10) {
             0..=2 => {
