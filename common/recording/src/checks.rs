@@ -52,7 +52,7 @@ pub(crate) fn check_required(names: &[String]) -> std::result::Result<(), (Strin
         wanted && !names.contains(name)
     };
     match columns.iter().find(absent) {
-        Some((_, _, name)) => Err((name.clone(), Problem::missing_column(&names))),
+        Some((_, _, name)) => Err((name.clone(), Problem::missing_column(names))),
         None => Ok(()),
     }
 }

@@ -12,7 +12,7 @@ use std::path::Path;
 pub(crate) fn mapped(path: &Path, mapping: &Mapping) -> Result<Table> {
     let choose = |names: &[String]| {
         if let Some(absent) = mapping.inputs().find(|input| !names.iter().any(|name| name == input)) {
-            return Err((absent.to_owned(), Problem::missing_column(&names)));
+            return Err((absent.to_owned(), Problem::missing_column(names)));
         }
         let targets = targets(names, mapping);
         check_required(&targets)?;

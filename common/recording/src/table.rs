@@ -167,7 +167,7 @@ pub fn expect_columns<'a>(
             }
         }
         match required.iter().find(|name| !names.iter().any(|found| found == *name)) {
-            Some(name) => Err(((*name).to_owned(), Problem::missing_column(&names))),
+            Some(name) => Err(((*name).to_owned(), Problem::missing_column(names))),
             None => Ok(()),
         }
     }

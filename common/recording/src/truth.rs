@@ -77,7 +77,7 @@ impl Truth {
                 return Err((unknown.clone(), Problem::UnknownColumn { allowed: expected.join(", ") }));
             }
             match expected.iter().find(|name| !names.contains(name)) {
-                Some(absent) => Err((absent.clone(), Problem::missing_column(&names))),
+                Some(absent) => Err((absent.clone(), Problem::missing_column(names))),
                 None => Ok(()),
             }
         })?;
