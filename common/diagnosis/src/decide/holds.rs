@@ -4,6 +4,7 @@
 //! over the calibrated model leans it further. Where that is nothing there is hardly anything, whatever cannot be named.
 
 use crate::answer::schema::Report;
+use crate::decide::newton;
 use nalgebra::{Matrix2, Vector2};
 use serde::{Deserialize, Serialize};
 
@@ -65,7 +66,7 @@ impl Lean {
     /// Width of the prior around no lean.
     const WIDTH: f64 = 0.7;
 
-    /// The likeliest lean for cases of which it is known what they held (Newton's method, damped).
+    /// The likeliest lean for cases of which it is known what they held (Newton's method).
     pub fn fit(cases: &[Held]) -> Self {
         let precision = Self::WIDTH.powi(-2);
         let shares = |at: &Vector2<f64>, (holds, place, _): &Held| {
@@ -75,29 +76,20 @@ impl Lean {
             let of = |case: &Held| -shares(at, case)[case.2].max(f64::MIN_POSITIVE).ln();
             0.5 * precision * at.norm_squared() + cases.iter().map(of).sum::<f64>()
         };
-        let mut at = Vector2::zeros();
-        for _ in 0..50 {
+        let slopes = |at: &Vector2<f64>| {
             let mut gradient = at * precision;
             let mut curvature = Matrix2::identity() * precision;
             for case in cases {
                 let more = case.1 - case.0.place;
-                let [_, known, unknown] = shares(&at, case);
+                let [_, known, unknown] = shares(at, case);
                 let p = Vector2::new(known, unknown);
                 let held = Vector2::new(f64::from(u8::from(case.2 == 1)), f64::from(u8::from(case.2 == 2)));
                 gradient += (p - held) * more;
                 curvature += (Matrix2::from_diagonal(&p) - p * p.transpose()) * more.powi(2);
             }
-            let Some(inverse) = curvature.try_inverse() else { break };
-            let mut step = inverse * gradient;
-            let before = cost(&at);
-            while cost(&(at - step)) > before && step.norm() > 1e-10 {
-                step *= 0.5;
-            }
-            at -= step;
-            if step.norm() < 1e-10 {
-                break;
-            }
-        }
+            (gradient, curvature)
+        };
+        let at = newton::least(Vector2::zeros(), cost, slopes);
         Self { known: at[0], unknown: at[1] }
     }
 }

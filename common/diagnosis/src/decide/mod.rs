@@ -17,6 +17,7 @@ pub mod holds;
 pub(crate) mod in_gap;
 pub mod learning;
 pub mod mending;
+mod newton;
 pub mod posterior;
 pub mod practice;
 pub mod round;

@@ -17,6 +17,7 @@
 
 use crate::answer::schema::{FoundEffect, PosteriorSet, Report, Verdict};
 use crate::decide::holds::{Holds, Lean, place_evidence};
+use crate::decide::newton;
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -90,8 +91,7 @@ impl Scaling {
             };
             0.5 * off.dot(&(precision * off)) + names.iter().map(of).sum::<f64>()
         };
-        let mut at = prior;
-        for _ in 0..50 {
+        let slopes = |at: &Grounds| {
             let mut gradient = precision * (at - prior);
             let mut curvature = precision;
             for (x, right) in names {
@@ -99,18 +99,9 @@ impl Scaling {
                 gradient += x * (p - f64::from(u8::from(*right)));
                 curvature += x * x.transpose() * (p * (1.0 - p));
             }
-            let Some(inverse) = curvature.try_inverse() else { break };
-            // A full step overshoots where nearly all probabilities are near 0 or 1: halved until it leads down.
-            let mut step = inverse * gradient;
-            let before = cost(&at);
-            while cost(&(at - step)) > before && step.norm() > 1e-10 {
-                step *= 0.5;
-            }
-            at -= step;
-            if step.norm() < 1e-10 {
-                break;
-            }
-        }
+            (gradient, curvature)
+        };
+        let at = newton::least(prior, cost, slopes);
         Self { offset: at[0], slope: at[1], carries: at[2], freedom: at[3], elsewhere: at[4] }
     }
 }
