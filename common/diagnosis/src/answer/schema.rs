@@ -271,6 +271,25 @@ pub struct HoldoutGap {
     pub reduction_ci95: Interval,
     /// The same by output.
     pub by_signal: BTreeMap<String, SignalGap>,
+    /// The window that alone makes most of the extended model's gap, if one does; absent in reports that did not ask.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub worst_window: Option<WorstWindow>,
+}
+
+/// A window that alone makes most of what the extended model misses on the holdout runs: there a wheelset mostly slides in the
+/// model and held on the track, or the other way round.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WorstWindow {
+    /// Name of the run's file without its ending.
+    pub run: String,
+    /// Time of the run at which the window starts, s.
+    pub start_s: f64,
+    /// Its share of the squared errors of the extended model.
+    pub share: f64,
+    /// Gap of all other windows with fitted nuisances.
+    pub calibrated_without: f64,
+    /// Gap of all other windows with fitted nuisances and effects.
+    pub extended_without: f64,
 }
 
 /// Gap of one output on the holdout runs.

@@ -324,6 +324,7 @@ pub(crate) mod tests {
                     reduction: 0.5,
                     reduction_ci95: [0.4, 0.6],
                     by_signal: BTreeMap::new(),
+                    worst_window: None,
                 },
             },
             unexplained: None,

@@ -2,7 +2,7 @@
 
 use super::findings;
 use super::format::{capital, decimals, gap, list, or_list, percent, plain, term};
-use crate::answer::schema::{FoundEffect, Report, Verdict};
+use crate::answer::schema::{FoundEffect, HoldoutGap, Report, Verdict};
 use crate::decide::criteria::Criteria;
 use railgrip_words::{reword, say, t, word};
 
@@ -161,7 +161,28 @@ pub fn evidence(report: &Report) -> Vec<String> {
         false => t("On runs that were only predicted, the gap shrinks by "),
     };
     let interval = say(" (95 % interval {low} to {high}). ", &[("low", &low), ("high", &high)]);
-    vec![change.to_owned(), percent(holdout.reduction.abs()), interval + end + &left(report)]
+    vec![
+        change.to_owned(),
+        percent(holdout.reduction.abs()),
+        interval + end + &alone(holdout) + &left(report),
+    ]
+}
+
+/// What is said where one window makes most of what is left: the gap is open loop, and a wheelset at its limit that slides in the
+/// model and held on the track outweighs all else.
+fn alone(holdout: &HoldoutGap) -> String {
+    let Some(worst) = &holdout.worst_window else { return String::new() };
+    let words = " One window alone makes {share} of what is left ({run}, from {start} s); without it the gap is {calibrated} → {extended}. Mostly a wheelset slides there in the model that held on the track, or the other way round.";
+    say(
+        words,
+        &[
+            ("share", &percent(worst.share)),
+            ("run", &worst.run),
+            ("start", &format!("{:.0}", worst.start_s)),
+            ("calibrated", &gap(worst.calibrated_without)),
+            ("extended", &gap(worst.extended_without)),
+        ],
+    )
 }
 
 /// What is said of a gap that effects leave, where it is larger than tolerances and noise make it.
@@ -325,6 +346,7 @@ pub fn freed(place: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::answer::schema::WorstWindow;
     use crate::decide::posterior::tests::{named, report};
 
     #[test]
@@ -333,6 +355,24 @@ mod tests {
         assert!(!evidence(&report).concat().contains("is left"), "one sigma is nothing");
         report.gap.fit.extended = 11.2;
         assert!(evidence(&report).concat().contains("Up to 11.2 times the noise of the sensors is left"));
+    }
+
+    #[test]
+    fn a_window_that_alone_makes_what_is_left_is_named_with_the_gap_of_all_others() {
+        let mut report = report(Verdict::Effects, vec![named("a", 3.0, &[])]);
+        assert!(!evidence(&report).concat().contains("One window alone"));
+        report.gap.holdout.worst_window = Some(WorstWindow {
+            run: "stop.wet".to_owned(),
+            start_s: 20.0,
+            share: 0.97,
+            calibrated_without: 9.2,
+            extended_without: 3.4,
+        });
+        let said = evidence(&report).concat();
+        assert!(
+            said.contains("97 % of what is left (stop.wet, from 20 s); without it the gap is 9.20 → 3.40"),
+            "{said}"
+        );
     }
 
     #[test]

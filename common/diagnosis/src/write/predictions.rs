@@ -1,5 +1,6 @@
 //! Predicted outputs of the three models on the holdout runs, and the gaps that follow from them.
 
+use crate::answer::schema::WorstWindow;
 use crate::data::case::{Case, OUTPUTS, Run, output_names};
 use crate::fit::windows::robust;
 use crate::model::parameters::Built;
@@ -58,6 +59,39 @@ pub fn robust_gaps(predicted: &[Predicted]) -> [f64; 2] {
         robust(&tallies)
     })
 }
+
+/// The window that makes [`ALONE`] of the squared errors of the extended model or more, if one of several does. `predicted` are
+/// `runs` in their order.
+pub fn worst_window(runs: &[Run], predicted: &[Predicted]) -> Option<WorstWindow> {
+    let windows: Vec<(usize, usize)> = predicted
+        .iter()
+        .enumerate()
+        .flat_map(|(r, run)| (0..run.tallies[2].len()).map(move |w| (r, w)))
+        .collect();
+    let squares = |(r, w): (usize, usize)| predicted[r].tallies[2][w].squares.iter().sum::<f64>();
+    let worst = windows.iter().copied().max_by(|a, b| squares(*a).total_cmp(&squares(*b)))?;
+    let share = squares(worst) / windows.iter().map(|w| squares(*w)).sum::<f64>().max(f64::MIN_POSITIVE);
+    if windows.len() < FEWEST_WINDOWS || share < ALONE {
+        return None;
+    }
+    let others = |model: usize| {
+        let others = windows.iter().filter(|window| **window != worst);
+        Tally::total(others.map(|(r, w)| &predicted[*r].tallies[model][*w])).gap()
+    };
+    let (run, window) = (runs.get(worst.0)?, predicted[worst.0].windows[2].get(worst.1)?);
+    Some(WorstWindow {
+        run: predicted[worst.0].name.clone(),
+        start_s: *run.t_s.get(window.range.start)?,
+        share,
+        calibrated_without: others(1),
+        extended_without: others(2),
+    })
+}
+
+/// Share of the squared errors from which one window alone is said to make them.
+const ALONE: f64 = 0.5;
+/// Windows below which it is no wonder that one makes most of the errors.
+const FEWEST_WINDOWS: usize = 4;
 
 /// By how much the effects change what is predicted of these runs: RMS of extended minus calibrated over the sigmas of the sensors.
 pub fn moved(case: &Case, predicted: &[Predicted]) -> f64 {
@@ -150,4 +184,51 @@ pub fn write(tables: &[(String, Table)], folder: &Path) -> Result<(), RecordingE
         table.write(&folder.join(format!("{name}.csv")))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::case::Columns;
+    use railgrip_vehicle::RailClass;
+
+    /// A run of 50 s that stands, and what three models miss of the speed in each of its five windows, in sigmas.
+    fn run_and(missed: [[f64; 5]; 3]) -> (Run, Predicted) {
+        let n = 5000;
+        let still = vec![vec![0.0; n]; 2];
+        let columns = Columns {
+            t_s: (0..n).map(|k| 100.0 + 0.01 * k as f64).collect(),
+            v_m_s: vec![0.0; n],
+            wheel_speed_rad_s: still.clone(),
+            pressing_force_n: still.clone(),
+            drive_torque_nm: still,
+            ..Columns::default()
+        };
+        let range = |w: usize| 1000 * w..1000 * (w + 1);
+        let window = |w: usize| Prediction { range: range(w), outputs: vec![[0.0; OUTPUTS]; 1000] };
+        let tally = |sigmas: f64| {
+            let mut tally = Tally { outputs: 3, count: 1000, ..Tally::default() };
+            tally.squares[0] = 3.0 * 1000.0 * sigmas * sigmas;
+            tally
+        };
+        let predicted = Predicted {
+            name: "stop.wet".to_owned(),
+            windows: std::array::from_fn(|_| (0..5).map(window).collect()),
+            tallies: missed.map(|windows| windows.map(tally).to_vec()),
+        };
+        (Run::new("stop".to_owned(), RailClass::Wet, &columns), predicted)
+    }
+
+    #[test]
+    fn a_window_is_named_where_it_alone_makes_most_of_the_errors() {
+        let (run, predicted) = run_and([[9.0; 5], [8.0, 8.0, 2.0, 8.0, 8.0], [1.0, 1.0, 60.0, 1.0, 1.0]]);
+        let worst = worst_window(std::slice::from_ref(&run), std::slice::from_ref(&predicted)).expect("one");
+        assert_eq!((worst.run.as_str(), worst.start_s), ("stop.wet", 120.0));
+        assert!((worst.share - 3600.0 / 3604.0).abs() < 1e-12, "{worst:?}");
+        assert!((worst.calibrated_without - 8.0).abs() < 1e-9, "{worst:?}");
+        assert!((worst.extended_without - 1.0).abs() < 1e-9, "{worst:?}");
+
+        let (run, predicted) = run_and([[9.0; 5], [8.0; 5], [1.0, 1.0, 1.5, 1.0, 1.0]]);
+        assert_eq!(worst_window(&[run], &[predicted]), None, "no window makes most of the errors");
+    }
 }

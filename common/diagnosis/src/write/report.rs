@@ -68,7 +68,7 @@ pub(crate) fn report(
                 calibrated: fit_totals[1].gap(),
                 extended: fit_totals[2].gap(),
             },
-            holdout: holdout_gap(case.output_names(), holdout, seed),
+            holdout: holdout_gap(case, holdout, seed),
         },
         unexplained: unexplained(case, judgement, fit_totals[2].gap()),
         next_run: next_run(&effects, judgement),
@@ -226,9 +226,9 @@ fn carries_over(case: &Case, effects: &[FoundEffect], holdout: &[Predicted]) -> 
         .then(|| extended.gap() < calibrated.gap())
 }
 
-fn holdout_gap(names: &[&str], holdout: &[Predicted], seed: u64) -> HoldoutGap {
+fn holdout_gap(case: &Case, holdout: &[Predicted], seed: u64) -> HoldoutGap {
     let [nominal, calibrated, extended] = predictions::totals(holdout);
-    let by_signal = names.iter().enumerate().map(|(j, name)| {
+    let by_signal = case.output_names().iter().enumerate().map(|(j, name)| {
         ((*name).to_owned(), SignalGap { calibrated: calibrated.signal(j), extended: extended.signal(j) })
     });
     HoldoutGap {
@@ -238,6 +238,7 @@ fn holdout_gap(names: &[&str], holdout: &[Predicted], seed: u64) -> HoldoutGap {
         reduction: predictions::reduction(calibrated.gap(), extended.gap()),
         reduction_ci95: predictions::reduction_interval(holdout, seed),
         by_signal: by_signal.collect(),
+        worst_window: predictions::worst_window(&case.holdout, holdout),
     }
 }
 

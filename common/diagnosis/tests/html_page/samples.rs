@@ -71,6 +71,7 @@ pub fn wagon_report() -> Report {
                     ("omega_f_rad_s".to_owned(), SignalGap { calibrated: 9.9, extended: 3.8 }),
                     ("omega_r_rad_s".to_owned(), SignalGap { calibrated: 9.2, extended: 3.6 }),
                 ]),
+                worst_window: None,
             },
         },
         unexplained: None,

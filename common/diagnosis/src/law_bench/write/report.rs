@@ -219,5 +219,6 @@ fn holdout_gap(predictions: &Predictions<'_>, signal: &str, seed: u64) -> Holdou
         reduction: reduction(calibrated, extended),
         reduction_ci95: predictions.reduction_interval(seed),
         by_signal: BTreeMap::from([(signal.to_owned(), SignalGap { calibrated, extended })]),
+        worst_window: None,
     }
 }
