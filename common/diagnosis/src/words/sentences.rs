@@ -5,6 +5,7 @@ use super::format::{capital, decimals, gap, list, or_list, percent, plain, term}
 use crate::answer::schema::{FoundEffect, HoldoutGap, Report, Verdict};
 use crate::decide::criteria::Criteria;
 use railgrip_words::{reword, say, t, word};
+use std::fmt::Display;
 
 /// The verdict in one sentence, with its number.
 pub fn headline(report: &Report) -> String {
@@ -13,10 +14,11 @@ pub fn headline(report: &Report) -> String {
     let (before, after) = (gap(holdout.calibrated), gap(holdout.extended));
     let found = || {
         let found = capital(&found.join("; "));
-        say(
-            "{text}: holdout gap {before} → {after}.",
-            &[("text", &found), ("before", &before), ("after", &after)],
-        )
+        let fields: [(&str, &dyn Display); 3] = [("text", &found), ("before", &before), ("after", &after)];
+        match reach(report) {
+            Reach::Worse => say("{text}; this does not carry over: holdout gap {before} → {after}.", &fields),
+            _ => say("{text}: holdout gap {before} → {after}.", &fields),
+        }
     };
     match report.verdict {
         Verdict::None => say(
@@ -355,6 +357,18 @@ mod tests {
         assert!(!evidence(&report).concat().contains("is left"), "one sigma is nothing");
         report.gap.fit.extended = 11.2;
         assert!(evidence(&report).concat().contains("Up to 11.2 times the noise of the sensors is left"));
+    }
+
+    #[test]
+    fn the_first_sentence_says_that_an_effect_does_not_carry_over() {
+        let mut report = report(Verdict::Effects, vec![named("a", 3.0, &[])]);
+        assert!(!headline(&report).contains("carry over"), "{}", headline(&report));
+        report.gap.holdout.extended = 60.0;
+        assert!(
+            headline(&report).contains("this does not carry over: holdout gap 2.00 → 60.0"),
+            "{}",
+            headline(&report)
+        );
     }
 
     #[test]
