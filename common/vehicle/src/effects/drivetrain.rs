@@ -1,30 +1,32 @@
 //! Effects between brake or motor and wheel.
 
 use super::{Effect, EffectSpec, Observation, Operating, ParameterSpec, Term, Twin};
-use crate::MAX_WHEELSETS;
+use crate::{Constants, MAX_WHEELSETS};
 
-/// The axle twists.
+/// The axle twists: discs, gear and encoder on one side of it, the wheels on the other.
 pub static TORSION: EffectSpec = EffectSpec {
     id: "axle_torsion",
     term: Term::Drivetrain,
-    equation: "q'' + 2 zeta w q' + w^2 q = g T / 1 t m^2, omega_read = omega + q', w = 2 pi f",
-    source: "twist modes of 10 to 25 Hz of drivelines and 40 to 90 Hz of axles, 10.3390/vibration4010003",
+    equation: "J_d (omega' + q'') = t - t_s, (J - J_d) omega' = t_s + r F, t_s = q / c + 2 zeta sqrt(J_d / c) q', omega_read = omega + q'",
+    source: "two masses on a shaft, as for twist modes of 10 to 25 Hz of drivelines and 40 to 90 Hz of axles, 10.3390/vibration4010003",
     parameters: &[
         ParameterSpec {
-            name: "gain",
+            name: "compliance_rad_per_knm",
+            unit: "rad/kN m",
             lower: 0.0,
-            upper: 200.0,
-            default: 1.0,
+            upper: 0.2,
+            default: 0.01,
             neutral: Some(0.0),
+            starts: &[0.0025, 0.005, 0.02, 0.04],
             ..ParameterSpec::PLAIN
         },
         ParameterSpec {
-            name: "frequency_hz",
-            unit: "Hz",
-            lower: 1.0,
-            upper: 45.0,
-            default: 12.0,
-            starts: &[4.0, 7.0, 20.0, 32.0],
+            name: "disc_inertia_kg_m2",
+            unit: "kg m\u{b2}",
+            lower: 5.0,
+            upper: 200.0,
+            default: 35.0,
+            starts: &[90.0],
             ..ParameterSpec::PLAIN
         },
         ParameterSpec {
@@ -32,11 +34,13 @@ pub static TORSION: EffectSpec = EffectSpec {
             lower: 0.002,
             upper: 0.5,
             default: 0.03,
-            starts: &[],
             ..ParameterSpec::PLAIN
         },
     ],
-    hidden: &["twist and its rate of each wheelset, rad and rad/s"],
+    hidden: &[
+        "twist and its rate of each wheelset, rad and rad/s",
+        "torque that the shaft adds to each, N m",
+    ],
     twins: &[Twin::look_alike("wheel_encoder_eccentricity")],
     separated_by: "abrupt torque at two speeds: a resonance keeps its frequency, an encoder's ripple follows the angle",
 };
@@ -44,22 +48,51 @@ pub static TORSION: EffectSpec = EffectSpec {
 /// See [`TORSION`].
 #[derive(Debug)]
 pub struct Torsion {
-    gain: f64,
-    angular_rad_s: f64,
+    /// Twist under a torque, rad/(N m).
+    compliance: f64,
+    disc_inertia_kg_m2: f64,
     damping_ratio: f64,
 }
 
-/// Torque over this inertia drives the twist, kg m².
-const REFERENCE_INERTIA_KG_M2: f64 = 1e3;
+/// Hidden states of a wheelset.
+const STATES: usize = 3;
+/// Least share of the moment of inertia that the wheels keep.
+const LEAST_WHEEL_SHARE: f64 = 0.4;
+/// Turn of the oscillation over a sample, rad, beyond which samples cannot follow it and the shaft is a stiff one.
+const FASTEST_TURN_RAD: f64 = 2.0;
+/// Speed below which a brake that is clamped holds the wheelset and its torque is not known, rad/s.
+const STANDSTILL_RAD_S: f64 = 0.1;
+
+/// A twist and its rate.
+type Twist = [f64; 2];
 
 impl Torsion {
     /// From the values of the spec's parameters.
     pub fn boxed(values: &[f64]) -> Box<dyn Effect> {
         Box::new(Self {
-            gain: values[0],
-            angular_rad_s: std::f64::consts::TAU * values[1],
+            compliance: 1e-3 * values[0],
+            disc_inertia_kg_m2: values[1],
             damping_ratio: values[2],
         })
+    }
+
+    /// Undamped angular frequency of the discs on the shaft while the wheels are held, rad/s.
+    fn angular_rad_s(&self) -> f64 {
+        (self.compliance * self.disc_inertia_kg_m2).sqrt().recip()
+    }
+
+    /// The twist after `dt_s` under a torque on the discs while the wheels accelerate evenly: exact.
+    fn after(&self, [twist, rate]: Twist, torque_nm: f64, acceleration_rad_s2: f64, dt_s: f64) -> Twist {
+        let (w, zeta) = (self.angular_rad_s(), self.damping_ratio);
+        let damped = w * (1.0 - zeta * zeta).sqrt();
+        let decay = (-zeta * w * dt_s).exp();
+        let (sin, cos) = (damped * dt_s).sin_cos();
+        let rest = self.compliance * (torque_nm - self.disc_inertia_kg_m2 * acceleration_rad_s2);
+        let from_rest = twist - rest;
+        [
+            rest + decay * (from_rest * cos + (rate + zeta * w * from_rest) / damped * sin),
+            decay * (rate * cos - (zeta * w * rate + w * w * from_rest) / damped * sin),
+        ]
     }
 }
 
@@ -68,36 +101,59 @@ impl Effect for Torsion {
         &TORSION
     }
 
+    fn constants(&self, constants: &mut Constants) {
+        if self.compliance > 0.0 {
+            for inertia in &mut constants.inertia_kg_m2 {
+                *inertia = (*inertia - self.disc_inertia_kg_m2).max(LEAST_WHEEL_SHARE * *inertia);
+            }
+        }
+    }
+
     fn hidden_len(&self, _sample_period_s: f64) -> usize {
-        2 * MAX_WHEELSETS
+        STATES * MAX_WHEELSETS
     }
 
     fn start(&self, at: &Operating, hidden: &mut [f64]) {
-        let w = self.angular_rad_s;
-        for i in 0..MAX_WHEELSETS {
-            hidden[2 * i] = self.gain * at.drive_torque_nm[i] / REFERENCE_INERTIA_KG_M2 / (w * w);
+        for (state, torque_nm) in hidden.chunks_exact_mut(STATES).zip(at.drive_torque_nm) {
+            state[0] = self.compliance * torque_nm;
         }
     }
 
     fn advance(&self, at: &Operating, dt_s: f64, hidden: &mut [f64]) {
-        // Exact for a torque that is constant over the sample.
-        let (w, zeta) = (self.angular_rad_s, self.damping_ratio);
-        let damped = w * (1.0 - zeta * zeta).sqrt();
-        let decay = (-zeta * w * dt_s).exp();
-        let (sin, cos) = (damped * dt_s).sin_cos();
-        for (i, pair) in hidden.chunks_exact_mut(2).enumerate() {
-            let omega = at.wheel_speed_rad_s[i];
-            let brake = if omega > 0.1 { at.brake_power_w[i] / omega } else { 0.0 };
-            let rest = self.gain * (at.drive_torque_nm[i] - brake) / REFERENCE_INERTIA_KG_M2 / (w * w);
-            let (q, rate) = (pair[0] - rest, pair[1]);
-            pair[0] = rest + decay * (q * cos + (rate + zeta * w * q) / damped * sin);
-            pair[1] = decay * (rate * cos - (zeta * w * rate + w * w * q) / damped * sin);
+        if self.compliance <= 0.0 {
+            return;
         }
+        let is_stiff = self.angular_rad_s() * dt_s > FASTEST_TURN_RAD;
+        for (i, state) in hidden.chunks_exact_mut(STATES).enumerate() {
+            let (omega, acceleration) = (at.wheel_speed_rad_s[i], at.wheel_acceleration_rad_s2[i]);
+            let brake_nm = if omega > STANDSTILL_RAD_S { at.brake_power_w[i] / omega } else { 0.0 };
+            let torque_nm = at.drive_torque_nm[i] - brake_nm;
+            if is_stiff {
+                let rest = self.compliance * (torque_nm - self.disc_inertia_kg_m2 * acceleration);
+                state.copy_from_slice(&[rest, 0.0, -self.disc_inertia_kg_m2 * acceleration]);
+                continue;
+            }
+            let now = self.after([state[0], state[1]], torque_nm, acceleration, dt_s);
+            // Over the next sample, what the shaft hands on is what is put on the discs less what speeds them up.
+            let next = self.after(now, torque_nm, acceleration, dt_s);
+            let added_nm = -self.disc_inertia_kg_m2 * (acceleration + (next[1] - now[1]) / dt_s);
+            state.copy_from_slice(&[now[0], now[1], added_nm]);
+        }
+    }
+
+    fn drive_torque_nm(&self, wheelset: usize, _at: &Operating, hidden: &[f64], torque_nm: f64) -> f64 {
+        torque_nm + hidden[STATES * wheelset + 2]
     }
 
     fn observe(&self, _at: &Operating, hidden: &[f64], reading: &mut Observation) {
         for (i, speed) in reading.wheel_speed_rad_s.iter_mut().enumerate() {
-            *speed += hidden[2 * i + 1];
+            *speed += hidden[STATES * i + 1];
+        }
+    }
+
+    fn correct(&self, _at: &Operating, hidden: &[f64], state: &mut Observation) {
+        for (i, speed) in state.wheel_speed_rad_s.iter_mut().enumerate() {
+            *speed -= hidden[STATES * i + 1];
         }
     }
 }

@@ -276,6 +276,7 @@ impl<'a> FastWagon<'a> {
             at.slip_power_w[i] = (contact_n[i] * (constants.wheel_radius_m[i] * omega - at.v_m_s)).max(0.0);
         }
         at.acceleration_m_s2 = motion.acceleration_m_s2;
+        at.wheel_acceleration_rad_s2 = motion.wheel_acceleration_rad_s2;
         self.model.advance_hidden(&at, self.dt_s, hidden);
     }
 
