@@ -14,7 +14,7 @@ const ROUNDS: usize = 3;
 const EFFORT: Effort = Effort { iterations: 6, slow_columns: 0, refresh: 1, tolerance: 0.02 };
 
 /// Stays where it starts.
-const NO_STEP: Effort = Effort { iterations: 0, slow_columns: 0, refresh: 1, tolerance: 0.02 };
+pub(super) const NO_STEP: Effort = Effort { iterations: 0, slow_columns: 0, refresh: 1, tolerance: 0.02 };
 
 /// The three models of a report: shapes, and the parameters fitted on the windows.
 #[derive(Clone, Debug)]

@@ -46,6 +46,41 @@ impl Candidate {
     }
 }
 
+impl Candidate {
+    /// The effect in each of its forms with many compliances, if it swings: a fit finds the frequency of an oscillation only from
+    /// close by. None otherwise.
+    pub(crate) fn frequencies(&self) -> Vec<FittedEffect> {
+        let compliance = |effect: &FittedEffect| effect.parameters.iter().position(|p| p.name == COMPLIANCE);
+        let Some(own) = self.starts.first().and_then(compliance) else { return Vec::new() };
+        let mut forms: Vec<&FittedEffect> = Vec::new();
+        for start in &self.starts {
+            let is_known = |form: &&FittedEffect| {
+                form.fixed.iter().map(|v| v.to_bits()).eq(start.fixed.iter().map(|v| v.to_bits()))
+            };
+            if !forms.iter().any(is_known) {
+                forms.push(start);
+            }
+        }
+        let with = |form: &FittedEffect, compliance: f64| {
+            let mut effect = form.clone();
+            effect.parameters[own].start = compliance;
+            effect
+        };
+        let (least, most) = SCANNED_COMPLIANCES;
+        let values: Vec<f64> = std::iter::successors(Some(least), |value| Some(COMPLIANCE_RATIO * value))
+            .take_while(|value| *value < most)
+            .collect();
+        forms.into_iter().flat_map(|form| values.iter().map(move |value| with(form, *value))).collect()
+    }
+}
+
+/// The parameter by which a shaft is soft.
+const COMPLIANCE: &str = "compliance_rad_per_knm";
+/// Compliances that are scanned, rad/(kN m): from where samples cannot follow to where nobody would drive on.
+const SCANNED_COMPLIANCES: (f64, f64) = (0.001, 0.12);
+/// Between one and the next, which changes a frequency by an eighth.
+const COMPLIANCE_RATIO: f64 = 1.28;
+
 /// Index of the parameter that says where a stretch of track begins.
 fn start_of_stretch(spec: &EffectSpec) -> Option<usize> {
     spec.parameters.iter().position(|parameter| parameter.name == "start_m")

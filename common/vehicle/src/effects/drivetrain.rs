@@ -3,11 +3,11 @@
 use super::{Effect, EffectSpec, Observation, Operating, ParameterSpec, Term, Twin};
 use crate::{Constants, MAX_WHEELSETS};
 
-/// The axle twists: discs, gear and encoder on one side of it, the wheels on the other.
+/// The axle twists: discs and gear on one side of it, the wheels on the other, the encoder on either.
 pub static TORSION: EffectSpec = EffectSpec {
     id: "axle_torsion",
     term: Term::Drivetrain,
-    equation: "J_d (omega' + q'') = t - t_s, (J - J_d) omega' = t_s + r F, t_s = q / c + 2 zeta sqrt(J_d / c) q', omega_read = omega + q'",
+    equation: "J_d (omega' + q'') = t - t_s, (J - J_d) omega' = t_s + r F, t_s = q / c + 2 zeta sqrt(J_d / c) q', omega_read = omega + q' or omega",
     source: "two masses on a shaft, as for twist modes of 10 to 25 Hz of drivelines and 40 to 90 Hz of axles, 10.3390/vibration4010003",
     parameters: &[
         ParameterSpec {
@@ -17,16 +17,15 @@ pub static TORSION: EffectSpec = EffectSpec {
             upper: 0.2,
             default: 0.01,
             neutral: Some(0.0),
-            starts: &[0.0025, 0.005, 0.02, 0.04],
+            starts: &[0.0025, 0.025],
             ..ParameterSpec::PLAIN
         },
         ParameterSpec {
             name: "disc_inertia_kg_m2",
             unit: "kg m\u{b2}",
             lower: 5.0,
-            upper: 200.0,
-            default: 35.0,
-            starts: &[90.0],
+            upper: 300.0,
+            default: 60.0,
             ..ParameterSpec::PLAIN
         },
         ParameterSpec {
@@ -34,6 +33,15 @@ pub static TORSION: EffectSpec = EffectSpec {
             lower: 0.002,
             upper: 0.5,
             default: 0.03,
+            ..ParameterSpec::PLAIN
+        },
+        ParameterSpec {
+            name: "encoder_at_wheels",
+            lower: 0.0,
+            upper: 1.0,
+            default: 0.0,
+            starts: &[0.0, 1.0],
+            discrete: true,
             ..ParameterSpec::PLAIN
         },
     ],
@@ -52,14 +60,18 @@ pub struct Torsion {
     compliance: f64,
     disc_inertia_kg_m2: f64,
     damping_ratio: f64,
+    encoder_at_wheels: bool,
 }
 
 /// Hidden states of a wheelset.
 const STATES: usize = 3;
 /// Least share of the moment of inertia that the wheels keep.
-const LEAST_WHEEL_SHARE: f64 = 0.4;
+const LEAST_WHEEL_SHARE: f64 = 0.35;
 /// Turn of the oscillation over a sample, rad, beyond which samples cannot follow it and the shaft is a stiff one.
-const FASTEST_TURN_RAD: f64 = 2.0;
+const FASTEST_TURN_RAD: f64 = 1.5;
+/// Share of the way to its torque that a stiff shaft goes in a sample: the wheels answer it in the next one, and answer too much
+/// where the discs are the heavier part.
+const STIFF_SHARE: f64 = 0.4;
 /// Speed below which a brake that is clamped holds the wheelset and its torque is not known, rad/s.
 const STANDSTILL_RAD_S: f64 = 0.1;
 
@@ -73,12 +85,18 @@ impl Torsion {
             compliance: 1e-3 * values[0],
             disc_inertia_kg_m2: values[1],
             damping_ratio: values[2],
+            encoder_at_wheels: values[3] > 0.5,
         })
     }
 
     /// Undamped angular frequency of the discs on the shaft while the wheels are held, rad/s.
     fn angular_rad_s(&self) -> f64 {
         (self.compliance * self.disc_inertia_kg_m2).sqrt().recip()
+    }
+
+    /// How much faster the encoder turns than the wheels, rad/s.
+    fn ahead_rad_s(&self, hidden: &[f64], wheelset: usize) -> f64 {
+        if self.encoder_at_wheels { 0.0 } else { hidden[STATES * wheelset + 1] }
     }
 
     /// The twist after `dt_s` under a torque on the discs while the wheels accelerate evenly: exact.
@@ -130,7 +148,8 @@ impl Effect for Torsion {
             let torque_nm = at.drive_torque_nm[i] - brake_nm;
             if is_stiff {
                 let rest = self.compliance * (torque_nm - self.disc_inertia_kg_m2 * acceleration);
-                state.copy_from_slice(&[rest, 0.0, -self.disc_inertia_kg_m2 * acceleration]);
+                let added_nm = -self.disc_inertia_kg_m2 * acceleration;
+                state.copy_from_slice(&[rest, 0.0, state[2] + STIFF_SHARE * (added_nm - state[2])]);
                 continue;
             }
             let now = self.after([state[0], state[1]], torque_nm, acceleration, dt_s);
@@ -147,13 +166,13 @@ impl Effect for Torsion {
 
     fn observe(&self, _at: &Operating, hidden: &[f64], reading: &mut Observation) {
         for (i, speed) in reading.wheel_speed_rad_s.iter_mut().enumerate() {
-            *speed += hidden[STATES * i + 1];
+            *speed += self.ahead_rad_s(hidden, i);
         }
     }
 
     fn correct(&self, _at: &Operating, hidden: &[f64], state: &mut Observation) {
         for (i, speed) in state.wheel_speed_rad_s.iter_mut().enumerate() {
-            *speed -= hidden[STATES * i + 1];
+            *speed -= self.ahead_rad_s(hidden, i);
         }
     }
 }
