@@ -153,3 +153,19 @@ fn a_stretch_that_one_run_slides_on_is_found_in_the_gap() {
     assert!((found("length_m") - truth("length_m")).abs() < 20.0);
     assert!(report.gap.fit.extended < 0.6 * report.gap.fit.calibrated, "{:?}", report.gap.fit);
 }
+
+/// A soft axle was a resonance of what the encoder reads, which no slide excites, and its frequency was found by chance: it was
+/// `unknown` where wheels slide.
+#[test]
+fn a_soft_axle_that_swings_in_slides_is_named() {
+    for set in [FormSet::A, FormSet::B] {
+        let shows = |label: &Label| {
+            let gap = label.gap_calibrated.holdout;
+            small(label, 2, "white") && gap > 2.0 * label.gap_without_the_effect.holdout
+        };
+        let report = answer(&first(300, set, &[("axle_torsion", 3.0)], shows));
+        let first = report.effects.first().expect("an effect");
+        assert_eq!(first.id, "axle_torsion", "{:?}", report.effects);
+        assert!(report.gap.holdout.reduction > 0.2, "{:?}", report.gap);
+    }
+}

@@ -1,6 +1,6 @@
 //! What was found, as a sentence with its number: one line of a table for each effect of the catalogue.
 
-use super::format::{capital, number, plain, rounded};
+use super::format::{capital, number, number_to, plain, rounded};
 use super::parameters::{estimate, shown, with_word};
 use crate::answer::schema::{FoundEffect, ParameterEstimate};
 use railgrip_words::{say, t};
@@ -160,10 +160,15 @@ fn of_catalogue(effect: &FoundEffect) -> Option<String> {
             say("adhesion at 30 m/s is about {share} % of what it is at 15 m/s", &[("share", &share)])
         }
         "sanding" => say("sand raises adhesion by {gain}", &[("gain", &told("gain")?)]),
-        "axle_torsion" => say(
-            "the axle or drivetrain vibrates at {frequency} and shows in the wheelset speeds",
-            &[("frequency", &told("frequency_hz")?)],
-        ),
+        "axle_torsion" => {
+            let compliance = 1e-3 * value("compliance_rad_per_knm")?;
+            let frequency =
+                (compliance * value("disc_inertia_kg_m2")?).sqrt().recip() / std::f64::consts::TAU;
+            say(
+                "the axle or drivetrain swings at about {frequency} Hz and shows in the wheelset speeds",
+                &[("frequency", &number_to(frequency, 2))],
+            )
+        }
         "grade" => say(
             "the track is {how} than the map says from {stretch}",
             &[
@@ -301,6 +306,11 @@ mod tests {
                 "clock_skew",
                 &[("drift", 0.011, [0.0102, 0.0113]), ("offset_s", 0.0, [-0.02, 0.02])],
                 "wheelset speeds come later and later, by 1.1\u{a0}% (1.0–1.1) of the time since the start, on top of 0\u{a0}s (−0.02 to 0.02)",
+            ),
+            (
+                "axle_torsion",
+                &[("compliance_rad_per_knm", 0.02, [0.01, 0.03]), ("disc_inertia_kg_m2", 50.0, [40.0, 60.0])],
+                "the axle or drivetrain swings at about 5 Hz and shows in the wheelset speeds",
             ),
             ("own_effect", &[], "the model lacks own effect"),
             ("grade", &[], "the model lacks grade"),

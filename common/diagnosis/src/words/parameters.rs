@@ -18,6 +18,8 @@ const BY_ENDING: &[(&str, Shown)] = &[
     ("_n_s2_per_m2", Shown { factor: 1.0, unit: "N s²/m²" }),
     ("_n_s_per_m", Shown { factor: 1.0, unit: "N s/m" }),
     ("_s_per_m", Shown { factor: 1.0, unit: "s/m" }),
+    ("_rad_per_knm", Shown { factor: 1.0, unit: "rad/(kN m)" }),
+    ("_kg_m2", Shown { factor: 1.0, unit: "kg m²" }),
     ("_per_k", Shown { factor: 1e4, unit: "% per 100 K" }),
     ("_per_n", Shown { factor: 1e5, unit: "% per kN" }),
     ("_permil", Shown { factor: 1.0, unit: "‰" }),
@@ -34,12 +36,20 @@ const BY_ENDING: &[(&str, Shown)] = &[
 ];
 
 /// Dimensionless parameters that are no shares.
-const BARE: &[&str] = &["exponent", "damping_ratio", "wheelset", "on_dry_rail_too", "k_a", "k_s", "spread"];
+const BARE: &[&str] = &[
+    "exponent",
+    "damping_ratio",
+    "wheelset",
+    "encoder_at_wheels",
+    "on_dry_rail_too",
+    "k_a",
+    "k_s",
+    "spread",
+];
 
 /// Unit and scale of the parameter `name` of `owner` (an effect, or `nuisance`).
 pub fn shown(owner: &str, name: &str) -> Shown {
-    // The excitation of a torsional mode has a scale of its own.
-    let bare = (owner, name) == ("axle_torsion", "gain") || BARE.iter().any(|bare| name.ends_with(bare));
+    let bare = BARE.iter().any(|bare| name.ends_with(bare));
     let by_ending = || BY_ENDING.iter().find(|(end, _)| name.ends_with(end)).map(|(_, shown)| *shown);
     match name {
         // Coefficients of a bench are fitted themselves, those of a wagon by their relative error.
@@ -132,7 +142,7 @@ mod tests {
             ("running_resistance", "constant_n", 512.3, [402.0, 690.0], "500\u{a0}N (400–700)"),
             ("grade", "error_permil", 2.44, [2.31, 2.52], "2.4\u{a0}‰ (2.3–2.5)"),
             ("wheel_radius", "wheelset", 2.0, [2.0, 2.0], "2"),
-            ("axle_torsion", "gain", 3.21, [2.5, 4.1], "3 (3–4)"),
+            ("axle_torsion", "disc_inertia_kg_m2", 32.1, [25.2, 41.3], "30\u{a0}kg m² (30–40)"),
             ("nuisance", "mass", 0.0123, [-0.001, 0.021], "1\u{a0}% (0–2)"),
         ];
         for (owner, name, value, ci95, words) in cases {
