@@ -65,6 +65,8 @@ impl Belief {
         nominal: [0.0; TERMS],
         prior: [0.02, 0.1, 0.08, 0.05],
         unexplained: (1e-5, 0.03),
+        coasting: f64::INFINITY,
+        drive_share: 0.03,
         ..Self::CREEPAGE
     };
 

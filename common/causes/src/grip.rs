@@ -25,7 +25,7 @@ pub(crate) struct Since {
     /// Relative difference from what was before, and what it is since from those beside it.
     pub change: Change,
     pub level: f64,
-    /// The change over its sigma without the look that says most.
+    /// The change over its sigma without the look that says most, before or since.
     pub without: f64,
     /// Looks before, and since.
     pub past: usize,
@@ -49,9 +49,9 @@ impl Grip {
         self.looks.push(look);
     }
 
-    /// Mean so far.
-    pub(crate) fn mean(&self) -> Option<f64> {
-        (!self.looks.is_empty()).then(|| weighed(&self.looks).value)
+    /// Mean so far, and how well it is known.
+    pub(crate) fn mean(&self) -> Option<Change> {
+        (!self.looks.is_empty()).then(|| weighed(&self.looks))
     }
 
     /// Whether all numbers are.
@@ -65,11 +65,14 @@ impl Grip {
         let sigmas = |from: usize| self.change(from, &self.looks[from..], new).sigmas();
         let all = 0..=self.looks.len().checked_sub(least)?;
         let from = all.min_by(|a, b| sigmas(*a).total_cmp(&sigmas(*b)))?;
-        let without = (from..self.looks.len()).map(|left_out| {
-            let since = self.looks.iter().enumerate().skip(from);
-            let others: Vec<Change> =
-                since.filter(|(index, _)| *index != left_out).map(|(_, look)| *look).collect();
-            if others.is_empty() { 0.0 } else { self.change(from, &others, new).sigmas() }
+        // One wild look says nothing, be it since or before: a wheelset that once spun has not been held back ever since.
+        let without = (0..self.looks.len()).map(|left_out| {
+            let others = |range: std::ops::Range<usize>| -> Vec<Change> {
+                range.filter(|index| *index != left_out).map(|index| self.looks[index]).collect()
+            };
+            let (before, after) =
+                (others(0..if from >= 2 { from } else { 0 }), others(from..self.looks.len()));
+            if after.is_empty() { 0.0 } else { change(before, &after, new).sigmas() }
         });
         Some(Since {
             change: self.change(from, &self.looks[from..], new),
@@ -89,11 +92,15 @@ impl Grip {
     /// The mean of `after` less that of the looks before `from`.
     fn change(&self, from: usize, after: &[Change], new: f64) -> Change {
         // A single look before may be the wild one.
-        let mut before = if from >= 2 { self.looks[..from].to_vec() } else { Vec::new() };
-        before.push(Change { value: 0.0, variance: new * new });
-        let (before, after) = (weighed(&before), weighed(after));
-        Change { value: after.value - before.value, variance: after.variance + before.variance }
+        change(if from >= 2 { self.looks[..from].to_vec() } else { Vec::new() }, after, new)
     }
+}
+
+/// The mean of `after` less that of `before` and of new ones, which lie within `new` (one sigma).
+fn change(mut before: Vec<Change>, after: &[Change], new: f64) -> Change {
+    before.push(Change { value: 0.0, variance: new * new });
+    let (before, after) = (weighed(&before), weighed(after));
+    Change { value: after.value - before.value, variance: after.variance + before.variance }
 }
 
 impl Since {
@@ -137,6 +144,14 @@ pub(crate) fn scatter(looks: impl Iterator<Item = (f64, Option<f64>)>, least: us
     spread(looks.filter_map(|(now, past)| Some(now - past?)), least)
 }
 
+/// How far pads lie from one another: what their means differ by, less what the means themselves are uncertain by.
+pub(crate) fn apart<'a>(grips: impl Iterator<Item = &'a Grip>, least: usize) -> f64 {
+    let means: Vec<Change> = grips.filter_map(Grip::mean).collect();
+    let seen = spread(means.iter().map(|mean| mean.value), least);
+    let unknown = median(&mut means.iter().map(|mean| mean.variance).collect()).max(0.0);
+    (seen * seen - unknown).max(0.0).sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -156,6 +171,21 @@ mod tests {
         assert!((glazed.change.value + 0.3).abs() < 0.04);
         let wild = grip(&[0.02, -0.03, 0.01, 0.02, -1.2, 0.01, 0.0], 0.1).lost(2, NEW_WITHIN).expect("looks");
         assert!(wild.without > -1.5, "{wild:?}");
+    }
+
+    /// A wheel that once spun ran ahead of the others; it has not been held back since.
+    #[test]
+    fn one_wild_look_before_is_no_loss_since() {
+        let spun = grip(&[0.0, 1.4, 0.01, -0.01, 0.0, 0.01], 0.1).lost(2, 0.5).expect("looks");
+        assert!(spun.sigmas() < -3.7 && spun.without > -1.85, "{spun:?}");
+    }
+
+    #[test]
+    fn pads_lie_apart_by_what_is_not_uncertainty() {
+        let alike: Vec<Grip> = [-0.2, 0.15, 0.25, -0.1, 0.05, -0.15].map(|value| grip(&[value], 0.2)).into();
+        assert!(apart(alike.iter(), 4) < 0.12);
+        let known: Vec<Grip> = [-0.2, 0.15, 0.25, -0.1, 0.05, -0.15].map(|value| grip(&[value], 0.02)).into();
+        assert!(apart(known.iter(), 4) > 0.15);
     }
 
     #[test]

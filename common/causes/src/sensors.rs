@@ -94,6 +94,11 @@ impl SpeedSensor {
         }
     }
 
+    /// Scale error of the latest minutes if there were no lag.
+    pub(crate) fn plain(&self) -> f64 {
+        self.deviation[0] / self.products[0][0].max(1.0)
+    }
+
     /// Scale error and lag (s) of the latest minutes; the lag is `None` while the train hardly changes its speed. `creeps`: whether
     /// creepage may differ from what forces should cause. What is an error of a wheel is one either way.
     pub(crate) fn errors(&self, creeps: bool) -> (f64, Option<f64>) {

@@ -31,7 +31,7 @@ pub(crate) fn beside(creeps: &Creeps, is_trusted: &[bool]) -> Creeps {
         besides[*k] = Some(Creep {
             creepage: beside(own.creepage, creepage) - forced,
             brake: own.brake,
-            drive: 0.0,
+            drive: own.drive,
             rate: own.rate,
             variance: own.variance + (variance - own.variance) / (others * others),
         });

@@ -24,6 +24,9 @@ pub(super) const LATE_SPEED_ALONE_S: f64 = 0.25;
 pub(super) const LATE_CLOCK_S: (f64, f64) = (0.12, 0.03);
 /// Radius error beyond the train's middle: files are good to a few thousandths between two measurements of wear.
 pub(super) const RADIUS: f64 = 0.0046;
+/// The same beyond that of a wheel that has only been seen at work, up to a creepage of 1.2e-3: a wet rail, on which the first wheel
+/// that drives or brakes gives way by three times what it should, adds so much. Hand-set.
+pub(super) const NEVER_COASTED: f64 = 0.0024;
 /// Scale error of a speed.
 pub(super) const SPEED_SCALE: f64 = 0.0042;
 /// Load over what was entered, less one, beyond what both are worth.
@@ -83,8 +86,12 @@ pub(super) const TOLD_LATER: f64 = 7.0;
 /// Pads have lost at least this, relative, and so many sigmas; without the application that says most, half as many. Of 67
 /// healthy trains (development seeds 7101 to 7103) the largest such loss was three sigmas.
 pub(super) const PADS: (f64, f64) = (-0.13, -3.7);
-/// No pads lose more than this of nominal while they press: what seems so is couplers, or a wheelset that slips.
+/// No pads of a wagon lose more than this of nominal while they press: what seems so is couplers. Of one wheelset beside its wagon,
+/// where couplers have no part, nobody says by how much it exceeds this.
 pub(super) const PADS_GONE: f64 = -0.55;
+/// Of three wheelsets or more, one that has come to creep more by this share of what another has come to creep less: one of four that
+/// slips makes a third as much of each of the others, one whose pads are glazed makes the others creep more by a third.
+pub(super) const SLIPS: f64 = 0.8;
 /// Where several wagons are accused, the one that stands out most is told if no other has this share of its sigmas.
 pub(super) const ALONE: f64 = 0.6;
 /// Creepage at rest changed by at least this, and so many sigmas.

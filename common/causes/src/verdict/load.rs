@@ -49,9 +49,12 @@ impl TrainWatch {
             let usual = sum / weight;
             (one.0, one.1 / usual - 1.0, (one.2 + 1.0 / weight).sqrt())
         };
+        // A share of a share: where nobody knows the loads, a full wagon among empty ones is three times what is usual, and no more
+        // improbable than an empty one among full ones.
+        let sigmas = |off: f64, sigma: f64| off.ln_1p() / sigma;
         let apart: Vec<(usize, f64, f64)> = pressed.iter().map(beside).collect();
         // How far wagons lie from one another in sigmas of their entries: brakes that do not weigh show here.
-        let beyond = spread(apart.iter().map(|(_, off, sigma)| off / sigma), 4).max(1.0);
+        let beyond = spread(apart.iter().map(|(_, off, sigma)| sigmas(*off, *sigma)), 4).max(1.0);
         // Driven wagons may brake electrically for those that are not, so that a wagon must stand out among its own kind, too.
         let among_alike = |index: usize, share: f64| {
             let alike = pressed.iter().filter(|(other, ..)| {
@@ -63,11 +66,13 @@ impl TrainWatch {
         let far = |&(index, off, sigma): &(usize, f64, f64)| {
             let share = pressed.iter().find(|(other, ..)| *other == index)?.1;
             let off = nearer(off, among_alike(index, share));
-            let beyond = LOAD_PRESSED.0.max(LOAD_PRESSED.1 * beyond * sigma);
-            (off.abs() > beyond).then_some((index, off, sigma))
+            let stands_out = sigmas(off, sigma).abs() > LOAD_PRESSED.1 * beyond;
+            (off.abs() > LOAD_PRESSED.0 && stands_out).then_some((index, off, sigma))
         };
-        let Some((index, off, _)) =
-            apart.iter().filter_map(far).max_by(|a, b| (a.1.abs() / a.2).total_cmp(&(b.1.abs() / b.2)))
+        let Some((index, off, _)) = apart
+            .iter()
+            .filter_map(far)
+            .max_by(|a, b| sigmas(a.1, a.2).abs().total_cmp(&sigmas(b.1, b.2).abs()))
         else {
             return;
         };

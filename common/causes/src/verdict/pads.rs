@@ -1,12 +1,12 @@
 //! Pads and drag, from creepage against its own past and beside the others.
 
 use super::limits::{
-    AHEAD, ALONE, DRAGS, DRAGS_ALONE, DRAGS_BEYOND, HELD_ROLLS, PADS, PADS_GONE, REST_UNKNOWN,
+    AHEAD, ALONE, DRAGS, DRAGS_ALONE, DRAGS_BEYOND, HELD_ROLLS, PADS, PADS_GONE, REST_UNKNOWN, SLIPS,
 };
 use super::{deviation, shift, without_strongest};
 use crate::cause::{Cause, Grade};
 use crate::creepage::{Braked, Change};
-use crate::grip::{NEW_BETWEEN, NEW_WITHIN, Since};
+use crate::grip::{self, NEW_BETWEEN, NEW_WITHIN, Since};
 use crate::robust::spread;
 use crate::watch::{TrainWatch, Wagon};
 
@@ -122,32 +122,36 @@ impl TrainWatch {
     fn usual_pads(&self) -> Usual {
         let wheels = self.wagons.iter().flat_map(|wagon| &wagon.wheel);
         Usual {
-            between: spread(self.wagons.iter().filter_map(|wagon| wagon.grip.mean()), 4).max(NEW_BETWEEN),
-            within: spread(wheels.filter_map(|wheel| wheel.grip.mean()), 8).max(NEW_WITHIN),
+            between: grip::apart(self.wagons.iter().map(|wagon| &wagon.grip), 4).max(NEW_BETWEEN),
+            within: grip::apart(wheels.map(|wheel| &wheel.grip), 8).max(NEW_WITHIN),
         }
     }
 
     fn pads_of(&self, index: usize, usual: &Usual) -> Option<Accusation> {
         let wagon = &self.wagons[index];
         let stands_out = |since: &Since| {
-            since.change.value < PADS.0
-                && since.sigmas() < PADS.1
-                && since.without < 0.5 * PADS.1
-                && since.level.min(since.change.value) > PADS_GONE
+            since.change.value < PADS.0 && since.sigmas() < PADS.1 && since.without < 0.5 * PADS.1
         };
+        let couplers_did = |since: &Since| since.level.min(since.change.value) <= PADS_GONE;
         // Load presses the contact flat and stiff, so that an unknown load looks like other pads.
         let new = (0.67 * wagon.file.mass_sigma).hypot(usual.between);
-        let whole = wagon.grip.lost(2, new).filter(stands_out);
+        let whole = wagon.grip.lost(2, new).filter(stands_out).filter(|since| !couplers_did(since));
         let within = usual.within;
         let lost = |k: usize| wagon.wheel[k].grip.lost(2, within);
         let single = |k: usize| {
             let since = lost(k).filter(stands_out)?;
             // Two wheelsets of a wagon that lose together are led by the rail: what is glazed is glazed alone.
             let alike = |it: &Since| it.level < 0.4 * since.level && it.sigmas() < -2.5;
-            let alone = (0..wagon.wheel.len())
-                .filter(|other| *other != k)
-                .all(|other| !lost(other).as_ref().is_some_and(alike));
-            alone.then_some((k, since))
+            let others = || (0..wagon.wheel.len()).filter(|other| *other != k);
+            let alone = others().all(|other| !lost(other).as_ref().is_some_and(alike));
+            // One that creeps more by as much as this one creeps less is nearer to sliding: the others only seem to have lost.
+            let more = |other: usize| {
+                let since = wagon.wheel[other].grip.latest(since.count, within)?;
+                Some(since.value)
+            };
+            let most = others().filter_map(more).fold(0.0, f64::max);
+            let slips = wagon.wheel.len() > 2 && most > SLIPS * -since.change.value;
+            (alone && !slips).then_some((k, since))
         };
         let worst =
             (0..wagon.wheel.len()).filter_map(single).min_by(|a, b| a.1.sigmas().total_cmp(&b.1.sigmas()));
@@ -183,7 +187,11 @@ struct Usual {
 
 /// Pads of one wheelset have changed, or are far from the others.
 fn uneven(k: usize, since: &Since) -> Accusation {
+    // On a curve that bends, force that is missing takes more creepage with it than its share: the size is not told beyond this.
+    let most = since.level.min(since.change.value) < PADS_GONE;
     let reason = match since.past {
+        0 if most => "grips less than half as well as the others of the wagon".to_owned(),
+        _ if most => "grips less than half as well as it used to, the others do not".to_owned(),
         0 => format!("grips {:.0} % of what the others of the wagon do", 100.0 * (1.0 + since.level)),
         _ => format!("grips {:.0} % less than it used to, the others do not", -100.0 * since.change.value),
     };

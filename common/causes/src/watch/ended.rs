@@ -109,7 +109,8 @@ impl TrainWatch {
         let known: Vec<_> =
             ended.iter().filter(tells).map(|(index, k, one)| (*index, *k, one.alone)).collect();
         // On a wet rail all creep more, the first wheelsets most: what differs then says little of pads.
-        let wet = 0.7 * common(ended.iter().map(|(.., braked)| braked.level.value)).abs();
+        let alike = common(ended.iter().map(|(.., braked)| braked.level.value));
+        let wet = 0.7 * alike.abs();
         let wagons = grip::beside_train(&known);
         let mut wheels = Vec::new();
         for (index, wagon) in self.wagons.iter_mut().enumerate() {
@@ -117,23 +118,22 @@ impl TrainWatch {
                 let Some(braked) = wheel.beside.end_of_braking() else { continue };
                 wheel.beside.settle(true);
                 if wheel.trusted && braked.alone.variance < LEAST_TELLING {
-                    // Of what the pads of the train do.
-                    let usual = wheel.creepage.friction().value.max(0.5);
+                    // Of what pads do on this rail: where all creep more, what one lacks makes more creepage, too.
+                    let usual = (wheel.creepage.friction().value + alike).max(0.5);
                     let Change { value, variance } = braked.alone;
-                    wheels.push((
-                        index,
-                        k,
-                        Change { value: value / usual, variance: variance / (usual * usual) },
-                    ));
+                    let variance = (variance + wet * wet) / (usual * usual);
+                    // No pad grips less than not at all.
+                    let value = (value / usual).max(-1.0);
+                    wheels.push((index, k, Change { value, variance }));
                 }
             }
         }
-        let past = |index: usize, k: usize| self.wagons[index].wheel[k].grip.mean();
+        let past = |index: usize, k: usize| self.wagons[index].wheel[k].grip.mean().map(|mean| mean.value);
         let within = grip::scatter(wheels.iter().map(|(index, k, look)| (look.value, past(*index, *k))), 8);
-        let past = |index: usize| self.wagons[index].grip.mean();
+        let past = |index: usize| self.wagons[index].grip.mean().map(|mean| mean.value);
         let between = grip::scatter(wagons.iter().map(|(index, look)| (look.value, past(*index))), 4);
         for (index, k, look) in wheels {
-            let variance = look.variance.max(within * within) + wet * wet;
+            let variance = look.variance.max(within * within);
             self.wagons[index].wheel[k].grip.take(Change { variance, ..look });
         }
         if wagons.len() < 3 {
