@@ -76,7 +76,7 @@ impl Store {
 
     /// Checks and takes what is wrong with a train whose wagons are judged together; false if it is refused.
     pub fn receive_verdicts(&mut self, verdicts: &Verdicts, now: Stamp) -> bool {
-        let taken = self.received.admit(NO_WAGON, verdicts, now).is_some();
+        let taken = self.received.admit_verdicts(verdicts, now).is_some();
         if taken {
             self.judgement.take(verdicts);
         }
