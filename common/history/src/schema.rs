@@ -6,6 +6,8 @@ use std::path::Path;
 
 /// Version of the database's tables; older ones are migrated when opened.
 pub const SCHEMA_VERSION: i64 = 4;
+/// The first version that knows stretches of track.
+pub(crate) const FIRST_WITH_CELLS: i64 = 3;
 
 /// What brings a database from each version to the next.
 const MIGRATIONS: [&str; SCHEMA_VERSION as usize] = [

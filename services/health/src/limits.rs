@@ -1,5 +1,6 @@
 //! What the pages show of the config: the limits by which the indicators are judged, and who is notified.
 
+use crate::notes::Whose;
 use railgrip_indicators::train::capability::FullBraking;
 use railgrip_indicators::{INDICATORS, IndicatorSettings, IndicatorSpec, Limit, Nominal, Table};
 use railgrip_settings::{CapabilitySettings, ReceiverSettings, TrainSettings, WagonSettings};
@@ -16,8 +17,8 @@ pub struct Limits {
     pub settings: IndicatorSettings,
     /// What full braking is, and the adhesion map.
     pub capability: Option<CapabilitySettings>,
-    /// What a vehicle is remembered by, wagon 1 first: its number, or its name where it has none.
-    vehicles: Vec<String>,
+    /// What a vehicle is remembered by, wagon 1 first.
+    vehicles: Vec<Whose>,
     /// Who is notified of alerts.
     pub receivers: Vec<ReceiverSettings>,
     /// The config file, where there is one.
@@ -43,13 +44,14 @@ impl Limits {
     /// Those of a train.
     #[must_use]
     pub fn of(settings: &TrainSettings) -> Self {
+        let start = settings.instance.session();
         let nominal = settings.wagons.iter().map(|wagon| railgrip_settings::nominal(&wagon.vehicle));
         Self {
             table: INDICATORS,
             nominal: nominal.collect(),
             settings: settings.indicators,
             capability: Some(settings.capability.clone()),
-            vehicles: settings.wagons.iter().map(remembered_by).collect(),
+            vehicles: settings.wagons.iter().map(|wagon| remembered_by(wagon, &start)).collect(),
             receivers: settings.notify.receivers.clone(),
             file: settings.file.is_file().then(|| settings.file.clone()),
         }
@@ -68,8 +70,8 @@ impl Limits {
     }
 
     /// What the vehicle at a place is remembered by.
-    pub(crate) fn vehicle(&self, wagon: u32) -> Option<&str> {
-        Some(self.vehicles.get((wagon as usize).checked_sub(1)?)?.as_str())
+    pub(crate) fn remembered(&self, wagon: u32) -> Option<&Whose> {
+        self.vehicles.get((wagon as usize).checked_sub(1)?)
     }
 
     /// What full braking is; zeros where that is not known.
@@ -78,7 +80,10 @@ impl Limits {
     }
 }
 
-/// A number however it is written; the name of a wagon without one belongs to its place in the train.
-fn remembered_by(wagon: &WagonSettings) -> String {
-    wagon.vehicle_number.as_ref().map_or_else(|| wagon.name.clone(), |number| number.key().to_owned())
+/// A number however it is written; the name of a wagon without one belongs to its place in this start of the train.
+fn remembered_by(wagon: &WagonSettings, start: &str) -> Whose {
+    match &wagon.vehicle_number {
+        Some(number) => Whose { vehicle: number.key().to_owned(), start: None },
+        None => Whose { vehicle: wagon.name.clone(), start: (!start.is_empty()).then(|| start.to_owned()) },
+    }
 }

@@ -11,6 +11,7 @@ use axum::http::Request;
 use bytemuck::Pod;
 use http_body_util::BodyExt;
 use proptest::prelude::*;
+use railgrip_causes::Cause;
 use railgrip_health::api::router;
 use railgrip_health::shared::Shared;
 use railgrip_health::store::Store;
@@ -120,7 +121,8 @@ fn verdicts(at: Stamp) -> Verdicts {
         Verdicts { sequence: 7, stamp: at, time_s: 30.0, count: 2, wagons: WAGONS, ..Verdicts::default() };
     for (number, wagon) in [(1, 3), (2, 4)] {
         let mut verdict = Verdict { number, probability: 0.9, found_t_s: 12.0, ..Verdict::default() };
-        (verdict.grade, verdict.reason) = (Grade::Watch.code(), "a brake drags".into());
+        (verdict.cause, verdict.grade) = (Cause::Dragging.code(), Grade::Watch.code());
+        verdict.reason = "a brake drags".into();
         verdict.add_wagon(wagon);
         all.verdict[number as usize - 1] = verdict;
     }
@@ -263,6 +265,17 @@ fn a_message_about_another_wagon_than_its_channel_is_refused() {
     let words: Vec<String> =
         refused(&mut store, NOW).into_iter().map(|(payload, why, _)| format!("{payload} {why}")).collect();
     assert_eq!(words, ["health wrong_wagon", "heartbeat wrong_wagon"]);
+}
+
+/// A train of another length is another train: what is said of it is of none of these wagons.
+#[test]
+fn verdicts_about_a_longer_train_are_refused() {
+    let mut store = with_wagons(store_of("coupled = true\n"));
+    let mut longer = Verdicts { wagons: 99, ..verdicts(NOW) };
+    longer.verdict[0].add_wagon(90);
+    assert!(!store.receive_verdicts(&longer, NOW));
+    assert_eq!(refused(&mut store, NOW), [("verdicts".to_owned(), "wrong_wagon".to_owned(), 1)]);
+    assert!(store.receive_verdicts(&verdicts(NOW), NOW));
 }
 
 #[test]

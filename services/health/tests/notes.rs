@@ -7,6 +7,7 @@ use http_body_util::BodyExt;
 use railgrip_health::api::router;
 use railgrip_health::history::{History, columns, consist};
 use railgrip_health::limits::Limits;
+use railgrip_health::notes::Whose;
 use railgrip_health::shared::Shared;
 use railgrip_health::store::Store;
 use railgrip_messages::Stamp;
@@ -137,7 +138,8 @@ async fn what_is_written_down_is_told_to_the_next_who_looks() {
     ]);
     assert_eq!(told["notes"], expected);
     assert_eq!(told["pads_changed_at"], "2026-03-01T12:00:00.000Z");
-    assert_eq!(shared.notes().pads_changed_unix_s(vehicle), Some(1_772_366_400));
+    let whose = Whose { vehicle: vehicle.to_owned(), start: None };
+    assert_eq!(shared.notes().pads_changed_unix_s(&whose), Some(1_772_366_400));
     // Another vehicle knows nothing of it.
     let (_, other) = ask(&shared, "/api/v1/wagons/4/notes", None).await;
     assert_eq!(other["notes"], json!([]));
@@ -164,4 +166,49 @@ async fn what_makes_no_sense_is_refused_with_a_reason() {
     assert_eq!(status, StatusCode::NOT_FOUND);
     let (_, told) = ask(&shared, path, None).await;
     assert_eq!(told["notes"], json!([]));
+}
+
+/// A train in this folder, first wagon with a number, second without, whose start has this sign.
+fn started(folder: &Path, sign: &str) -> Shared {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let text = format!(
+        "schema = 1\n[train]\nname = \"t\"\nvehicle = \"{}\"\n[source]\nkind = \"stdin\"\n\
+         [[wagon]]\nnumber = \"51 80 1\"\n[[wagon]]\n",
+        root.join("config/vehicle.toml").display()
+    );
+    std::fs::write(folder.join("session"), sign).unwrap();
+    let overrides = Overrides { instance_dir: Some(folder.to_owned()), ..Overrides::default() };
+    let settings = TrainSettings::parse(&folder.join("train.toml"), &text, &overrides).unwrap();
+    let shared = Shared::new(Store::new(&settings).snapshot(NOW), || NOW);
+    shared.judge_by(Limits::of(&settings));
+    shared.notes().keep(folder.join("notes.jsonl"));
+    shared
+}
+
+#[tokio::test]
+async fn notes_of_a_wagon_without_a_number_end_with_the_start_of_the_train() {
+    let folder = tempfile::tempdir().unwrap();
+    let pads = r#"{"by": "kim", "kind": "pads_changed", "text": "new"}"#;
+    let told = async |shared: &Shared, wagon: u32| {
+        let (status, told) = ask(shared, &format!("/api/v1/wagons/{wagon}/notes"), None).await;
+        assert_eq!(status, StatusCode::OK, "{told}");
+        (told["notes"].as_array().unwrap().len(), told["pads_changed_at"].is_string())
+    };
+    let first = started(folder.path(), "1 7\n");
+    for wagon in 1..=2 {
+        let (status, now) = ask(&first, &format!("/api/v1/wagons/{wagon}/notes"), Some(pads)).await;
+        assert_eq!((status, &now["notes"][0]["start"]), (StatusCode::OK, &Value::Null), "{now}");
+    }
+    let again = started(folder.path(), "1 7\n");
+    assert_eq!((told(&again, 1).await, told(&again, 2).await), ((1, true), (1, true)), "the same start");
+    // Also what an older version wrote, which knows no start.
+    let old = json!({"vehicle": "wagon-2", "at": "2026-02-01T12:00:00Z", "by": "kim", "kind": "pads_changed", "text": "old"});
+    let path = folder.path().join("notes.jsonl");
+    let kept = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, format!("{kept}{old}\n")).unwrap();
+    let next = started(folder.path(), "2 8\n");
+    assert_eq!((told(&next, 1).await, told(&next, 2).await), ((1, true), (0, false)), "another start");
+    let (status, _) = ask(&next, "/api/v1/wagons/2/notes", Some(r#"{"by": "kim", "text": "squeals"}"#)).await;
+    assert_eq!((status, told(&next, 2).await), (StatusCode::OK, (1, false)));
+    assert!(std::fs::read_to_string(&path).unwrap().contains("old"), "nothing is deleted");
 }

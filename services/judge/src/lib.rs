@@ -78,6 +78,8 @@ struct Judge {
     beats: u64,
     received: u64,
     refused: u64,
+    /// Values that no train shows, as far as that was said.
+    doubted: u64,
     instants: u64,
     step_ns: u64,
 }
@@ -107,6 +109,7 @@ impl Judge {
             beats: 0,
             received: 0,
             refused: 0,
+            doubted: 0,
             instants: 0,
             step_ns: 0,
         })
@@ -117,6 +120,7 @@ impl Judge {
         if let Some((watch, age_s)) = self.memory.restore(&self.files) {
             // A clock that was set back since makes no time run backwards.
             self.from_s = watch.time_s() + age_s.max(1.0);
+            self.doubted = watch.doubted();
             self.watch = watch;
         }
     }
@@ -175,6 +179,7 @@ impl Judge {
     fn beat(&mut self) -> Result<(), BusError> {
         self.beaten = Some(Instant::now());
         self.beats += 1;
+        self.say_doubts();
         self.heartbeats.publish(&[Heartbeat {
             sequence: self.beats,
             stamp: now(),
@@ -182,7 +187,7 @@ impl Judge {
             pid: std::process::id(),
             received: self.received,
             missed: self.samples.iter().map(SampleSubscriber::missed).sum(),
-            rejected: self.refused + self.watch.doubted(),
+            rejected: self.refused,
             late: self.aligner.late,
             published: self.sequence,
             step_p50_ns: self.step_ns,
@@ -190,5 +195,14 @@ impl Judge {
             uptime_s: self.started.elapsed().as_secs_f64(),
             ..Heartbeat::default()
         }])
+    }
+
+    /// Ever more rarely: a sensor that errs does so a thousand times a second. These are values, and no samples that are refused.
+    fn say_doubts(&mut self) {
+        let doubted = self.watch.doubted();
+        if doubted > 2 * self.doubted {
+            self.doubted = doubted;
+            tracing::warn!(values = doubted, "values that no train shows count as unknown");
+        }
     }
 }

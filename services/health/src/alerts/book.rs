@@ -7,6 +7,7 @@ use super::judged::Judged;
 use super::model::{Alert, AlertPlace, AlertState, Change, Scope};
 use super::nflog::{Notification, Receiver};
 use super::place;
+use super::recordings::Recordings;
 use super::rule::Rules;
 use super::vehicles::Vehicles;
 use crate::api::grade::Grade;
@@ -33,7 +34,7 @@ pub struct AlertBook {
     settings: AlertSettings,
     wagons: u32,
     vehicles: Vehicles,
-    gaps: PathBuf,
+    recordings: Recordings,
     evaluation: Evaluation,
     judged: Judged,
     pub(super) open: BTreeMap<Group, Alert>,
@@ -65,7 +66,7 @@ impl AlertBook {
             settings,
             wagons,
             vehicles: Vehicles::default(),
-            gaps,
+            recordings: Recordings { folder: gaps, started_s: None },
             evaluation: Evaluation::default(),
             judged: Judged::default(),
             open: BTreeMap::new(),
@@ -86,6 +87,13 @@ impl AlertBook {
     #[must_use]
     pub fn of_vehicles(self, vehicles: Vehicles) -> Self {
         Self { vehicles, ..self }
+    }
+
+    /// The train was started at that second, Unix; unknown where it has no sign of its own.
+    #[must_use]
+    pub fn started(mut self, unix_s: Option<i64>) -> Self {
+        self.recordings.started_s = unix_s;
+        self
     }
 
     /// The wagons are judged together from now on, by their causes.
@@ -201,14 +209,14 @@ impl AlertBook {
         let lacks =
             |alert: &&mut Alert| alert.evidence.recording.is_none() && rules.is_recorded(&alert.cause);
         for alert in self.open.values_mut().filter(lacks) {
-            alert.find_recording(&self.gaps);
+            alert.find_recording(&self.recordings);
             if alert.evidence.recording.is_some() {
                 self.version += 1;
                 self.unsaved.insert(alert.id);
             }
         }
         for alert in self.open.values_mut().chain(&mut self.over) {
-            if rules.is_recorded(&alert.cause) && alert.find_diagnosis(&self.gaps) {
+            if rules.is_recorded(&alert.cause) && alert.find_diagnosis(&self.recordings) {
                 self.version += 1;
                 self.unsaved.insert(alert.id);
             }
@@ -253,7 +261,7 @@ impl AlertBook {
         };
         self.vehicles.name(&mut alert);
         if self.rules.is_recorded(&alert.cause) {
-            alert.find_recording(&self.gaps);
+            alert.find_recording(&self.recordings);
         }
         self.tell(&alert, change, now);
         self.open.insert(key, alert);

@@ -1,19 +1,17 @@
 //! What happens to one alert, and its line in the history.
 
 use super::model::{Alert, AlertEvent, AlertPlace, AlertState, Change, Evidence, Scope};
+use super::recordings::Recordings;
 use super::{diagnosis, place};
 use crate::api::grade::Grade;
 use crate::time::rfc3339;
 use railgrip_messages::Stamp;
 use std::path::{Path, PathBuf};
-use std::time::UNIX_EPOCH;
 
 /// Lines that an alert's history keeps.
 const LINES: usize = 50;
 /// Evidence begins this time before the alert, s, and ends this time after it.
 const EVIDENCE_S: i64 = 600;
-/// A recording of a mismatch is written at most this time before its alert is raised, ns.
-const RECORDED_BEFORE_NS: i64 = 600_000_000_000;
 
 impl Alert {
     /// A new alert.
@@ -84,16 +82,18 @@ impl Alert {
     }
 
     /// Names the latest recording that was kept of its wagon.
-    pub(super) fn find_recording(&mut self, gaps: &Path) {
-        if let Some(path) = self.recordings(gaps).next() {
+    pub(super) fn find_recording(&mut self, recordings: &Recordings) {
+        if let Some(path) = recordings.of(self).first() {
             self.evidence.recording = Some(path.display().to_string());
         }
     }
 
     /// Joins what the diagnosis of the latest recording that has one found; what is known of an older one stays until then.
     /// True if there is news.
-    pub(super) fn find_diagnosis(&mut self, gaps: &Path) -> bool {
-        let Some(answered) = self.recordings(gaps).find(|path| path.join(diagnosis::ANSWER).exists()) else {
+    pub(super) fn find_diagnosis(&mut self, recordings: &Recordings) -> bool {
+        let named = self.evidence.recording.as_ref().map(PathBuf::from);
+        let mut all = recordings.of(self).into_iter().chain(named);
+        let Some(answered) = all.find(|path| path.join(diagnosis::ANSWER).exists()) else {
             return false;
         };
         let known =
@@ -102,23 +102,6 @@ impl Alert {
         let news = found.is_some();
         self.evidence.diagnosis = found.or(self.evidence.diagnosis.take());
         news
-    }
-
-    /// The recordings that were kept of its wagon around its time, the latest first.
-    fn recordings(&self, gaps: &Path) -> impl Iterator<Item = PathBuf> + use<> {
-        // One of another day explains nothing of today.
-        let since_ns = self.unix_ns.saturating_sub(RECORDED_BEFORE_NS);
-        let fresh = |path: &Path| {
-            let modified = path.metadata().and_then(|metadata| metadata.modified()).ok();
-            let age = modified.and_then(|at| at.duration_since(UNIX_EPOCH).ok());
-            age.is_some_and(|age| age.as_nanos() as i64 >= since_ns)
-        };
-        let prefix = format!("wagon-{}-", self.wagon);
-        let folders = std::fs::read_dir(gaps).into_iter().flatten().flatten();
-        let own = folders.filter(|folder| folder.file_name().to_string_lossy().starts_with(&prefix));
-        let mut own: Vec<PathBuf> = own.map(|folder| folder.path()).filter(|path| fresh(path)).collect();
-        own.sort();
-        own.into_iter().rev()
     }
 
     /// Writes a line of history and renews the state.

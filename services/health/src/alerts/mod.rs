@@ -26,6 +26,7 @@ pub mod nflog;
 pub mod notify;
 mod operator;
 mod place;
+mod recordings;
 pub mod routes;
 mod rule;
 mod shared;

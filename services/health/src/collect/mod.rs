@@ -113,8 +113,7 @@ fn recall_map(settings: &TrainSettings, store: &mut Store) {
             let known = store.restore_map(&cells, now());
             tracing::info!(known, "cells of the adhesion map are known from before");
         }
-        // Also of a database that an older version wrote: it has no map yet.
-        Err(error) => tracing::info!(%error, "the adhesion map begins anew"),
+        Err(error) => tracing::warn!(%error, "the adhesion map begins anew: what was kept cannot be read"),
     }
 }
 

@@ -1,5 +1,6 @@
 //! Requests about notes: look, write one down.
 
+use super::Whose;
 use super::model::{Note, NoteList, NoteRequest};
 use crate::access::Identity;
 use crate::api::problem::Problem;
@@ -31,19 +32,24 @@ pub(crate) async fn notes(
 }
 
 fn list(shared: &Shared, wagon: u32) -> NoteList {
-    let vehicle = vehicle(shared, wagon);
+    let whose = whose(shared, wagon);
     let book = shared.notes();
-    NoteList { wagon, pads_changed_at: book.pads_changed(&vehicle), notes: book.of(&vehicle), vehicle }
+    NoteList {
+        wagon,
+        pads_changed_at: book.pads_changed(&whose),
+        notes: book.of(&whose),
+        vehicle: whose.vehicle,
+    }
 }
 
 /// What the vehicle that runs at this place is remembered by: its number, or its name where it has none.
-pub(crate) fn vehicle(shared: &Shared, wagon: u32) -> String {
-    if let Some(vehicle) = shared.limits().vehicle(wagon) {
-        return vehicle.to_owned();
+pub(crate) fn whose(shared: &Shared, wagon: u32) -> Whose {
+    if let Some(known) = shared.limits().remembered(wagon) {
+        return known.clone();
     }
     let snapshot = shared.latest();
     let row = snapshot.wagons.iter().find(|row| row.id == wagon);
-    row.map(|row| row.name.clone()).unwrap_or_default()
+    Whose { vehicle: row.map(|row| row.name.clone()).unwrap_or_default(), start: None }
 }
 
 /// Writes a note down. `pads_changed` lets the trends of pad friction begin anew.
@@ -70,15 +76,16 @@ pub(crate) async fn add_note(
         let status = if error.is_data() { StatusCode::UNPROCESSABLE_ENTITY } else { StatusCode::BAD_REQUEST };
         Problem::new(status, format!("the body is not the JSON that is expected: {error}"))
     })?;
+    let Whose { vehicle, start } = whose(&shared, wagon);
     let note = Note {
-        vehicle: vehicle(&shared, wagon),
+        vehicle,
         at: rfc3339(shared.now().unix_ns),
         by: by(&request, identity.as_ref().map(|Extension(identity)| identity))?,
         kind: request.kind,
         text: Some(sane("text", &request.text, MOST_TEXT)?),
     };
     let writer = shared.clone();
-    let written = tokio::task::spawn_blocking(move || writer.notes().add(note)).await;
+    let written = tokio::task::spawn_blocking(move || writer.notes().add(note, start)).await;
     let refused = |detail: String| Problem::new(StatusCode::SERVICE_UNAVAILABLE, detail);
     written
         .map_err(|error| refused(error.to_string()))?

@@ -50,7 +50,7 @@ pub(super) fn body(id: u32, limits: &Limits, snapshot: &Snapshot) -> Markup {
         }
         (paper::lines())
         div .columns.behind {
-            (notes::section(id))
+            (notes::section(id, wagon.vehicle_number.is_some()))
             details .card #fold-events { summary { h2 { (t("Latest events")) } } div #events data-wagon=(id) { p .calm { (t("Loading events…")) } } }
             details .card #fold-behind { summary { h2 { (t("Behind the figures")) } } (indicators::wheelsets(wagon)) (behind(wagon)) }
         }

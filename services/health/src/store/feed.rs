@@ -2,6 +2,7 @@
 
 use crate::alerts::model::Alert;
 use crate::alerts::{AlertBook, SharedBook, Vehicles};
+use crate::history::consist::started_s;
 use crate::store::inference::{Inference, Whole};
 use crate::store::judgement::Judgement;
 use crate::store::received::Received;
@@ -46,7 +47,7 @@ impl Store {
         );
         let numbers = settings.wagons.iter().map(|wagon| wagon.vehicle_number.as_ref());
         let numbers = numbers.map(|number| number.map(|number| number.written().to_owned()));
-        let book = book.of_vehicles(Vehicles::new(numbers.collect()));
+        let book = book.of_vehicles(Vehicles::new(numbers.collect())).started(started_s(settings));
         let book = if settings.judged_together { book.judged_together() } else { book };
         Self {
             train: settings.name.clone(),
@@ -76,7 +77,7 @@ impl Store {
 
     /// Checks and takes what is wrong with a train whose wagons are judged together; false if it is refused.
     pub fn receive_verdicts(&mut self, verdicts: &Verdicts, now: Stamp) -> bool {
-        let taken = self.received.admit(NO_WAGON, verdicts, now).is_some();
+        let taken = self.received.admit_verdicts(verdicts, now).is_some();
         if taken {
             self.judgement.take(verdicts);
         }

@@ -5,7 +5,7 @@ use crate::store::refused::Refused;
 use railgrip_indicators::Nominal;
 use railgrip_messages::{
     Checked, Event, EventKind, Grade, Health, Heard, Heartbeat, NO_WAGON, Refusal, SourceState, Stamp,
-    Validated,
+    Validated, Verdicts,
 };
 use railgrip_settings::{TrainSettings, WagonSettings};
 use std::collections::BTreeMap;
@@ -88,6 +88,26 @@ impl Received {
         let known = |wagon: u32| self.wagons.iter().any(|known| known.number == wagon);
         let wagon = payload.wagon();
         let expected = if channel == NO_WAGON { wagon == NO_WAGON || known(wagon) } else { wagon == channel };
+        self.admit_if(expected, channel, payload, now)
+    }
+
+    /// The same of what is wrong with the train; one of another length is another train, and its wagons are none of these.
+    pub fn admit_verdicts<'a>(
+        &mut self,
+        verdicts: &'a Verdicts,
+        now: Stamp,
+    ) -> Option<Validated<'a, Verdicts>> {
+        let expected = verdicts.wagons as usize == self.wagons.len();
+        self.admit_if(expected, NO_WAGON, verdicts, now)
+    }
+
+    fn admit_if<'a, T: Checked>(
+        &mut self,
+        expected: bool,
+        channel: u32,
+        payload: &'a T,
+        now: Stamp,
+    ) -> Option<Validated<'a, T>> {
         let admitted =
             payload.validated(now).and_then(|valid| expected.then_some(valid).ok_or(Refusal::WrongWagon));
         match admitted {

@@ -51,7 +51,7 @@ pub(crate) async fn of(shared: &Shared, wagon: u32) -> Result<Vec<TrendView>, Pr
     let history = shared.history().cloned().ok_or_else(nothing)?;
     let turn =
         Arc::clone(&history.turns).acquire_owned().await.map_err(|error| refused(error.to_string()))?;
-    let pads_changed_s = shared.notes().pads_changed_unix_s(&crate::notes::routes::vehicle(shared, wagon));
+    let pads_changed_s = shared.notes().pads_changed_unix_s(&crate::notes::routes::whose(shared, wagon));
     let (limits, now_s) = (shared.limits(), shared.now().unix_ns.div_euclid(1_000_000_000));
     let read = tokio::task::spawn_blocking(move || {
         let trends = of_wagon(&history, wagon, &limits, now_s, pads_changed_s);
