@@ -50,7 +50,8 @@ impl RecordedTrain {
     /// Reads `train.toml` of a folder and finds the files that it names.
     ///
     /// # Errors
-    /// A file that cannot be read, is no TOML or names no wagon; a wagon without a recording or a vehicle file.
+    /// A file that cannot be read, is no TOML or names no wagon; a key that is misspelt; a number or a folder that two wagons have;
+    /// a wagon without a recording.
     pub fn read(folder: &Path) -> Result<Self, SettingsError> {
         let file = folder.join("train.toml");
         let text = std::fs::read_to_string(&file)
@@ -60,6 +61,8 @@ impl RecordedTrain {
         if form.wagon.is_empty() {
             return Err(at.refuse("wagon", "absent", "one [[wagon]] table a wagon"));
         }
+        no_misspelt_key(&at)?;
+        no_wagon_twice(&at, &form.wagon)?;
         let to_the_one_before: Vec<bool> = form
             .wagon
             .iter()
@@ -72,7 +75,11 @@ impl RecordedTrain {
             let runs = ["run.parquet", "run.csv", "run.csv.gz"].map(|name| place.join(name));
             let run = runs.into_iter().find(|run| run.is_file()).ok_or_else(|| {
                 let given = format!("{:?}", table.folder);
-                at.refuse("wagon.folder", given, "a folder with run.csv or run.parquet")
+                at.refuse(
+                    &format!("wagon.{}.folder", index + 1),
+                    given,
+                    "a folder with run.csv or run.parquet",
+                )
             })?;
             Ok(RecordedWagon {
                 number: table.number,
@@ -97,6 +104,41 @@ impl RecordedTrain {
         };
         self.wagons.iter().map(run).collect()
     }
+}
+
+/// Keys of a `[[wagon]]` table.
+const OF_WAGON: [&str; 3] = ["number", "folder", "coupled"];
+/// A key that differs from one of them by at most so many letters is a misspelt one; others are not ours.
+const MISSPELT: usize = 2;
+
+/// Refuses a key that is nearly one of ours: `copuled = false` would leave the wagon coupled, and nobody would hear of it.
+fn no_misspelt_key(at: &ConfigText<'_>) -> Result<(), SettingsError> {
+    let whole: toml::Table = at.parse()?;
+    let wagons = whole.get("wagon").and_then(toml::Value::as_array).into_iter().flatten();
+    for (index, table) in wagons.filter_map(toml::Value::as_table).enumerate() {
+        let others = table.keys().filter(|key| !OF_WAGON.contains(&key.as_str()));
+        for key in others {
+            if let Some(meant) = OF_WAGON.iter().find(|known| strsim::levenshtein(key, known) <= MISSPELT) {
+                return Err(at.refuse(&format!("wagon.{}.{key}", index + 1), "no key", format!("`{meant}`")));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a vehicle number or a folder that an earlier wagon has: an alert would be of either.
+fn no_wagon_twice(at: &ConfigText<'_>, wagons: &[WagonTable]) -> Result<(), SettingsError> {
+    for (index, table) in wagons.iter().enumerate() {
+        let twice = |key: &str, value: &str, of: fn(&WagonTable) -> &str| {
+            let first = wagons[..index].iter().position(|earlier| of(earlier) == value)?;
+            let allowed = format!("one that wagon {} does not have", first + 1);
+            Some(at.refuse(&format!("wagon.{}.{key}", index + 1), format!("{value:?}"), allowed))
+        };
+        let found = twice("number", &table.number, |wagon| &wagon.number)
+            .or_else(|| twice("folder", &table.folder, |wagon| &wagon.folder));
+        found.map_or(Ok(()), Err)?;
+    }
+    Ok(())
 }
 
 /// What of a name may stand in a name of ours; `otherwise` where nothing may.
@@ -124,5 +166,29 @@ mod tests {
         assert_eq!((train.name.as_str(), train.wagons[0].number.as_str()), ("train7", "50 80 20-75 123-4"));
         std::fs::write(at.join("train.toml"), "[line]\nid = \"L1\"\n").unwrap();
         assert!(RecordedTrain::read(&at).unwrap_err().to_string().contains("[[wagon]]"));
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_its_line() {
+        let folder = tempfile::tempdir().unwrap();
+        for wagon in ["w01", "w02"] {
+            std::fs::create_dir_all(folder.path().join(wagon)).unwrap();
+            std::fs::write(folder.path().join(wagon).join("run.csv"), "").unwrap();
+        }
+        let said = |text: &str| {
+            std::fs::write(folder.path().join("train.toml"), text).unwrap();
+            RecordedTrain::read(folder.path()).map(|train| train.wagons.len()).map_err(|e| e.to_string())
+        };
+        let two = "[[wagon]]\nnumber = \"1\"\nfolder = \"w01\"\n[[wagon]]\nnumber = \"2\"\nfolder = \"w02\"\ncoupled = false\n";
+        assert_eq!(said(&format!("{two}length_m = 20.0\n")), Ok(2), "keys of others are theirs");
+        for (right, wrong, named) in [
+            ("coupled", "copuled", ["train.toml:7", "`wagon.2.copuled`", "`coupled`"]),
+            ("w02", "w03", ["train.toml:6", "`wagon.2.folder`", "w03"]),
+            ("w02", "w01", ["train.toml:6", "`wagon.2.folder`", "wagon 1"]),
+            ("\"2\"", "\"1\"", ["train.toml:5", "`wagon.2.number`", "wagon 1"]),
+        ] {
+            let error = said(&two.replace(right, wrong)).unwrap_err();
+            assert!(named.iter().all(|part| error.contains(part)), "{error}");
+        }
     }
 }
