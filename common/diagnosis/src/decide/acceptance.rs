@@ -60,13 +60,13 @@ pub(crate) fn is_quiet(frozen: &FrozenFit, rest: &[PlaceEvidence], localisation:
 /// Whether named effects leave most of a gross misfit, at their own place or more than there was: then what is wrong is
 /// something else, and further names would only decorate it.
 pub(crate) fn is_hopeless(
-    frozen: &FrozenFit,
-    before: &[PlaceEvidence],
-    rest: &[PlaceEvidence],
+    (base, before): (&FrozenFit, &[PlaceEvidence]),
+    (frozen, rest): (&FrozenFit, &[PlaceEvidence]),
     criteria: &Criteria,
 ) -> bool {
     let (pursuit, limits): (&Pursuit, &VerdictLimits) = (&criteria.pursuit, &criteria.verdict);
-    let left = localise::share_left(before, rest);
+    let gained = base.evidence_cost() - frozen.evidence_cost();
+    let left = localise::share_left(before, rest, gained);
     let likely = localise::likely(rest, criteria.localisation.likely_share);
     let same = frozen.fitted.shape.effects.iter().any(|e| localise::may_act_at(e.spec.term, likely));
     frozen.tolerance >= pursuit.gross_tolerance && (left > 1.0 || (left > limits.most_left && same))

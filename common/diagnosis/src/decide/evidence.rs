@@ -109,7 +109,7 @@ fn without_instead(
         instead_at_strongest: false,
     };
     if evidence.is_named() {
-        evidence.left = localise::share_left(&selection.places, &selection.rest);
+        evidence.left = localise::share_left(&selection.places, &selection.rest, evidence.gain);
     }
     evidence
 }

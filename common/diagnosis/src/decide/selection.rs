@@ -248,12 +248,14 @@ impl<'a> Climb<'_, 'a> {
             if path.accepted.len() == criteria.acceptance.most_effects {
                 break Stop::EnoughEffects;
             }
-            let (current, rest) = path.standing();
+            let standing = path.standing();
+            let (current, rest) = standing;
             // Every candidate is tried once; on top of a model that leaves nothing there is nothing to try.
             if !path.rounds.is_empty() && is_quiet(current, rest, &criteria.localisation) {
                 break Stop::Quiet;
             }
-            if path.accepted.len() >= patience && is_hopeless(current, &path.places, rest, criteria) {
+            let began = (&path.base, &path.places[..]);
+            if path.accepted.len() >= patience && is_hopeless(began, standing, criteria) {
                 break Stop::Hopeless;
             }
             let candidates = remaining(&self.library, current, path.rounds.last());

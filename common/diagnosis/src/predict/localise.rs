@@ -140,10 +140,11 @@ pub fn likely(places: &[PlaceEvidence], share: f64) -> &[PlaceEvidence] {
     &places[..count]
 }
 
-/// What freeing a place gains beside the named effects, as a share of what it gained without them.
-pub fn share_left(before: &[PlaceEvidence], beside: &[PlaceEvidence]) -> f64 {
+/// What freeing a place gains beside the named effects, as a share of what it gained without them, or of what they gain themselves
+/// where that is more: a filter that tolerates their error has little to gain from freeing any place.
+pub fn share_left(before: &[PlaceEvidence], beside: &[PlaceEvidence], gained: f64) -> f64 {
     let best = |places: &[PlaceEvidence]| places.first().map_or(0.0, |w| w.evidence.max(0.0));
-    best(beside) / best(before).max(1.0)
+    best(beside) / best(before).max(gained).max(1.0)
 }
 
 /// Whether an effect of a term may show where freeing a place gained most.
