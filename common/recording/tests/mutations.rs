@@ -93,7 +93,7 @@ fn five_hundred_spoilt_recordings_are_read_or_refused_and_nothing_is_made_up() {
         std::fs::write(&path, &text).expect("write");
         // None of these may panic.
         if let Ok(surveyed) = survey(&path) {
-            assert!(proposal(&surveyed).starts_with("[mapping]"), "{seed}");
+            assert!(proposal(&surveyed, str::to_owned).starts_with("[mapping]"), "{seed}");
             let minute = first_minute(&path, &surveyed).expect("what was surveyed is read");
             assert!(
                 minute.iter().all(|one| one.points.iter().all(|point| point[1] != 0.0)),

@@ -177,7 +177,8 @@ impl Command {
 #[must_use]
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
-    match own_effects::read(cli.effects.as_deref()).and_then(|()| cli.command.run()) {
+    let done = own_effects::read(cli.effects.as_deref()).and_then(|()| cli.command.run());
+    match done.and_then(|()| output::whole()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             output::complain(&error);

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use railgrip_diagnosis::html;
 use railgrip_recording::{FirstMinute, first_minute, proposal, survey};
-use railgrip_words::speak;
+use railgrip_words::{reword, speak, t};
 
 use crate::CliError;
 use crate::gap_shared::{LanguageArgs, write};
@@ -30,17 +30,20 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     let surveyed = survey(&args.file).map_err(CliError::bad_input)?;
     let minute = first_minute(&args.file, &surveyed).map_err(CliError::bad_input)?;
-    let text = proposal(&surveyed);
     let timed = surveyed.iter().filter_map(|column| column.guess.as_ref()).any(|guess| guess.to == "t_s");
-    say(&text);
-    say(if timed {
-        "# the first minute, in the units of a run:"
-    } else {
-        "# no time is understood; the first rows:"
+    let text = speak(args.language.chosen(), || {
+        let text = proposal(&surveyed, reword);
+        say(&text);
+        let heading = match timed {
+            true => t("the first minute, in the units of a run:"),
+            false => t("no time is understood; the first rows:"),
+        };
+        say(&format!("# {heading}"));
+        for column in &minute {
+            say(&format!("# {}", line(column)));
+        }
+        text
     });
-    for column in &minute {
-        say(&format!("# {}", line(column)));
-    }
     if let Some(page) = &args.html {
         let name = args.file.display().to_string();
         let page_text = speak(args.language.chosen(), || html::survey::render(&name, &minute, &text, timed));
@@ -55,10 +58,15 @@ fn line(column: &FirstMinute) -> String {
     let least = values().fold(f64::INFINITY, f64::min);
     let most = values().fold(f64::NEG_INFINITY, f64::max);
     if least > most {
-        return format!("{:<15} no value", column.to);
+        return format!("{:<15} {}", column.to, t("no value"));
     }
     let plot = sparkline(&column.points, least, most);
-    format!("{:<15} {plot} {} to {} {}", column.to, short(least), short(most), column.unit)
+    let (least, most) = (short(least), short(most));
+    let span = railgrip_words::say(
+        "{least} to {most} {unit}",
+        &[("least", &least), ("most", &most), ("unit", &column.unit)],
+    );
+    format!("{:<15} {plot} {span}", column.to)
 }
 
 fn short(value: f64) -> String {
@@ -113,14 +121,53 @@ mod tests {
             "nothing is drawn where nothing was measured: {speed}"
         );
         for language in [Language::English, Language::German] {
-            let page =
-                speak(language, || html::survey::render("run.csv", &minute, &proposal(&surveyed), true));
+            let page = speak(language, || {
+                html::survey::render("run.csv", &minute, &proposal(&surveyed, reword), true)
+            });
             assert_eq!(page.matches("<svg").count(), 2, "{page}");
-            assert!(page.contains("class=\"calibrated-line\"") && page.contains("doubt"), "{page}");
+            let doubt = if language == Language::English { "# doubt: " } else { "# Zweifel: " };
+            assert!(page.contains(doubt), "{page}");
+            assert!(page.contains("class=\"calibrated-line\""), "{page}");
             assert!(
                 !page.contains("http://") && !page.contains("https://") && !page.contains("<script"),
                 "{page}"
             );
+        }
+    }
+
+    #[test]
+    fn every_doubt_and_remark_has_its_german() {
+        let folder = tempfile::tempdir().expect("folder");
+        let file = folder.path().join("run.csv");
+        for header in [
+            "speed", "wheel", "pressure", "f_perp", "torque", "slope", "km", "m_w_f_nm", "p Pa", "driver",
+            "position",
+        ] {
+            for most in [-900.0, 0.0, 0.015, 3.2, 40.0, 140.0, 900.0, 3800.0, 380_000.0] {
+                for time in ["t_s", "time", "hour"] {
+                    let row = |k: u32| {
+                        format!(
+                            "{},{},{}\n",
+                            f64::from(k) * 0.01,
+                            25.0 - f64::from(k) * 0.1,
+                            most * f64::from(k) / 99.0
+                        )
+                    };
+                    let rows: String = (0..100).map(row).collect();
+                    std::fs::write(&file, format!("{time},v_m_s,{header}\n{rows}")).expect("write");
+                    let surveyed = survey(&file).expect("table");
+                    let unknown = std::cell::RefCell::new(Vec::new());
+                    let german = |sentence: &str| {
+                        let found = railgrip_words::german(sentence);
+                        found.unwrap_or_else(|| {
+                            unknown.borrow_mut().push(sentence.to_owned());
+                            String::new()
+                        })
+                    };
+                    let text = proposal(&surveyed, german);
+                    assert_eq!(*unknown.borrow(), Vec::<String>::new(), "{text}");
+                }
+            }
         }
     }
 }

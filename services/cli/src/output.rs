@@ -1,10 +1,31 @@
 //! What people and scripts read: results on the standard output, complaints on the standard error.
 
-use std::io::Write;
+use std::io::{ErrorKind, Write};
+use std::sync::OnceLock;
 
-/// Writes a line to the standard output. A reader that went away (`| head`) is no error.
+use crate::CliError;
+
+/// Why the standard output did not take all of a result.
+static CUT_SHORT: OnceLock<String> = OnceLock::new();
+
+/// Writes a line to the standard output. A reader that went away (`| head`) is no error; any other failure is told by [`whole`].
 pub(crate) fn say(line: &str) {
-    let _ = writeln!(std::io::stdout().lock(), "{line}");
+    let mut stdout = std::io::stdout().lock();
+    if let Err(error) = writeln!(stdout, "{line}").and_then(|()| stdout.flush())
+        && error.kind() != ErrorKind::BrokenPipe
+    {
+        let _ = CUT_SHORT.set(error.to_string());
+    }
+}
+
+/// Fails if the standard output did not take all that was written, as on a full disk.
+pub(crate) fn whole() -> Result<(), CliError> {
+    match CUT_SHORT.get() {
+        Some(problem) => {
+            Err(CliError::failed(format!("standard output: {problem}; what it holds is not whole")))
+        }
+        None => Ok(()),
+    }
 }
 
 /// Writes a line for people to the standard error, where the standard output is for a program.

@@ -2,6 +2,7 @@
 //! people, who know their sensors.
 
 mod proposal;
+mod signs;
 mod units;
 
 use crate::columns::{Quantity, TIME, columns_of_run};
@@ -17,6 +18,8 @@ use std::path::Path;
 pub use proposal::proposal;
 pub use units::Guess;
 
+/// The speed of the wagon in a run.
+const SPEED: &str = "v_m_s";
 /// Rows that stand for the first minute where nothing is known of the time.
 const FIRST_ROWS: usize = 6000;
 
@@ -56,14 +59,15 @@ pub fn survey(path: &Path) -> Result<Vec<Surveyed>> {
     let wheelsets = names.iter().filter(|name| kind(name) == Some(Quantity::WheelSpeed)).count().clamp(1, 4);
     let mut seen = std::collections::BTreeMap::new();
     let mut taken = BTreeSet::new();
-    let surveyed = names.into_iter().map(|name| {
+    let mut surveyed = Vec::new();
+    for name in names {
         let cells = source.cells(path, &name)?;
         let cells = cells.as_deref();
         let figures = cells.map(units::figures);
         let guess = cells.and_then(|cells| {
             let own = columns_of_run(wheelsets).into_iter().find(|(.., column)| *column == name);
-            if let Some((_, _, column)) = own {
-                return taken.insert(column.clone()).then_some(Guess::own(column));
+            if let Some((quantity, _, column)) = own {
+                return taken.insert(column.clone()).then(|| Guess::own(column, quantity, cells));
             }
             let quantity = kind(&name)?;
             let number = seen.entry(quantity.column(0, 1)).or_insert(0_usize);
@@ -73,9 +77,29 @@ pub fn survey(path: &Path) -> Result<Vec<Surveyed>> {
             let fits = (quantity.per_wheelset() && wheelset < wheelsets) || *number == 1;
             (fits && taken.insert(column.clone())).then(|| units::guess(column, quantity, &name, cells))
         });
-        Ok(Surveyed { name, figures, guess })
-    });
-    surveyed.collect()
+        surveyed.push(Surveyed { name, figures, guess });
+    }
+    turn_signs(path, &source, &mut surveyed)?;
+    Ok(surveyed)
+}
+
+/// Turns the sign of each column whose is the other way round, and says why.
+fn turn_signs(path: &Path, source: &Source, surveyed: &mut [Surveyed]) -> Result<()> {
+    let is_speed = |column: &&Surveyed| column.guess.as_ref().is_some_and(|guess| guess.to == SPEED);
+    let speed = match surveyed.iter().find(is_speed) {
+        Some(column) => source.cells(path, &column.name)?,
+        None => None,
+    };
+    for column in surveyed {
+        let Some(guess) = &mut column.guess else { continue };
+        let Some(quantity) = quantity_of(&guess.to) else { continue };
+        let Some(cells) = source.cells(path, &column.name)? else { continue };
+        if let Some(why) = signs::turned(quantity, &cells, speed.as_deref()) {
+            guess.turned = true;
+            guess.doubts.push(why.to_owned());
+        }
+    }
+    Ok(())
 }
 
 /// The first minute of every column that was understood, as a mapping by the proposal reads it; without a time, the first rows.
@@ -214,7 +238,7 @@ mod tests {
         let header = "Zeitstempel;Geschwindigkeit km/h;Drehzahl 1;Drehzahl 2;p_cyl_1 bar;driver\n";
         std::fs::write(&path, format!("{header}{rows}")).expect("write");
         let surveyed = survey(&path).expect("a table");
-        let said = proposal(&surveyed);
+        let said = proposal(&surveyed, str::to_owned);
         for line in [
             "t_s = { from = \"Zeitstempel\" }",
             "v_m_s = { from = \"Geschwindigkeit km/h\", unit = \"km/h\" }",
@@ -226,7 +250,7 @@ mod tests {
             assert!(said.contains(line), "{line}\n{said}");
         }
         std::fs::write(&path, "v\n1\n2\n").expect("write");
-        let said = proposal(&survey(&path).expect("a table"));
+        let said = proposal(&survey(&path).expect("a table"), str::to_owned);
         assert!(
             said.contains("# missing: t_s (s)") && said.contains("v_m_s = { from = \"v\", unit = \"m/s\" }"),
             "{said}"
@@ -239,7 +263,7 @@ mod tests {
         let path = folder.path().join("run.csv");
         let rows: String = (0..100).map(|k| row(f64::from(k))).collect();
         std::fs::write(&path, format!("{header}\n{rows}")).expect("write");
-        proposal(&survey(&path).expect("a table"))
+        proposal(&survey(&path).expect("a table"), str::to_owned)
     }
 
     #[test]
@@ -273,6 +297,7 @@ mod tests {
             ("wheel", 900.0, "rpm"),
             ("pressure", 3.8, "bar"),
             ("pressure", 380.0, "kPa"),
+            ("pressure", 3_800.0, "mbar"),
             ("pressure", 380_000.0, "Pa"),
             ("f_perp", 30.0, "kN"),
             ("f_perp", 30_000.0, "N"),
@@ -287,6 +312,60 @@ mod tests {
             assert!(!line.contains("scale = 1.0 "), "{said}");
             assert!(said.contains("# doubt: "), "{header} up to {most}: {said}");
         }
+    }
+
+    #[test]
+    fn signs_that_are_the_other_way_round_are_turned_and_said() {
+        let said = proposed("t_s,speed m/s,m_w_f_nm,Moment 2 kNm,omega_f_rad_s,omega_r_rad_s,p mbar", |k| {
+            let (speed, torque) = if k < 50.0 { (10.0 + k * 0.1, 1.5) } else { (20.0 - k * 0.1, -1.5) };
+            format!(
+                "{},{speed},{},{torque},{},{},3800\n",
+                0.1 * k,
+                -1000.0 * torque,
+                2.0 * speed,
+                -2.0 * speed
+            )
+        });
+        for line in [
+            "m_w_f_nm = { from = \"m_w_f_nm\", sign = -1.0 }",
+            "# doubt: m_w_f_nm, drives while the wagon loses speed",
+            "m_w_r_nm = { from = \"Moment 2 kNm\", unit = \"kNm\" }",
+            "# omega_f_rad_s: has its name already",
+            "omega_r_rad_s = { from = \"omega_r_rad_s\", sign = -1.0 }",
+            "# doubt: omega_r_rad_s, turns backward while the wagon runs forward",
+        ] {
+            assert!(said.contains(line), "{line}\n{said}");
+        }
+        assert_eq!(said.matches("sign = ").count(), 2, "{said}");
+    }
+
+    #[test]
+    fn values_that_their_named_unit_makes_unusual_are_doubted() {
+        for (header, most, doubt) in [
+            (
+                "m_w_f_nm",
+                3.2,
+                "m_w_f_nm, named to be in N m, where at most 3.2 would be unusual; kN m would be usual",
+            ),
+            (
+                "Moment [Nm]",
+                3.2,
+                "named to be in Nm, where at most 3.2 would be unusual; kN m would be usual",
+            ),
+            ("v_m_s", 140.0, "named to be in m/s, where at most 140 would be unusual; km/h would be usual"),
+            (
+                "p_cyl Pa",
+                3800.0,
+                "named to be in Pa, where at most 3800 would be unusual; mbar would be usual",
+            ),
+            ("f_perp_f_n", 30.0, "named to be in N, where at most 30 would be unusual; kN would be usual"),
+            ("grade_rad", 25.0, "named to be in rad, where at most 25 would be unusual; ‰ would be usual"),
+        ] {
+            let said = proposed(&format!("t_s,{header}"), |k| format!("{},{}\n", 0.01 * k, most * k / 99.0));
+            assert!(said.contains(doubt), "{header}: {said}");
+        }
+        let said = proposed("t_s,v_m_s,m_w_f_nm,grade_rad", |k| format!("{},20,0,0.004\n", 0.01 * k));
+        assert!(!said.contains("doubt"), "{said}");
     }
 
     #[test]

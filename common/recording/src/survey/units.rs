@@ -16,39 +16,89 @@ pub struct Guess {
     pub unit: Option<&'static str>,
     /// Units of the run of one SI unit of the file, where those differ: m² of a cylinder times the rigging.
     pub scale: Option<f64>,
-    /// Why it may be otherwise.
-    pub doubt: Option<String>,
+    /// Whether its sign is the other way round.
+    pub turned: bool,
+    /// Why it may be otherwise: sentences of the table of messages.
+    pub doubts: Vec<String>,
 }
 
 impl Guess {
-    /// A column with the name of a run.
-    pub(super) const fn own(to: String) -> Self {
-        Self { to, unit: None, scale: None, doubt: None }
+    /// A column with the name of a run, whose unit is that of the name.
+    pub(super) fn own(to: String, quantity: Quantity, cells: &[f64]) -> Self {
+        let doubts = Vec::from_iter(unusual(quantity, quantity.unit(), largest(cells)));
+        Self { to, unit: None, scale: None, turned: false, doubts }
     }
 
     /// Units of the run of one unit of the file.
     #[must_use]
     pub fn factor(&self) -> f64 {
         let si = self.unit.and_then(unit).map_or(1.0, |(factor, _)| factor);
-        si * self.scale.unwrap_or(1.0)
+        let sign = if self.turned { -1.0 } else { 1.0 };
+        sign * si * self.scale.unwrap_or(1.0)
     }
 }
 
 /// What a column of that quantity may be.
 pub(super) fn guess(to: String, quantity: Quantity, name: &str, cells: &[f64]) -> Guess {
-    let (_, least, most) = figures(cells);
-    let most = most.max(-least);
-    if let Some(said) = of_header(name, quantity) {
-        let (scale, doubt) = scale(quantity, said, most);
-        return Guess { to, unit: Some(said), scale, doubt };
-    }
-    let (named, why) = of_figures(quantity, name, cells, most);
-    let (scale, of_scale) = named.map_or((None, None), |unit| scale(quantity, unit, most));
-    let doubt = match (why, of_scale) {
-        (Some(why), Some(more)) => Some(format!("{why}; {more}")),
-        (why, more) => why.or(more),
+    let most = largest(cells);
+    let (named, why) = match of_header(name, quantity) {
+        Some(said) => (Some(said), unusual(quantity, said, most)),
+        None => of_figures(quantity, name, cells, most),
     };
-    Guess { to, unit: named, scale, doubt }
+    let (scale, of_scale) = named.map_or((None, None), |unit| scale(quantity, unit, most));
+    Guess { to, unit: named, scale, turned: false, doubts: why.into_iter().chain(of_scale).collect() }
+}
+
+/// The largest magnitude, negative infinity where there is no number.
+fn largest(cells: &[f64]) -> f64 {
+    let (_, least, most) = figures(cells);
+    most.max(-least)
+}
+
+/// A number as people read it: four digits are enough to know a unit by.
+fn short(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let place = 10_f64.powf(3.0 - value.abs().log10().floor());
+    let rounded = if place.is_normal() { (value * place).round() / place } else { value };
+    rounded.to_string()
+}
+
+/// Between which magnitudes the largest value of a run usually lies, in SI units.
+const fn usual(quantity: Quantity, si: &str) -> Option<[f64; 2]> {
+    match quantity {
+        Quantity::Speed => Some([0.5, 120.0]),
+        Quantity::WheelSpeed => Some([1.0, 300.0]),
+        Quantity::PressingForce if matches!(si.as_bytes(), b"Pa") => Some([2e4, 1.5e6]),
+        Quantity::PressingForce => Some([500.0, 3e5]),
+        Quantity::DriveTorque => Some([50.0, 1e5]),
+        Quantity::Grade => Some([0.0, 0.1]),
+        _ => None,
+    }
+}
+
+/// The doubt about a unit that is said in a header, if the values would be unusual in it and usual in another.
+fn unusual(quantity: Quantity, said: &'static str, most: f64) -> Option<String> {
+    const OTHERS: &[&str] = &[
+        "m/s", "km/h", "rad/s", "rpm", "N", "kN", "bar", "mbar", "kPa", "Pa", "N m", "kN m", "rad", "‰", "%",
+    ];
+    let (factor, si) = unit(said)?;
+    let within = |factor: f64, [low, high]: [f64; 2]| (low..=high).contains(&(factor * most));
+    if !(most > 0.0 && most.is_finite()) || within(factor, usual(quantity, si)?) {
+        return None;
+    }
+    let fits = |other: &&&str| {
+        let known = unit(other).filter(|(_, other_si)| *other_si == si);
+        known.is_some_and(|(factor, _)| usual(quantity, si).is_some_and(|range| within(factor, range)))
+    };
+    let most = short(most);
+    Some(match OTHERS.iter().find(fits) {
+        Some(other) => {
+            format!("named to be in {said}, where at most {most} would be unusual; {other} would be usual")
+        }
+        None => format!("named to be in {said}, where at most {most} would be unusual"),
+    })
 }
 
 /// How a pressure presses cannot be read off it.
@@ -62,6 +112,7 @@ fn scale(quantity: Quantity, named: &'static str, most: f64) -> (Option<f64>, Op
     }
     let scale = FULL_BRAKE_N / (factor * most);
     let digits = 10_f64.powf(2.0 - scale.log10().floor());
+    let most = short(most);
     let doubt = format!(
         "the scale is guessed, so that the {most} {named} that are seen at most press with {FULL_BRAKE_N} N, as full brakes do; put \
          m² of the cylinder × rigging ratio"
@@ -142,6 +193,7 @@ fn of_figures(
     most: f64,
 ) -> (Option<&'static str>, Option<String>) {
     let doubt = |unit: &str, other: &str| {
+        let most = short(most);
         Some(format!("no unit in the header; taken for {unit}, since at most {most} are seen: {other}"))
     };
     let lower = name.to_lowercase();
@@ -160,6 +212,9 @@ fn of_figures(
         Quantity::PressingForce if force => picked("N", "the pads of one wheelset, all together"),
         Quantity::PressingForce if most < 20.0 => picked("bar", "kN would do, too"),
         Quantity::PressingForce if most < 2000.0 => picked("kPa", "kN would do, too"),
+        Quantity::PressingForce if most < 20_000.0 => {
+            picked("mbar", "N would do, too, and Pa press next to nothing")
+        }
         Quantity::PressingForce => picked("Pa", "N would do, too"),
         Quantity::DriveTorque if most < 50.0 => picked("kN m", "a small torque in N m looks alike"),
         Quantity::DriveTorque => picked("N m", "at the wheelset, and not at the motor"),
@@ -187,11 +242,15 @@ fn of_steps(cells: &[f64]) -> (Option<&'static str>, Option<String>) {
     match coarse {
         _ if since_1970 && step < 0.9 => (None, None),
         Some((_, unit)) => {
+            let step = short(step);
             let doubt =
                 format!("no unit in the header; taken for {unit}, since one row follows the other by {step}");
             (Some(unit), Some(doubt))
         }
-        None => (Some("s"), Some(format!("no unit in the header; taken for s: one row every {step} s"))),
+        None => {
+            let step = short(step);
+            (Some("s"), Some(format!("no unit in the header; taken for s: one row every {step} s")))
+        }
     }
 }
 
