@@ -156,10 +156,10 @@ fn a_stretch_that_one_run_slides_on_is_found_in_the_gap() {
 
 /// A soft axle was a resonance of what the encoder reads, which no slide excites, and its frequency was found by chance: it was
 /// `unknown` where wheels slide. One that stiffens was found and called no cause, because a filter that follows slides left
-/// nothing to gain at any place before it.
+/// nothing to gain at any place before it; the shaft of the catalogue does not stiffen, so that it closes less there.
 #[test]
 fn a_soft_axle_that_swings_in_slides_is_named() {
-    for set in [FormSet::A, FormSet::C] {
+    for (set, closes) in [(FormSet::A, 0.35), (FormSet::C, 0.1)] {
         let shows = |label: &Label| {
             let gap = label.gap_calibrated.holdout;
             small(label, 2, "white") && gap > 1.5 * label.gap_without_the_effect.holdout
@@ -167,6 +167,6 @@ fn a_soft_axle_that_swings_in_slides_is_named() {
         let report = answer(&first(300, set, &[("axle_torsion", 1.5)], shows));
         let first = report.effects.first().expect("an effect");
         assert_eq!(first.id, "axle_torsion", "{:?}", report.effects);
-        assert!(report.gap.holdout.reduction > 0.2, "{:?}", report.gap);
+        assert!(report.gap.holdout.reduction > closes, "{:?}", report.gap);
     }
 }
