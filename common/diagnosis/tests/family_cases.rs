@@ -95,15 +95,23 @@ fn nothing_is_found_on_four_sound_wheelsets_and_the_wobbling_one_is() {
 /// A clock that drifts unsettles any filter that believes it; the recordings are put right for it.
 #[test]
 fn a_drifting_clock_is_found_and_carries_over() {
-    let case = first(300, FormSet::B, &[("clock_skew", 2.0)], |label| {
-        small(label, 2, "white") && label.salience() > 3.0
-    });
-    let report = answer(&case);
-    assert!(report.effects.first().is_some_and(|e| e.id == "clock_skew"), "{:?}", report.effects);
-    assert_eq!(report.carries_over, Some(true));
-    let (gap, floor) = (&report.gap.holdout, case.label.gap_without_the_effect.holdout);
-    let closure = (gap.calibrated - gap.extended) / (gap.calibrated - floor);
-    assert!(closure > 0.5, "closes {closure:.2} of what is above the floor of {floor:.2}");
+    let drifting = |set| {
+        first(300, set, &[("clock_skew", 2.0)], |label| small(label, 2, "white") && label.salience() > 3.0)
+    };
+    for set in [FormSet::A, FormSet::C] {
+        let case = drifting(set);
+        let report = answer(&case);
+        assert!(report.effects.first().is_some_and(|e| e.id == "clock_skew"), "{:?}", report.effects);
+        assert_eq!(report.carries_over, Some(true));
+        let (gap, floor) = (&report.gap.holdout, case.label.gap_without_the_effect.holdout);
+        let closure = (gap.calibrated - gap.extended) / (gap.calibrated - floor);
+        assert!(closure > 0.5, "closes {closure:.2} of what is above the floor of {floor:.2}");
+    }
+    // At twenty samples a second a clock of this form is as well a speed counted over a window, and the report says so.
+    let report = answer(&drifting(FormSet::B));
+    let named = report.effects.first().expect("an effect");
+    let is_clock = |id: &str| id == "clock_skew";
+    assert!(is_clock(&named.id) || named.equivalent.iter().any(|id| is_clock(id)), "{named:?}");
 }
 
 /// The couplers of a wagon that runs in a train once were its cause.
@@ -152,6 +160,28 @@ fn a_stretch_that_one_run_slides_on_is_found_in_the_gap() {
     assert!((found("start_m") - truth("from_m")).abs() < 10.0);
     assert!((found("length_m") - truth("length_m")).abs() < 20.0);
     assert!(report.gap.fit.extended < 0.6 * report.gap.fit.calibrated, "{:?}", report.gap.fit);
+}
+
+/// Sliding wheels beside a wind were `unknown`: gains by two filters were compared run by run, a weak loss of adhesion was lost from a
+/// start that is far too strong, and its law, whose two parameters act alike there, was thought to be on a bound. Sand was a stretch of
+/// low adhesion and moved no gap.
+#[test]
+fn what_slides_is_found_by_what_other_runs_say_of_it() {
+    let of_deck = |set, index: usize| {
+        let recipe = family_deck(40, 7707, Forms::Only(set)).swap_remove(index);
+        answer(&FamilyCase::make(&recipe).expect("the plant knows these effects"))
+    };
+    let named = |report: &Report| report.effects.iter().map(|effect| effect.id.clone()).collect::<Vec<_>>();
+    for set in [FormSet::A, FormSet::B] {
+        let report = of_deck(set, 31);
+        let named = named(&report);
+        let wind = |id: &String| id == "headwind" || id == "running_resistance";
+        assert!(named.iter().any(wind) && named.iter().any(|id| id == "falling_friction"), "{named:?}");
+        assert!(report.gap.holdout.reduction > 0.35, "{:?}", report.gap.holdout);
+    }
+    let report = of_deck(FormSet::A, 8);
+    assert_eq!(named(&report).first().map(String::as_str), Some("sanding"), "{:?}", report.effects);
+    assert!(report.gap.holdout.reduction > 0.25, "{:?}", report.gap.holdout);
 }
 
 /// A soft axle was a resonance of what the encoder reads, which no slide excites, and its frequency was found by chance: it was

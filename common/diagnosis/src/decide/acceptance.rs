@@ -79,7 +79,7 @@ pub(crate) fn why_not(at: &Standpoint, next: &FrozenFit, round: &Round, criteria
         return Some(Stop::Event);
     }
     let gain = at.current.evidence_cost() - next.evidence_cost();
-    let predictive = at.current.fitted.predictive_cost() - next.fitted.predictive_cost();
+    let predictive = predictive_gain(at.current, next, round);
     let sure = gain > acceptance.certain_gain || next.tolerance != at.current.tolerance;
     if gain < acceptance.gain {
         return Some(Stop::GainsLittle);
@@ -89,6 +89,14 @@ pub(crate) fn why_not(at: &Standpoint, next: &FrozenFit, round: &Round, criteria
         return Some(Stop::FailsLeftOut);
     }
     (!is_one_more(at, next, gain, predictive, criteria)).then_some(Stop::NotOneMore)
+}
+
+/// What the last effect of `next` gains on runs left out, by the filter of the model before it where its own is another: costs by
+/// two filters are not to be compared run by run.
+fn predictive_gain(current: &FrozenFit, next: &FrozenFit, round: &Round) -> f64 {
+    let last = next.fitted.shape.effects.last().map_or("", |effect| effect.spec.id);
+    let shared = round.gains.iter().find(|gain| gain.id == last && next.tolerance != current.tolerance);
+    shared.map_or_else(|| next.fitted.predictive_gain(&current.fitted), |gain| gain.predictive)
 }
 
 /// Whether the last effect of `next` is one more effect: beside one at the same place it must gain a good share of what that

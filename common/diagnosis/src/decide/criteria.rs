@@ -279,6 +279,9 @@ pub struct VerdictLimits {
     /// Share of the strongest effect's evidence below which another one must show in the gap. Effort: each such effect costs a
     /// fit on windows.
     pub doubted_share: f64,
+    /// Share of its gain on all runs below which a further effect that gains no more when it is fitted to the other runs must show in the
+    /// gap. Set by hand (family).
+    pub doubted_predictive_share: f64,
     /// Relative reduction of the gap below which a further effect whose strength may be none does next to nothing. Set by hand (open).
     pub least_further_reduction: f64,
     /// Share of what a free curve at an effect's own place explains that the effect must explain to be named although the
@@ -313,6 +316,7 @@ impl Default for VerdictLimits {
             least_reduction: 0.01,
             least_curve_reduction: 0.03,
             doubted_share: 0.2,
+            doubted_predictive_share: 0.5,
             least_further_reduction: 0.05,
             other_form_share: 0.4,
             noticeable_gap: 2.5,

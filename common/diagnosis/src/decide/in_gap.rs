@@ -163,20 +163,33 @@ impl Fit {
     }
 }
 
-/// The effect, of several, without which the gap of fitted and of predicted runs grows least, if that is next to nothing and its
-/// strength may be none. Asked of those whose evidence is a small part of the strongest one's.
+/// The effect, of several, without which the gap of fitted and of predicted runs grows least, if that is next to nothing. Asked of
+/// those whose evidence is a small part of the strongest one's and whose strength may be none, and of all but the strongest that
+/// gain much less when they are fitted to other runs or by a filter that tolerates gross errors.
 pub(crate) fn idle(
     case: &Case,
     selection: &Selection,
     models: &Models,
     criteria: &Criteria,
 ) -> Option<usize> {
-    let lost = &selection.lost_without;
+    let (lost, limits) = (&selection.lost_without, &criteria.verdict);
     let most = lost.iter().copied().fold(0.0, f64::max);
-    let several = models.extended_shape.effects.len() > 1;
-    let small = (0..lost.len()).filter(|e| several && lost[*e] < criteria.verdict.doubted_share * most);
-    let weak = small.filter(|e| details::may_do_nothing(selection, models, *e, criteria.report.widening));
-    let least = weak.map(|effect| (effect, models.grows_without(case, effect, true)));
+    if models.extended_shape.effects.len() < 2 {
+        return None;
+    }
+    let is_faint = |e: usize| {
+        lost[e] < limits.doubted_share * most
+            && details::may_do_nothing(selection, models, e, criteria.report.widening)
+    };
+    let is_of_one_run = |e: usize| {
+        let id = models.extended_shape.effects[e].spec.id;
+        let own = selection.accepted_in(id).and_then(|round| round.gains.iter().find(|gain| gain.id == id));
+        own.is_some_and(|own| own.predictive < limits.doubted_predictive_share * own.gain)
+    };
+    let is_loose = selection.best.tolerance >= criteria.pursuit.gross_tolerance;
+    let is_doubted = |e: &usize| is_faint(*e) || (lost[*e] < most && (is_loose || is_of_one_run(*e)));
+    let doubted = (0..lost.len()).filter(is_doubted);
+    let least = doubted.map(|effect| (effect, models.grows_without(case, effect, true)));
     let least = least.min_by(|a, b| a.1.total_cmp(&b.1));
-    least.filter(|(_, grown)| *grown < criteria.verdict.least_further_reduction).map(|(effect, _)| effect)
+    least.filter(|(_, grown)| *grown < limits.least_further_reduction).map(|(effect, _)| effect)
 }

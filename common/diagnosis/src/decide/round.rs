@@ -111,8 +111,7 @@ pub(crate) fn try_all(
     };
     let fits = candidate::fit_all(objective, &current.fitted, candidates, &criteria.pursuit, progress);
     let gains = candidates.iter().zip(fits).map(|(candidate, fitted)| {
-        let left_out = current.fitted.left_out.iter().zip(&fitted.left_out);
-        let by_run: Vec<f64> = left_out.map(|(before, after)| before - after).collect();
+        let by_run = fitted.gains_left_out(&current.fitted);
         let gain = current.fitted.fit.total() - fitted.fit.total();
         let predictive = by_run.iter().sum();
         Gain {

@@ -18,27 +18,43 @@ pub struct Fitted {
     pub residuals: Vec<f64>,
     /// Their derivatives.
     pub columns: Vec<Vec<f64>>,
-    /// Predicted half cost of each run from a fit to the others.
+    /// Half cost of each run where the last effect is fitted to the others, see [`solver::leave_one_out`].
     pub left_out: Vec<f64>,
 }
 
 impl Fitted {
-    /// Whether the strength of an effect sits on a bound that is not its neutral value.
+    /// Whether the strength of an effect sits on a bound that is not its neutral value and that is felt: to leave it costs something.
     pub(crate) fn is_on_bound(&self, effect: usize) -> bool {
         let Some(own) = self.shape.effects.get(effect) else { return false };
-        let values = &self.fit.theta[self.shape.range_of(effect)];
-        own.parameters.iter().zip(values).any(|(p, v)| {
+        let range = self.shape.range_of(effect);
+        own.parameters.iter().zip(range).any(|(p, index)| {
             let neutral = own.spec.parameters.iter().find(|s| s.name == p.name).and_then(|s| s.neutral);
-            let near = |bound: f64| (v - bound).abs() < 1e-6 * (p.upper - p.lower);
-            neutral.is_some_and(|n| (near(p.lower) && n != p.lower) || (near(p.upper) && n != p.upper))
+            let span = p.upper - p.lower;
+            let is_at = |bound: f64| {
+                (self.fit.theta[index] - bound).abs() < 1e-6 * span && neutral.is_some_and(|n| n != bound)
+            };
+            let inward = if is_at(p.lower) { FELT_SHARE * span } else { -FELT_SHARE * span };
+            let cost = || solver::cost_of_leaving(self.shape.parameters(), &self.fit, index, inward);
+            (is_at(p.lower) || is_at(p.upper)) && cost().is_none_or(|cost| cost > FELT_COST)
         })
     }
 
-    /// Sum of the predicted half costs.
-    pub fn predictive_cost(&self) -> f64 {
-        self.left_out.iter().sum()
+    /// What the last effect gains over `base`, the model without it, on each run when it is fitted to the others.
+    pub fn gains_left_out(&self, base: &Self) -> Vec<f64> {
+        base.fit.blocks.iter().zip(&self.left_out).map(|(before, after)| before.cost - after).collect()
+    }
+
+    /// The same of all runs.
+    pub fn predictive_gain(&self, base: &Self) -> f64 {
+        self.gains_left_out(base).iter().sum()
     }
 }
+
+/// Share of its range by which a parameter leaves its bound to see what that costs …
+const FELT_SHARE: f64 = 0.1;
+/// … and what it costs, in units of the logarithm of a likelihood, where the bound is felt: two sigmas. Where two parameters of a law
+/// act alike, one of them may lie anywhere.
+const FELT_COST: f64 = 2.0;
 
 /// Effort of a fit that is carried to its end.
 pub(super) const FULL: Effort = Effort { iterations: 10, slow_columns: 0, refresh: 3, tolerance: 0.2 };
@@ -61,7 +77,7 @@ pub fn score(gain: f64, predictive: f64, pursuit: &Pursuit) -> f64 {
 pub(super) fn close(objective: &dyn Objective, shape: &Shape, mut fit: Fit) -> Fitted {
     let problem = objective.of(shape);
     let (residuals, columns) = solver::linearise(&*problem, shape.parameters(), &mut fit);
-    let left_out = solver::leave_one_out(&*problem, shape.parameters(), &fit);
+    let left_out = solver::leave_one_out(&*problem, shape.parameters(), &fit, shape.range_of_last());
     Fitted { shape: shape.clone(), fit, residuals, columns, left_out }
 }
 
@@ -174,7 +190,7 @@ fn settle_short(objective: &dyn Objective, base: &Fitted, effect: &FittedEffect,
     columns.extend(problem.columns(shape.parameters(), &fit.theta, &residuals, own));
     let blocks = solver::blocks_of(&residuals, &columns, problem.block_ends(), problem.huber());
     let fit = Fit { blocks, ..fit };
-    let left_out = solver::leave_one_out(&*problem, shape.parameters(), &fit);
+    let left_out = solver::leave_one_out(&*problem, shape.parameters(), &fit, shape.range_of_last());
     drop(problem);
     Fitted { shape, fit, residuals, columns, left_out }
 }

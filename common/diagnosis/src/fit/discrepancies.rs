@@ -44,7 +44,7 @@ pub fn instead_of_effects(
         let evidence = base.evidence_cost() - frozen.evidence_cost();
         let fitted = frozen.fitted;
         let gain = base.fitted.fit.total() - fitted.fit.total();
-        let predictive = base.fitted.predictive_cost() - fitted.predictive_cost();
+        let predictive = fitted.predictive_gain(&base.fitted);
         let fitted = Fitted { columns: Vec::new(), residuals: Vec::new(), ..fitted };
         let score = candidate::score(gain, predictive, pursuit);
         (FittedDiscrepancy { discrepancy: discrepancy.clone(), gain, predictive, score, fitted }, evidence)
@@ -112,7 +112,7 @@ fn explain_with(
     };
     let closed = |discrepancy: Discrepancy, fitted: Fitted| {
         let gain = base.fit.total() - fitted.fit.total();
-        let predictive = base.predictive_cost() - fitted.predictive_cost();
+        let predictive = fitted.predictive_gain(base);
         // The columns are large and not needed any more.
         let fitted = Fitted { columns: Vec::new(), residuals: Vec::new(), ..fitted };
         let score = candidate::score(gain, predictive, pursuit);

@@ -115,7 +115,10 @@ fn candidate(case: &Case, spec: &'static EffectSpec, constructor: Constructor) -
 /// The parameter that numbers a wheelset.
 const WHEELSET: &str = "wheelset";
 
-/// The defaults, and each parameter's further starts one at a time.
+/// Strength of the weakest start, as a share of the default: from one that is far too strong a few steps lead nowhere.
+const WEAK: f64 = 0.1;
+
+/// The defaults, each parameter's further starts one at a time, and the defaults at a weak strength.
 fn grid(spec: &EffectSpec) -> Vec<Vec<f64>> {
     let default = |p: &ParameterSpec| p.default;
     let mut starts = vec![spec.parameters.iter().map(default).collect::<Vec<f64>>()];
@@ -125,6 +128,11 @@ fn grid(spec: &EffectSpec) -> Vec<Vec<f64>> {
             start[i] = value;
             starts.push(start);
         }
+    }
+    let weak = |p: &ParameterSpec| p.neutral.map_or(p.default, |none| none + WEAK * (p.default - none));
+    let weak: Vec<f64> = spec.parameters.iter().map(weak).collect();
+    if weak != starts[0] {
+        starts.push(weak);
     }
     starts
 }

@@ -351,6 +351,14 @@ impl Shape {
         from..from + self.effects[effect].parameters.len()
     }
 
+    /// The same of the last effect; empty without effects.
+    pub fn range_of_last(&self) -> std::ops::Range<usize> {
+        match self.effects.len() {
+            0 => 0..0,
+            number => self.range_of(number - 1),
+        }
+    }
+
     /// The vehicle with the nuisances of `theta`.
     pub fn vehicle(&self, theta: &[f64]) -> (VehicleParameters, PerWheelset) {
         let mut vehicle = self.vehicle.clone();

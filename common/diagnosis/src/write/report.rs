@@ -188,7 +188,7 @@ fn candidates(
     let expected = 0.5 * selection.base.fitted.residuals.len() as f64;
     // Robust costs may lie below what is expected of white noise: there is at least as much to remove as the best one removes.
     let most = round.gains.iter().map(|g| g.predictive).fold(1.0, f64::max);
-    let excess = (selection.base.fitted.predictive_cost() - expected).max(most);
+    let excess = (selection.base.fitted.fit.cost - expected).max(most);
     let mut order: Vec<&Gain> = round.gains.iter().collect();
     order.sort_by(|a, b| b.predictive.total_cmp(&a.predictive));
     let sigma = sigmas(&case.vehicle.sensors);

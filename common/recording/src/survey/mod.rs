@@ -56,31 +56,47 @@ pub fn survey(path: &Path) -> Result<Vec<Surveyed>> {
         Form::Csv => read(path)?,
         Form::Parquet => (header(path)?, Source::ByColumn),
     };
-    let wheelsets = names.iter().filter(|name| kind(name) == Some(Quantity::WheelSpeed)).count().clamp(1, 4);
-    let mut seen = std::collections::BTreeMap::new();
-    let mut taken = BTreeSet::new();
+    let wheelsets = wheelsets(&names);
+    let own = |name: &str| columns_of_run(wheelsets).into_iter().find(|(.., column)| column == name);
+    let mut seen = BTreeSet::new();
+    let mut taken: BTreeSet<String> = names.iter().filter_map(|name| own(name)).map(|(.., c)| c).collect();
     let mut surveyed = Vec::new();
     for name in names {
         let cells = source.cells(path, &name)?;
         let cells = cells.as_deref();
         let figures = cells.map(units::figures);
         let guess = cells.and_then(|cells| {
-            let own = columns_of_run(wheelsets).into_iter().find(|(.., column)| *column == name);
-            if let Some((quantity, _, column)) = own {
-                return taken.insert(column.clone()).then(|| Guess::own(column, quantity, cells));
+            if let Some((quantity, _, column)) = own(&name) {
+                return seen.insert(column.clone()).then(|| Guess::own(column, quantity, cells));
             }
             let quantity = kind(&name)?;
-            let number = seen.entry(quantity.column(0, 1)).or_insert(0_usize);
-            let wheelset = if quantity.per_wheelset() { *number } else { 0 };
-            *number += 1;
-            let column = quantity.column(wheelset, wheelsets);
-            let fits = (quantity.per_wheelset() && wheelset < wheelsets) || *number == 1;
-            (fits && taken.insert(column.clone())).then(|| units::guess(column, quantity, &name, cells))
+            let places = if quantity.per_wheelset() { wheelsets } else { 1 };
+            let column = (0..places).map(|i| quantity.column(i, wheelsets)).find(|c| !taken.contains(c))?;
+            taken.insert(column.clone());
+            Some(units::guess(column, quantity, &name, cells))
         });
         surveyed.push(Surveyed { name, figures, guess });
     }
     turn_signs(path, &source, &mut surveyed)?;
     Ok(surveyed)
+}
+
+/// How many wheelsets a file speaks of: as many as it has speeds, without any as its columns of a run say.
+fn wheelsets(names: &[String]) -> usize {
+    let own =
+        |name: &str, number: usize| columns_of_run(number).into_iter().find(|(.., column)| column == name);
+    let numbers = [2, 1, 3, 4];
+    let is_speed = |name: &&String| {
+        let own = numbers.iter().find_map(|number| own(name, *number));
+        own.map_or_else(|| kind(name), |(quantity, ..)| Some(quantity)) == Some(Quantity::WheelSpeed)
+    };
+    let speaks_of = |number: &usize| {
+        names.iter().filter_map(|name| own(name, *number)).any(|(quantity, ..)| quantity.per_wheelset())
+    };
+    match names.iter().filter(is_speed).count() {
+        0 => numbers.into_iter().find(speaks_of).unwrap_or(1),
+        speeds => speeds.min(4),
+    }
 }
 
 /// Turns the sign of each column whose is the other way round, and says why.
