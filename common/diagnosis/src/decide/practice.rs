@@ -121,16 +121,24 @@ impl Practice {
         self.sets().all(|[_, extended]| extended < limits.noticeable_gap)
     }
 
-    /// Whether effects shrink next to nothing even the gap of the runs that they were fitted to.
+    /// Whether effects shrink next to nothing even the gap of the runs that they were fitted to, or, of a small gap, some hundredths
+    /// there and next to nothing of all runs taken together.
     fn does_nothing(&self, limits: &VerdictLimits) -> bool {
-        is_unchanged(self.fitted, limits)
+        let hardly = self.fitted[1] > (1.0 - limits.least_curve_reduction) * self.fitted[0];
+        let is_small = self.calibrated() < limits.noticeable_gap;
+        is_unchanged(self.fitted, limits) || (is_small && hardly && self.keeps(limits.least_reduction))
+    }
+
+    /// Whether all runs taken together keep all of the gap but this share.
+    fn keeps(&self, share: f64) -> bool {
+        let squares = |model: usize| self.sets().map(|set| set[model].powi(2)).sum::<f64>();
+        squares(1).sqrt() > (1.0 - share) * squares(0).sqrt()
     }
 
     /// Whether a curve does next to nothing to fitted and predicted runs taken together: it can follow much in those that it was
     /// fitted to.
     fn curve_does_nothing(&self, limits: &VerdictLimits) -> bool {
-        let squares = |model: usize| self.sets().map(|set| set[model].powi(2)).sum::<f64>();
-        squares(1).sqrt() > (1.0 - limits.least_curve_reduction) * squares(0).sqrt()
+        self.keeps(limits.least_curve_reduction)
     }
 
     /// Whether runs that were not fitted are predicted no better, while much of the gap is left. What changes less in them than the
@@ -255,6 +263,20 @@ mod tests {
         let unknown = decide(&beside(700.0), &criteria);
         let practice = Practice { fitted: [2.0; 2], held_out: None, predicted: None, moved: 3.0, floor: 1.2 };
         assert_eq!(in_practice(unknown, &practice, &criteria).rule.name, unknown.rule.name);
+    }
+
+    #[test]
+    fn effects_that_do_a_hundredth_to_the_runs_they_fit_and_less_to_all_are_none() {
+        let criteria = Criteria::default();
+        let named = decide(&EXPLAINED, &criteria);
+        let asked = |fitted: [f64; 2], held_out: [f64; 2]| {
+            let practice =
+                Practice { fitted, held_out: Some(held_out), predicted: None, moved: 3.0, floor: 1.2 };
+            in_practice(named, &practice, &criteria).rule.name
+        };
+        assert_eq!(asked([2.19, 2.16], [2.15, 2.145]), "next_to_nothing");
+        assert_eq!(asked([2.19, 2.10], [2.15, 2.20]), named.rule.name);
+        assert_eq!(asked([2.19, 2.16], [2.15, 2.10]), named.rule.name);
     }
 
     #[test]
