@@ -215,6 +215,20 @@ mod tests {
         assert_eq!((open(&book, 3), book.alerts.len()), (vec![Cause::TachometerLate], 3), "the same again");
     }
 
+    /// A wheel that is smaller than its file says is so until somebody corrects the file; it once hid a wheelset without a brake.
+    #[test]
+    fn a_wrong_wheel_speed_hides_nothing_that_pressing_forces_show() {
+        let mut book = Book::default();
+        for cause in [Cause::WheelDiameter, Cause::Isolated, Cause::PadUneven] {
+            book.suspect(suspicion(cause, 2, 1), 10.0, 1);
+        }
+        assert_eq!(book.open(2).collect::<Vec<Cause>>(), [Cause::WheelDiameter, Cause::Isolated]);
+        for cause in [Cause::Clock, Cause::LateDistributor] {
+            book.suspect(suspicion(cause, 3, 1), 10.0, 1);
+        }
+        assert_eq!(book.open(3).collect::<Vec<Cause>>(), [Cause::Clock], "all of it comes late");
+    }
+
     /// A payload that was entered wrongly is so all day; it once hid every other fault of its wagon.
     #[test]
     fn a_wrong_payload_hides_what_weight_does_and_no_other_fault() {

@@ -116,15 +116,32 @@ impl Cause {
         self.is_of_wheel_speeds() && by_creepage
     }
 
+    /// Whether it shows in pressing forces.
+    const fn is_of_pressure(self) -> bool {
+        matches!(
+            self,
+            Self::Isolated
+                | Self::SlowCylinder
+                | Self::LateDistributor
+                | Self::WspValve
+                | Self::PressureSensor
+        )
+    }
+
     /// Whether `other` on the same wagon is no alert of its own while this one is open, because it may be what this one shows. A wrong
-    /// entry of the payload changes what pads and rail seem to give; a brake that drags, cylinders and sensors it leaves alone.
+    /// entry of the payload changes what pads and rail seem to give; a brake that drags, cylinders and sensors it leaves alone. What
+    /// measures wheel speeds says nothing of pressing forces, unless all of the wagon comes late.
     #[must_use]
     pub(crate) const fn explains(self, other: Self) -> bool {
         let by_weight = matches!(
             other,
             Self::Payload | Self::PadLow | Self::PadUneven | Self::BrakeFade | Self::LowAdhesion
         );
-        !matches!(self, Self::Payload) || by_weight
+        match self {
+            Self::Payload => by_weight,
+            Self::Clock => true,
+            _ => !(self.is_of_wheel_speeds() && other.is_of_pressure()),
+        }
     }
 
     /// So long after nothing confirms it any more it is over, s. What comes and goes with the place is over soon; what

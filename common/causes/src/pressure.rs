@@ -147,6 +147,11 @@ impl Pressure {
         }
         self.electric_now = wheels.iter().any(|wheel| wheel.drive_nm < -150.0);
         self.electric |= self.electric_now;
+        if slides && since_s.is_some() {
+            // What slides brakes; and where slide protection has cut the electric brake, pads do not take its place at once.
+            self.owed = (0.0, 0.0);
+            self.orders.clear();
+        }
         let Some(_) = since_s.filter(|_| !slides) else {
             self.pause(second, wheelsets, middle_n, quiet && since_s.is_none());
             return;
@@ -482,5 +487,23 @@ mod tests {
         }
         application(&mut pressure, true);
         assert!(pressure.left_out_s(0.05).is_some_and(|owed_s| owed_s >= 20.0));
+    }
+
+    /// On a low rail slide protection cuts the electric brake again and again, and pads do not take its place.
+    #[test]
+    fn nothing_is_owed_while_wheelsets_slide() {
+        let mut pressure = Pressure::default();
+        brakes(&mut pressure, 0.6, 30, |_| 1.0);
+        pressure.end();
+        let owed_s = |slides: fn(usize) -> bool| {
+            let mut pressure = pressure.clone();
+            for t in 0..60 {
+                let cut = second(0.5, [0.0; 4], -0.15 * 30e3 * GRIP_M);
+                pressure.take(&cut, 4, Some(t as f64), false, slides(t), GRIP_M);
+            }
+            pressure.left_out_s(0.05).unwrap_or(0.0)
+        };
+        assert!(owed_s(|_| false) > 50.0);
+        assert!(owed_s(|t| t % 12 < 5) < 3.0);
     }
 }

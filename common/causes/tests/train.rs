@@ -195,6 +195,40 @@ fn a_wheelset_that_turns_faster_makes_no_drag_of_the_others() {
     assert_eq!(named, [(Cause::WheelDiameter, &vec![2], &vec![1])]);
 }
 
+/// Wheels that are worn by a few thousandths each, as their files do not say: none of them is wrong by more than wear. One that is
+/// four percent smaller is.
+#[test]
+fn worn_wheels_are_no_wrong_diameters() {
+    let named = |one: f64| {
+        let watch = day_that_says(Wrong::Nothing, &[], |_, readings| {
+            for (index, reading) in readings.iter_mut().enumerate() {
+                for k in 0..4 {
+                    let worn = 0.0055 * ((index * 4 + k) as f64 * 2.3).sin();
+                    let wrong = if (index, k) == (2, 1) { one } else { 0.0 };
+                    reading.wheel_speed_rad_s[k] *= 1.0 + worn + wrong;
+                }
+            }
+        });
+        watch.alerts().iter().map(|alert| (alert.cause, alert.wheelsets.clone())).collect::<Vec<_>>()
+    };
+    assert_eq!(named(0.0), vec![]);
+    assert_eq!(named(0.04), vec![(Cause::WheelDiameter, vec![1])]);
+}
+
+/// A locomotive spins while it drives, and then brakes with its pads: what rolls again does not slide.
+#[test]
+fn a_wheelset_that_spun_does_not_slide_when_it_rolls_again() {
+    let watch = day_that_says(Wrong::Nothing, &[], |step, readings| {
+        let t = (step as f64 * DT_S) % 150.0;
+        if (30.0..105.0).contains(&t) {
+            readings[0].drive_torque_nm = [6000.0; 4];
+            readings[0].wheel_speed_rad_s.iter_mut().for_each(|omega| *omega *= 1.8);
+        }
+    });
+    let slides = |alert: &&Alert| matches!(alert.cause, Cause::WspValve | Cause::LowAdhesion);
+    assert_eq!(watch.alerts().iter().find(slides), None);
+}
+
 /// A wagon that has no force any more is told after one application.
 #[test]
 fn a_wagon_without_a_brake_is_told_at_once() {

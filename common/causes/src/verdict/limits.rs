@@ -24,7 +24,9 @@ pub(super) const LATE_SPEED_ALONE_S: f64 = 0.25;
 pub(super) const LATE_CLOCK_S: (f64, f64) = (0.12, 0.03);
 /// Radius error beyond the train's middle: files are good to a few thousandths between two measurements of wear.
 pub(super) const RADIUS: f64 = 0.0046;
-/// The same beyond that of a wheel that has only been seen at work, up to a creepage of 1.2e-3: a wet rail, on which the first wheel
+/// And so many spreads of all wheelsets of the train, where as many differ from their files: that is wear, and no entry that is wrong.
+pub(super) const RADII_BEYOND: f64 = 3.5;
+/// More than [`RADIUS`], of a wheel that has only been seen at work, up to a creepage of 1.2e-3: a wet rail, on which the first wheel
 /// that drives or brakes gives way by three times what it should, adds so much. Hand-set.
 pub(super) const NEVER_COASTED: f64 = 0.0024;
 /// Scale error of a speed.

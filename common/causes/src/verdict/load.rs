@@ -12,7 +12,7 @@ impl TrainWatch {
         let (mean_kg, count) = wagon.load_kg;
         let share = mean_kg / wagon.file.mass_kg - 1.0;
         if count > 60.0 && share.abs() > LOAD.max(3.0 * wagon.file.mass_sigma.hypot(0.02)) {
-            let reason = format!("load sensors say {:+.0} % of what was entered", 100.0 * share);
+            let reason = format!("load sensors differ by {:+.0} % from what was entered", 100.0 * share);
             self.suspect(Cause::Payload, (index, vec![]), (Grade::Watch, 0.96, 2), &[], reason);
         }
         let Some(mass) = self.wagons[index].balance.as_ref().map(|balance| balance.mass()) else { return };

@@ -2,7 +2,7 @@
 
 use super::limits::{
     LATE_CLOCK_S, LATE_SPEED_ALONE_S, LATE_SPEED_S, LATE_WHEEL_S, MISSING, NEVER_COASTED, ONCE_A_TURN,
-    RADIUS, RINGS, SILENT_WAGON_S, SILENT_WHEEL_S, SPEED_SCALE,
+    RADII_BEYOND, RADIUS, RINGS, SILENT_WAGON_S, SILENT_WHEEL_S, SPEED_SCALE,
 };
 use crate::cause::{Cause, Grade};
 use crate::robust::{median, spread};
@@ -142,6 +142,8 @@ impl TrainWatch {
         let radii: Vec<Vec<f64>> =
             self.wagons.iter().map(|wagon| wagon.wheel.iter().map(at_rest).collect()).collect();
         let radius = if few { 0.0 } else { median(&mut radii.iter().flatten().copied().collect()) };
+        let differ = spread(radii.iter().flatten().copied(), MANY_WHEELSETS);
+        let largest = RADIUS.max(RADII_BEYOND * differ);
         let plainly = |wheel: &Wheel| if told(wheel).0.is_finite() { wheel.rim.plain() } else { f64::NAN };
         let means = self.wagons.iter().flat_map(|wagon| &wagon.wheel).map(plainly);
         let mean = if few { 0.0 } else { median(&mut means.collect()) };
@@ -153,10 +155,10 @@ impl TrainWatch {
                 let coasts = radii[index][k] - radius;
                 // And by the plain mean of what was seen, however that changed with speed.
                 let seen = plainly(&self.wagons[index].wheel[k]) - mean;
-                let stays = |other: f64| off * other > 0.0 && other.abs() > 0.7 * RADIUS;
+                let stays = |other: f64| off * other > 0.0 && other.abs() > 0.7 * largest;
                 let least = match self.wagons[index].wheel[k].at_rest {
-                    Some(_) => RADIUS,
-                    None => RADIUS + NEVER_COASTED,
+                    Some(_) => largest,
+                    None => largest + NEVER_COASTED,
                 };
                 let beyond = off.abs().min(free_off.abs()) > least && stays(coasts) && stays(seen);
                 if late_s > LATE_WHEEL_S {
@@ -164,7 +166,11 @@ impl TrainWatch {
                     let how = (Grade::Watch, 0.94, 3);
                     self.suspect(Cause::TachometerLate, (index, vec![k]), how, &[], reason);
                 } else if beyond && off * free_off > 0.0 {
-                    let reason = format!("the wheel is {:+.2} % larger than its file says", -100.0 * off);
+                    let percent = 100.0 * off.abs();
+                    let reason = match off < 0.0 {
+                        true => format!("the wheel is {percent:.2} % larger than its file says"),
+                        false => format!("the wheel is {percent:.2} % smaller than its file says"),
+                    };
                     let how = (Grade::Watch, 0.95, 3);
                     self.suspect(Cause::WheelDiameter, (index, vec![k]), how, &[], reason);
                 }

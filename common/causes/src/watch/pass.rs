@@ -14,6 +14,8 @@ use crate::within::{self, Creeps};
 const LEAST_SPEED_M_S: f64 = 3.5;
 /// Creepage of a drive torque up to which a wheel counts as coasting.
 const COASTING: f64 = 4e-4;
+/// No wheel is so much smaller or larger than its file says: what turns so differently slips.
+const SLIPS: f64 = 0.1;
 /// Creepage of a drive torque up to which scale and lag of a tachometer show beside it.
 const DRIVEN: f64 = 1.2e-3;
 /// Creepage of an electric brake up to which wheelsets are compared within their wagon, and the share of it in which they differ for
@@ -199,7 +201,7 @@ impl Wheel {
             self.stuck_s = if stuck { self.stuck_s + SECOND_S } else { self.stuck_s };
             return turned;
         }
-        if since_s.is_none() && pass.quiet {
+        if since_s.is_none() && pass.quiet && drive.abs() < COASTING && creepage.abs() < SLIPS {
             self.idle += 0.1 * (creepage - self.idle);
         }
         if !pass.steady || !seen.press_n.is_finite() {
