@@ -84,7 +84,10 @@ fn source(source: &Value) -> Option<String> {
     let others = counts.iter().filter(|(name, _)| !["arrived", "samples"].contains(&name.as_str()));
     let told: Vec<String> =
         others.map(|(name, count)| format!("{count} {}", name.replace('_', " "))).collect();
-    let of = source["wagon"].as_u64().map_or("source".to_owned(), |wagon| format!("source of wagon {wagon}"));
+    let vehicle = source["vehicle_number"].as_str().map_or_else(String::new, |number| format!(" ({number})"));
+    let of = source["wagon"]
+        .as_u64()
+        .map_or("source".to_owned(), |wagon| format!("source of wagon {wagon}{vehicle}"));
     (!told.is_empty()).then(|| format!("{of}: {}", told.join(", ")))
 }
 
@@ -274,6 +277,8 @@ mod tests {
         let whole =
             serde_json::json!({ "wagon": null, "counts": { "arrived": 9, "overrun": 2, "header_crc": 1 } });
         assert_eq!(source(&whole).as_deref(), Some("source: 1 header crc, 2 overrun"));
+        let known = serde_json::json!({ "wagon": 3, "vehicle_number": "51 80 7", "counts": { "ahead": 1 } });
+        assert_eq!(source(&known).as_deref(), Some("source of wagon 3 (51 80 7): 1 ahead"));
         let sound = serde_json::json!({ "wagon": 3, "counts": { "samples": 9 } });
         assert_eq!(source(&sound), None);
     }

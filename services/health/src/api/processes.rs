@@ -12,6 +12,8 @@ pub struct ProcessView {
     pub process: String,
     /// The wagon it serves.
     pub wagon: Option<u32>,
+    /// The number of its vehicle, as it is written; `null` without one.
+    pub vehicle_number: Option<String>,
     /// Process id.
     pub pid: u32,
     /// Since its last sign of life, s.
@@ -39,13 +41,15 @@ pub struct ProcessView {
     /// 99th percentile of the time from acquisition to publication, ns.
     pub latency_p99_ns: u64,
 }
-/// A process by its last heartbeat.
-pub(crate) fn process(beat: &Heartbeat, now_ns: u64) -> ProcessView {
+
+/// A process by its last heartbeat, with the number of the vehicle that it serves.
+pub(crate) fn process(beat: &Heartbeat, vehicle: Option<&str>, now_ns: u64) -> ProcessView {
     ProcessView {
         process: beat
             .process()
             .map_or_else(|| format!("kind {}", beat.process), |kind| kind.word().to_owned()),
         wagon: (beat.wagon != NO_WAGON).then_some(beat.wagon),
+        vehicle_number: vehicle.map(str::to_owned),
         pid: beat.pid,
         age_s: milliseconds(beat.stamp.age_s(now_ns)),
         uptime_s: rounded(beat.uptime_s),

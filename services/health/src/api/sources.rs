@@ -21,11 +21,12 @@ struct OfWagon {
     wagon: u32,
 }
 
-/// What a message of ingest says.
-pub(crate) fn source(state: &SourceState) -> SourceView {
+/// What a message of ingest says, with the number of the vehicle that it is about.
+pub(crate) fn source(state: &SourceState, vehicle: Option<&str>) -> SourceView {
     let counted = SourceCount::ALL.iter().map(|what| (what.word().to_owned(), state.count(*what)));
     SourceView {
         wagon: (state.wagon != NO_WAGON).then_some(state.wagon),
+        vehicle_number: vehicle.map(str::to_owned),
         clock_drift_ppm: (state.drift_known != 0).then(|| rounded(state.drift_ppm)),
         counts: counted.filter(|(_, count)| *count > 0).collect(),
     }

@@ -3,7 +3,7 @@
 use super::assets::path;
 use super::bar::bar;
 use super::kind::Part;
-use super::words::{age, chip, number, sentence};
+use super::words::{age, chip, number, sentence, vehicle};
 use crate::api::adhesion_map::model::{MapCell, MapView};
 use crate::api::capability::model::{CapabilityView, StopView};
 use crate::api::figure::Figure;
@@ -77,7 +77,7 @@ fn stops(capability: &CapabilityView) -> Markup {
                     (t("Weakest:")) " "
                     @for (index, weak) in capability.worst_wagons.iter().enumerate() {
                         @if index > 0 { "; " }
-                        a href={ "/wagons/" (weak.wagon) } { (say("wagon {number}", &[("number", &weak.wagon)])) }
+                        a href={ "/wagons/" (weak.wagon) } { (say("wagon {number}", &[("number", &weak.wagon)])) } (vehicle(weak.vehicle_number.as_deref()))
                         " " (say("{share} % of its force", &[("share", &number(100.0 * weak.brake_share, 0))])) ", " (t(weak.lack.words()))
                     }
                     "."

@@ -1,6 +1,7 @@
 //! What the wagons show only together: who is without a brake or late, where the rail is low, how far the train needs to
 //! stop.
 
+use crate::alerts::Vehicles;
 use crate::api::adhesion_map::model::MapView;
 use crate::api::capability::model::CapabilityView;
 use crate::api::figure::{Freshness, figure, rounded};
@@ -45,6 +46,8 @@ pub struct Whole {
     table: Table,
     /// The wagons as they brake now, with those that are nominal.
     pub braked: Vec<(BrakedWagon, BrakedWagon)>,
+    /// Which vehicles they are.
+    pub vehicles: Vehicles,
     /// What full braking is.
     pub settings: CapabilitySettings,
     /// Stopping distances from the speeds of the config.
@@ -155,8 +158,9 @@ impl Whole {
         let full = settings.full_braking();
         let found = Capability::of(&braked, known, &full, &settings.speeds_km_h);
         let judged = table.iter().filter_map(|spec| Some((spec, spec.judge.train?(&found)))).collect();
-        let capability = CapabilityView::of(&found, &full);
-        Self { table, braked, settings, found, capability, judged, map, at_ns }
+        let vehicles = Vehicles::new(received.wagons.iter().map(|wagon| wagon.vehicle.clone()).collect());
+        let capability = CapabilityView::of(&found, &full, &vehicles);
+        Self { table, braked, vehicles, settings, found, capability, judged, map, at_ns }
     }
 
     /// The same some time later, when nothing new has come.

@@ -77,6 +77,11 @@ impl Received {
         }
     }
 
+    /// The number of the vehicle at a place of the train, as it is written.
+    pub fn vehicle(&self, wagon: u32) -> Option<&str> {
+        self.wagons.iter().find(|known| known.number == wagon)?.vehicle.as_deref()
+    }
+
     /// The one place where payloads come in: what is wrong, or about a wagon that the channel does not carry, is refused
     /// and counted. `channel` is the number of the wagon whose channel it came from, or [`NO_WAGON`].
     pub fn admit<'a, T: Checked>(

@@ -256,7 +256,15 @@ fn train(basis: &Basis, alerts: &[Alert], counts: AlertCounts, rows: &[WagonRow]
                 count,
             })
             .collect(),
-        sources: received.sources.values().map(source).collect(),
-        processes: received.heartbeats.values().map(|beat| process(beat, now.monotonic_ns)).collect(),
+        sources: received
+            .sources
+            .values()
+            .map(|state| source(state, received.vehicle(state.wagon)))
+            .collect(),
+        processes: received
+            .heartbeats
+            .values()
+            .map(|beat| process(beat, received.vehicle(beat.wagon), now.monotonic_ns))
+            .collect(),
     }
 }

@@ -6,7 +6,7 @@ use railgrip_health::api::router;
 use railgrip_health::shared::Shared;
 use railgrip_health::store::Store;
 use railgrip_indicators::indicator::BRAKE_FRICTION;
-use railgrip_messages::{Grade, Heartbeat, ProcessKind, Stamp};
+use railgrip_messages::{Grade, Heartbeat, ProcessKind, SourceState, Stamp};
 use serde_json::Value;
 use std::sync::Arc;
 
@@ -132,6 +132,13 @@ async fn a_wagon_is_named_with_the_number_of_its_vehicle() {
         }
         store.snapshot(now);
     }
+    for wagon in [4, 5] {
+        let mut beat = Heartbeat { stamp: later(3.9), wagon, ..Heartbeat::default() };
+        beat.process = ProcessKind::Estimator.code();
+        assert!(store.receive_heartbeat(&beat, later(3.9)).is_some());
+        let source = SourceState { sequence: 1, stamp: later(3.9), wagon, ..SourceState::default() };
+        assert!(store.receive_source(&source, later(3.9)));
+    }
     let (router, _) = serve(&mut store, later(4.0));
     let rows = get_json(&router, "/api/v1/wagons").await["wagons"].clone();
     assert_eq!((&rows[4]["vehicle_number"], &rows[3]["vehicle_number"]), (&number, &null));
@@ -152,6 +159,16 @@ async fn a_wagon_is_named_with_the_number_of_its_vehicle() {
     ] {
         assert!(metrics.contains(line), "{line}: {metrics}");
     }
+    let train = get_json(&router, "/api/v1/train").await;
+    let capability = get_json(&router, "/api/v1/train/capability").await;
+    for list in [&train["sources"], &train["processes"], &capability["worst_wagons"]] {
+        let told = |wagon: u32| list.as_array().unwrap().iter().find(|one| one["wagon"] == wagon).unwrap();
+        assert_eq!((&told(5)["vehicle_number"], &told(4)["vehicle_number"]), (&number, &null), "{list}");
+    }
+    let (_, _, page) = get(&router, "/").await;
+    let card = page.split_once("id=\"stops\"").unwrap().1;
+    let card = card.split_once("</p></div>").unwrap().0;
+    assert!(card.contains("51 80 21-75 019-3"), "{card}");
     for path in ["/", "/wagons/5", "/alerts"] {
         let (_, _, page) = get(&router, path).await;
         assert!(page.contains("51 80 21-75 019-3"), "{path}: {page}");

@@ -32,7 +32,8 @@ pub(super) fn put_all(mut message: &[u8], name: &str, inlet: &Inlet) -> bool {
         for item in items {
             let row = match json(&item) {
                 Some(Json::Object(object)) => parse_object(&object, inlet.layout()),
-                _ => Err("no CBOR map with texts as keys, and numbers, texts or maps as values".to_owned()),
+                _ => Err("no CBOR map with texts as keys, each once, and numbers, texts or maps as values"
+                    .to_owned()),
             };
             if !inlet.put(row.map_err(|problem| format!("{name}: {problem}"))) {
                 return false;
@@ -66,7 +67,9 @@ fn json(value: &Value) -> Option<Json> {
         Value::Array(items) => Json::Array(items.iter().map(json).collect::<Option<_>>()?),
         Value::Map(pairs) => {
             let pair = |(key, value): &(Value, Value)| Some((key.as_text()?.to_owned(), json(value)?));
-            Json::Object(pairs.iter().map(pair).collect::<Option<Map<_, _>>>()?)
+            let object = pairs.iter().map(pair).collect::<Option<Map<_, _>>>()?;
+            // Of a name that stands twice nobody knows which value is meant.
+            (object.len() == pairs.len()).then_some(Json::Object(object))?
         }
         _ => return None,
     })

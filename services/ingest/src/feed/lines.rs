@@ -5,7 +5,7 @@
 //! A value that is absent or null is missing. A line that is wrong is refused with its number; nothing ends because of
 //! it.
 
-use super::{Inlet, Layout};
+use super::{Inlet, Layout, json};
 use railgrip_recording::{Mapping, Quantity, Row, instant_s};
 use railgrip_settings::VehicleNumber;
 use serde_json::{Map, Value};
@@ -13,6 +13,8 @@ use std::io::BufRead;
 
 /// The longest line, bytes: more is no sample.
 const LONGEST_LINE: usize = 64 * 1024;
+/// What some programs write before a text in UTF-8.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// Reads lines to their end and puts their rows into the inlet; `name` stands for the source in messages.
 pub(super) fn read(mut input: impl BufRead, name: &str, inlet: &Inlet) {
@@ -74,7 +76,7 @@ pub(super) fn put_all(text: &[u8], name: &str, inlet: &Inlet) -> bool {
 /// # Errors
 /// In words: what is wrong, and what is allowed.
 pub fn parse_line(line: &[u8], layout: &Layout) -> Result<(usize, Row), String> {
-    let value: Value = serde_json::from_slice(line).map_err(|error| format!("no JSON: {error}"))?;
+    let value = json::value(line.strip_prefix(BYTE_ORDER_MARK).unwrap_or(line))?;
     let Value::Object(object) = value else { return Err("no JSON object".to_owned()) };
     parse_object(&object, layout)
 }
@@ -90,7 +92,7 @@ pub(super) fn parse_object(object: &Map<String, Value>, layout: &Layout) -> Resu
         for wheelset in 0..places {
             let name = quantity.column(wheelset, count);
             known += usize::from(object.contains_key(&name));
-            *row.get_mut(quantity, wheelset) = cell(object, &name, &layout.mapping)?;
+            *row.get_mut(quantity, wheelset) = cell(object, quantity, &name, &layout.mapping)?;
         }
     }
     // Who maps names what is wanted of a source that may say more.
@@ -124,33 +126,62 @@ fn wagon(object: &Map<String, Value>, layout: &Layout) -> Result<usize, String> 
     })
 }
 
-/// The value of a column, by the mapping; NaN where nothing is said.
-fn cell(object: &Map<String, Value>, column: &str, mapping: &Mapping) -> Result<f64, String> {
+/// The value of a column, by the mapping; NaN where nothing is said. An instant is a time and nothing else, true or false says
+/// whether something is on and measures nothing.
+fn cell(
+    object: &Map<String, Value>,
+    quantity: Quantity,
+    column: &str,
+    mapping: &Mapping,
+) -> Result<f64, String> {
+    let flag = mapping.rules.iter().find(|rule| rule.to == column).and_then(|rule| rule.flag.as_ref());
+    let fits = |name: &str| match entry(object, name) {
+        Some(Value::Bool(_)) => is_switch(quantity) || flag.is_some_and(|flag| flag.from == name),
+        Some(Value::String(_)) => quantity == Quantity::Time,
+        _ => true,
+    };
     let mut wrong = None;
-    let value = mapping.value(column, &mut |name| match number(object, name) {
-        Ok(value) => value,
-        Err(problem) => {
-            wrong = Some(problem);
-            f64::NAN
-        }
-    });
+    let value =
+        mapping.value(column, &mut |name| match number(object, name).and_then(|value| match fits(name) {
+            true => Ok(value),
+            false => Err(refusal(name, entry(object, name).unwrap_or(&Value::Null))),
+        }) {
+            Ok(value) => value,
+            Err(problem) => {
+                wrong = Some(problem);
+                f64::NAN
+            }
+        });
     wrong.map_or(Ok(value), Err)
+}
+
+/// Whether a quantity says that something is on (1) or off (0), be it in part.
+fn is_switch(quantity: Quantity) -> bool {
+    matches!(quantity, Quantity::Sanding | Quantity::WspActive | Quantity::BrakeDemand)
 }
 
 /// A number by its name, or by the way to it through objects, `a.b`; NaN where there is none.
 pub(super) fn number(object: &Map<String, Value>, name: &str) -> Result<f64, String> {
+    match entry(object, name) {
+        None | Some(Value::Null) => Ok(f64::NAN),
+        Some(Value::Bool(flag)) => Ok(f64::from(u8::from(*flag))),
+        Some(value @ Value::String(text)) => instant_s(text).ok_or_else(|| refusal(name, value)),
+        Some(value) => value.as_f64().ok_or_else(|| refusal(name, value)),
+    }
+}
+
+/// What stands under a name, or under the way to it through objects, `a.b`.
+fn entry<'a>(object: &'a Map<String, Value>, name: &str) -> Option<&'a Value> {
     let nested = || {
         let mut parts = name.split('.');
         let first = object.get(parts.next()?)?;
         parts.try_fold(first, |value, part| value.get(part))
     };
-    let refuse = |value: &Value| format!("\"{name}\" is {value}, allowed is a number or null");
-    match object.get(name).or_else(nested) {
-        None | Some(Value::Null) => Ok(f64::NAN),
-        Some(Value::Bool(flag)) => Ok(f64::from(u8::from(*flag))),
-        Some(Value::String(text)) => instant_s(text).ok_or_else(|| refuse(&Value::String(text.clone()))),
-        Some(value) => value.as_f64().ok_or_else(|| refuse(value)),
-    }
+    object.get(name).or_else(nested)
+}
+
+fn refusal(name: &str, value: &Value) -> String {
+    format!("\"{name}\" is {value}, allowed is a number or null")
 }
 
 fn unknown_key(object: &Map<String, Value>, count: usize) -> String {
@@ -197,6 +228,32 @@ mod tests {
         assert!(said.contains("a vehicle number of the train"), "{said}");
     }
 
+    /// A flag says true or false of a value that is a number.
+    #[test]
+    fn a_flag_is_true_or_false_and_what_it_is_about_a_number() {
+        let rule = Rule {
+            to: "v_m_s".to_owned(),
+            from: vec!["speed".to_owned()],
+            combine: Combine::First,
+            factor: 1.0,
+            offset: 0.0,
+            flag: Some(railgrip_recording::Flag { from: "ok".to_owned(), is: 1.0 }),
+        };
+        let layout = Layout { mapping: Mapping { rules: vec![rule] }, ..two() };
+        let read = |line: &str| parse_line(line.as_bytes(), &layout).map(|(_, row)| row.v_m_s);
+        assert_eq!(read(r#"{"wagon": 1, "t_s": 1, "speed": 16, "ok": true}"#), Ok(16.0));
+        assert!(read(r#"{"wagon": 1, "t_s": 1, "speed": 16, "ok": false}"#).unwrap().is_nan());
+        let said = read(r#"{"wagon": 1, "t_s": 1, "speed": true, "ok": true}"#).unwrap_err();
+        assert!(said.starts_with("\"speed\" is true"), "{said}");
+    }
+
+    #[test]
+    fn a_mark_of_the_byte_order_and_an_end_of_windows_are_no_part_of_a_line() {
+        let (_, row) =
+            parse_line(b"\xef\xbb\xbf{\"wagon\": 1, \"t_s\": 1, \"v_m_s\": 16}\r", &two()).unwrap();
+        assert_eq!((row.t_s, row.v_m_s), (1.0, 16.0));
+    }
+
     #[test]
     fn a_line_is_a_sample() {
         let line = br#"{"wagon": 2, "t_s": 0.5, "v_m_s": 20, "omega_f_rad_s": 45.5, "omega_r_rad_s": null}"#;
@@ -214,6 +271,12 @@ mod tests {
             (r#"{"wagon": 3, "t_s": 1}"#, "\"wagon\" is 3, allowed is 1 to 2"),
             (r#"{"wagon": 1, "v_m_s": 3}"#, "\"t_s\" is missing"),
             (r#"{"wagon": 1, "t_s": "soon"}"#, "\"t_s\" is \"soon\""),
+            (r#"{"wagon": 1, "t_s": 1, "v_m_s": true}"#, "\"v_m_s\" is true, allowed is a number or null"),
+            (
+                r#"{"wagon": 1, "t_s": 1, "v_m_s": "2026-03-01T12:00:00Z"}"#,
+                "\"v_m_s\" is \"2026-03-01T12:00:00Z\"",
+            ),
+            (r#"{"wagon": 1, "t_s": 1, "v_m_s": 16, "v_m_s": 61}"#, "\"v_m_s\" stands twice"),
             (
                 r#"{"wagon": 1, "t_s": 1, "speed": 3}"#,
                 "unknown key \"speed\", allowed are wagon, t_s, v_m_s, omega_f",

@@ -4,6 +4,7 @@ mod arrival;
 mod can;
 mod cbor;
 mod heir;
+mod json;
 mod layout;
 pub mod lines;
 mod live;

@@ -1,9 +1,8 @@
 //! Messages of a broker with one value, or an object of values, each: the latest values of a wagon become a row whenever its
 //! sample input arrives.
 
-use super::cbor;
 use super::lines::number;
-use super::{Inlet, Layout};
+use super::{Inlet, Layout, cbor, json};
 use railgrip_bus::monotonic_ns;
 use railgrip_messages::SourceCount;
 use railgrip_recording::{Quantity, Row};
@@ -146,11 +145,7 @@ struct Taken {
 
 /// The values of a message; a plain one stands under [`PLAIN`].
 fn object(payload: &[u8]) -> Result<Map<String, Value>, String> {
-    let value = if cbor::is_cbor(payload) {
-        cbor::value(payload)?
-    } else {
-        serde_json::from_slice(payload).map_err(|error| format!("no JSON: {error}"))?
-    };
+    let value = if cbor::is_cbor(payload) { cbor::value(payload)? } else { json::value(payload)? };
     match value {
         Value::Object(object) => Ok(object),
         Value::Array(_) => {

@@ -1,5 +1,6 @@
 //! What the API says of the braking capability, as types.
 
+use crate::alerts::Vehicles;
 use crate::api::figure::rounded;
 use crate::api::grade::Grade;
 use railgrip_indicators::indicator::STOPPING_DISTANCE;
@@ -80,6 +81,8 @@ impl Lack {
 pub struct WeakWagon {
     /// The wagon.
     pub wagon: u32,
+    /// The number of its vehicle, as it is written; `null` without one.
+    pub vehicle_number: Option<String>,
     /// Its brake force at full braking over the nominal one.
     pub brake_share: f64,
     /// Why.
@@ -87,8 +90,8 @@ pub struct WeakWagon {
 }
 
 impl CapabilityView {
-    /// What was found for a train whose full braking is `full`.
-    pub(crate) fn of(found: &Capability, full: &FullBraking) -> Self {
+    /// What was found for a train of these vehicles, whose full braking is `full`.
+    pub(crate) fn of(found: &Capability, full: &FullBraking, vehicles: &Vehicles) -> Self {
         let judged = STOPPING_DISTANCE.judge.train.map(|judge| judge(found)).unwrap_or_default();
         let stop = |stop: &Stop| StopView {
             speed_km_h: stop.speed_km_h,
@@ -100,6 +103,7 @@ impl CapabilityView {
         };
         let weak = |weak: &capability::WeakWagon| WeakWagon {
             wagon: weak.wagon,
+            vehicle_number: vehicles.at(weak.wagon),
             brake_share: rounded(weak.brake_share),
             lack: weak.lack.into(),
         };

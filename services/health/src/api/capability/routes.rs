@@ -30,5 +30,5 @@ pub(crate) async fn capability(
     let whole = &snapshot.whole;
     let full = whole.settings.full_braking();
     let found = Capability::of(&whole.braked, whole.found.known_wagons, &full, &[speed]);
-    Ok(Json(CapabilityView::of(&found, &full)))
+    Ok(Json(CapabilityView::of(&found, &full, &whole.vehicles)))
 }

@@ -33,6 +33,8 @@ pub struct RefusedView {
 pub struct SourceView {
     /// The wagon; `null` for the source as a whole.
     pub wagon: Option<u32>,
+    /// The number of its vehicle, as it is written; `null` without one.
+    pub vehicle_number: Option<String>,
     /// How much faster our clock runs than that of the source, parts in a million; `null` while that is not known.
     pub clock_drift_ppm: Option<f64>,
     /// How often each thing happened since ingest started; what never happened is left out.

@@ -130,7 +130,7 @@ pub(crate) fn wagon(
         samples_missed: health.missed,
         outputs_rejected: health.rejected,
         wheelsets: (0..health.wheelset_count()).map(|index| wheelset(table, health, index, fresh)).collect(),
-        estimator: estimator.map(|beat| process(beat, now_ns)),
+        estimator: estimator.map(|beat| process(beat, who.vehicle, now_ns)),
     }
 }
 
