@@ -125,7 +125,9 @@ async fn a_wagon_is_named_with_the_number_of_its_vehicle() {
         for wagon in 1..=8 {
             let mut health = health(wagon, now);
             if [4, 5].contains(&wagon) {
-                BRAKE_FRICTION.put_wheelset(&mut health, 1, indicator(0.2, Grade::Act, "far too low: 0.200"));
+                let low = indicator(0.2, Grade::Act, "far too low: 0.200");
+                BRAKE_FRICTION.put(&mut health, low);
+                BRAKE_FRICTION.put_wheelset(&mut health, 1, low);
                 health.grade = Grade::Act.code();
             }
             assert!(store.receive_health(wagon, &health, now).is_some());
@@ -162,7 +164,10 @@ async fn a_wagon_is_named_with_the_number_of_its_vehicle() {
     let train = get_json(&router, "/api/v1/train").await;
     let capability = get_json(&router, "/api/v1/train/capability").await;
     for list in [&train["sources"], &train["processes"], &capability["worst_wagons"]] {
-        let told = |wagon: u32| list.as_array().unwrap().iter().find(|one| one["wagon"] == wagon).unwrap();
+        let told = |wagon: u32| {
+            let found = list.as_array().and_then(|all| all.iter().find(|one| one["wagon"] == wagon));
+            found.unwrap_or_else(|| panic!("wagon {wagon}: {list}"))
+        };
         assert_eq!((&told(5)["vehicle_number"], &told(4)["vehicle_number"]), (&number, &null), "{list}");
     }
     let (_, _, page) = get(&router, "/").await;
