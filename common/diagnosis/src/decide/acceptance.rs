@@ -95,7 +95,7 @@ pub(crate) fn why_not(at: &Standpoint, next: &FrozenFit, round: &Round, criteria
 /// two filters are not to be compared run by run.
 fn predictive_gain(current: &FrozenFit, next: &FrozenFit, round: &Round) -> f64 {
     let last = next.fitted.shape.effects.last().map_or("", |effect| effect.spec.id);
-    let shared = round.gains.iter().find(|gain| gain.id == last && next.tolerance != current.tolerance);
+    let shared = round.of(last).filter(|_| next.tolerance != current.tolerance);
     shared.map_or_else(|| next.fitted.predictive_gain(&current.fitted), |gain| gain.predictive)
 }
 
@@ -106,7 +106,7 @@ fn predictive_gain(current: &FrozenFit, next: &FrozenFit, round: &Round) -> f64 
 fn is_one_more(at: &Standpoint, next: &FrozenFit, gain: f64, predictive: f64, criteria: &Criteria) -> bool {
     let acceptance = &criteria.acceptance;
     let Some((last, before)) = next.fitted.shape.effects.split_last() else { return false };
-    if !before.is_empty() && next.fitted.is_on_bound(before.len()) {
+    if !before.is_empty() && next.fitted.is_on_bound(before.len(), acceptance) {
         return false;
     }
     let all: f64 = at.accepted.iter().sum();
@@ -134,7 +134,7 @@ fn is_an_event(current: &FrozenFit, next: &FrozenFit, round: &Round, criteria: &
     let acceptance = &criteria.acceptance;
     let gain = current.evidence_cost() - next.evidence_cost();
     let last = next.fitted.shape.effects.last().map_or("", |effect| effect.spec.id);
-    let own = round.gains.iter().find(|gain| gain.id == last);
+    let own = round.of(last);
     if gain > acceptance.certain_gain || next.tolerance != current.tolerance {
         return false;
     }

@@ -7,7 +7,7 @@ use railgrip_vehicle::effects::{EffectSpec, Likeness};
 /// How well the other candidates of a round do beside the one named `id`, best first: by the evidence that they gain with
 /// a filter of their own if they were carried so far, else by their score.
 pub fn rivals<'a>(round: &'a Round, id: &str) -> Vec<(&'a Gain, f64)> {
-    let Some(own) = round.gains.iter().find(|g| g.id == id) else { return Vec::new() };
+    let Some(own) = round.of(id) else { return Vec::new() };
     let top = round.gains.iter().max_by(|a, b| a.score.total_cmp(&b.score)).unwrap_or(own);
     let by_evidence = |other: &Gain| {
         let (other, own) = (round.own_filter_gain(other.id)?, round.own_filter_gain(id)?);

@@ -166,6 +166,11 @@ pub struct Acceptance {
     pub left_by_more: f64,
     /// Evidence that each parameter of an effect must earn: about half the logarithm of the number of samples (Schwarz).
     pub per_parameter: f64,
+    /// Share of its range by which a parameter on its bound is moved to see what that costs. Set by hand (family).
+    pub felt_share: f64,
+    /// Cost of that from which the bound is felt, in units of evidence: two sigmas. Where two parameters of a law act alike, one of them may
+    /// lie anywhere. Definition.
+    pub felt_cost: f64,
     /// Share of its gain by which a further effect on a bound of its strength must lead. Set by hand (plant).
     pub on_bound_share: f64,
     /// How often the evidence of the best finalist at a likely place one that shows elsewhere must gain to lead before it: a pressing
@@ -196,6 +201,8 @@ impl Default for Acceptance {
             lasting_share: 0.3,
             left_by_more: 0.5,
             per_parameter: 5.0,
+            felt_share: 0.1,
+            felt_cost: 2.0,
             on_bound_share: 0.1,
             outweighing_factor: 1.5,
             faint_share: 0.08,

@@ -98,7 +98,7 @@ fn without_instead(
         effects: effects.len(),
         gain: (base.evidence_cost() - best.evidence_cost()).max(0.0),
         alarm,
-        on_bound: (0..effects.len()).any(|e| best.fitted.is_on_bound(e)),
+        on_bound: (0..effects.len()).any(|e| best.fitted.is_on_bound(e, &criteria.acceptance)),
         at_likely_place: effects.iter().any(|e| localise::may_act_at(e.spec.term, likely)),
         discrepancy_gain: strongest.map_or(0.0, |discrepancy| discrepancy.gain),
         discrepancy_predictive: strongest.map_or(0.0, |discrepancy| discrepancy.predictive),

@@ -183,7 +183,7 @@ pub(crate) fn idle(
     };
     let is_of_one_run = |e: usize| {
         let id = models.extended_shape.effects[e].spec.id;
-        let own = selection.accepted_in(id).and_then(|round| round.gains.iter().find(|gain| gain.id == id));
+        let own = selection.accepted_in(id).and_then(|round| round.of(id));
         own.is_some_and(|own| own.predictive < limits.doubted_predictive_share * own.gain)
     };
     let is_loose = selection.best.tolerance >= criteria.pursuit.gross_tolerance;

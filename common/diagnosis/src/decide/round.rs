@@ -27,6 +27,11 @@ pub struct Round {
 }
 
 impl Round {
+    /// How a candidate did, if it was tried.
+    pub fn of(&self, id: &str) -> Option<&Gain> {
+        self.gains.iter().find(|gain| gain.id == id)
+    }
+
     /// Evidence that a candidate gained with a filter of its own, if it was carried so far.
     pub fn own_filter_gain(&self, id: &str) -> Option<f64> {
         let own = self.own_filter_gains.iter().filter(|(carried, _)| *carried == id);
@@ -87,7 +92,7 @@ impl Gain {
 /// Later rounds start from where a candidate ended before, and from its first start; a stretch of track, which another effect
 /// may have drawn to a wrong place before, from all of them.
 pub(crate) fn start_from(candidate: &mut Candidate, before: &Round) {
-    let ended = before.gains.iter().find(|gain| gain.id == candidate.spec.id);
+    let ended = before.of(candidate.spec.id);
     let Some(effect) = ended.and_then(Gain::led) else { return };
     if !candidate.is_stretch() {
         candidate.starts.truncate(1);
@@ -254,7 +259,7 @@ fn cost(current: &FrozenFit, frozen: &FrozenFit, criteria: &Criteria) -> f64 {
     let effects = &frozen.fitted.shape.effects;
     let last = effects.len().saturating_sub(1);
     let adjusted = effects.last().map_or(0, FittedEffect::own_parameters);
-    let imitates = last > 0 && frozen.fitted.is_on_bound(last);
+    let imitates = last > 0 && frozen.fitted.is_on_bound(last, acceptance);
     let gain = (current.evidence_cost() - frozen.evidence_cost()).max(0.0);
     frozen.evidence_cost()
         + acceptance.per_parameter * adjusted as f64

@@ -1,6 +1,6 @@
 //! Fits of candidates: nuisances refitted with every one, nonlinearly, from every start.
 
-use crate::decide::criteria::Pursuit;
+use crate::decide::criteria::{Acceptance, Pursuit};
 use crate::fit::objective::Objective;
 use crate::fit::solver::{self, Effort, Fit};
 use crate::model::candidates::Candidate;
@@ -24,7 +24,7 @@ pub struct Fitted {
 
 impl Fitted {
     /// Whether the strength of an effect sits on a bound that is not its neutral value and that is felt: to leave it costs something.
-    pub(crate) fn is_on_bound(&self, effect: usize) -> bool {
+    pub(crate) fn is_on_bound(&self, effect: usize, acceptance: &Acceptance) -> bool {
         let Some(own) = self.shape.effects.get(effect) else { return false };
         let range = self.shape.range_of(effect);
         own.parameters.iter().zip(range).any(|(p, index)| {
@@ -33,9 +33,10 @@ impl Fitted {
             let is_at = |bound: f64| {
                 (self.fit.theta[index] - bound).abs() < 1e-6 * span && neutral.is_some_and(|n| n != bound)
             };
-            let inward = if is_at(p.lower) { FELT_SHARE * span } else { -FELT_SHARE * span };
+            let inward =
+                if is_at(p.lower) { acceptance.felt_share * span } else { -acceptance.felt_share * span };
             let cost = || solver::cost_of_leaving(self.shape.parameters(), &self.fit, index, inward);
-            (is_at(p.lower) || is_at(p.upper)) && cost().is_none_or(|cost| cost > FELT_COST)
+            (is_at(p.lower) || is_at(p.upper)) && cost().is_none_or(|cost| cost > acceptance.felt_cost)
         })
     }
 
@@ -49,12 +50,6 @@ impl Fitted {
         self.gains_left_out(base).iter().sum()
     }
 }
-
-/// Share of its range by which a parameter leaves its bound to see what that costs …
-const FELT_SHARE: f64 = 0.1;
-/// … and what it costs, in units of the logarithm of a likelihood, where the bound is felt: two sigmas. Where two parameters of a law
-/// act alike, one of them may lie anywhere.
-const FELT_COST: f64 = 2.0;
 
 /// Effort of a fit that is carried to its end.
 pub(super) const FULL: Effort = Effort { iterations: 10, slow_columns: 0, refresh: 3, tolerance: 0.2 };

@@ -32,7 +32,7 @@ pub(super) fn of(selection: &Selection, report: &Report) -> Vec<Hypothesis> {
     let mut hypotheses = Vec::new();
     let (first_id, first_p) = match named {
         Some(effect) => {
-            let gain = round.gains.iter().find(|gain| gain.id == effect.id);
+            let gain = round.of(&effect.id);
             let fitted = gain.map(|gain| gain.fitted.clone());
             let p = effect.confidence.clamp(LEAST_DOUBT, 1.0 - LEAST_DOUBT);
             hypotheses.extend(fitted.map(|fitted| Hypothesis {

@@ -139,7 +139,7 @@ fn candidate_details(selection: &Selection, report: &Report) -> Vec<CandidateDet
         .candidates
         .iter()
         .filter_map(|candidate| {
-            let gain = round.gains.iter().find(|g| g.id == candidate.id)?;
+            let gain = round.of(&candidate.id)?;
             let effect = gain.fitted.shape.effects.last()?;
             let range = gain.fitted.shape.range_of(gain.fitted.shape.effects.len() - 1);
             let values = &gain.fitted.fit.theta[range];

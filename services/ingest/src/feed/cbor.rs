@@ -132,6 +132,9 @@ mod tests {
         assert!(said(&Value::Map(vec![(Value::from(1), Value::from(1))])).contains("no CBOR map"));
         assert!(said(&sample(Value::from("noon"), Value::from(1))).contains("\"t_s\" is \"noon\""));
         assert!(said(&Value::Array(vec![Value::from(7)])).contains("no CBOR map"));
+        let twice =
+            Value::Map(vec![(Value::from("t_s"), Value::from(1)), (Value::from("t_s"), Value::from(2))]);
+        assert!(said(&twice).contains("each once"));
         let deep = (0..40).fold(Value::Null, |inner, _| Value::Array(vec![inner]));
         assert!(said(&deep).contains("no CBOR"));
         // An array that claims four thousand million items, and a map that ends too early.
