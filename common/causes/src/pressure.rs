@@ -9,12 +9,10 @@ mod beside;
 use crate::input::MAX_WHEELSETS;
 use crate::robust::median;
 use crate::second::{SECOND_S, WagonSecond};
-use beside::{Moving, Pair};
+use beside::{ENOUGH, Moving, Pair};
 
 pub(crate) use beside::{Beside, Looks};
 
-/// Seconds that tell what a wheelset does beside the others.
-const ENOUGH: f64 = 5.0;
 /// A share or a constant is told from the other when it leaves so much less, beyond what noise of a transducer leaves, N
 /// (hand-set).
 const CLEAR: f64 = 0.6;

@@ -1,8 +1,9 @@
 //! The force of one wheelset beside those of its wagon: while an application is held, while it moves, and over several.
 
-use super::ENOUGH;
 use crate::second::SECOND_S;
 
+/// Seconds that tell what a wheelset does beside the others.
+pub(super) const ENOUGH: f64 = 5.0;
 /// The first seconds under pressure, in which a leak has taken little yet, and those in which it has, s.
 const FRESH_S: f64 = 6.0;
 const AGED_S: f64 = 12.0;
