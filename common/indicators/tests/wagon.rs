@@ -304,6 +304,21 @@ fn missing_values_and_a_wrong_model_are_seen() {
 }
 
 #[test]
+fn one_value_far_off_says_nothing_against_the_model() {
+    let mut bench = Bench::new();
+    bench.run(20.0, |_, _| {});
+    bench.run(DT_S, |_, estimate| estimate.nis = 1e9);
+    let filter = *FILTER.of(&bench.run(1.0, |_, _| {}).indicators.health());
+    assert_eq!(filter.grade(), Grade::Ok, "{}", filter.reason);
+    // A value in ten is too many.
+    for _ in 0..100 {
+        bench.run(DT_S, |_, estimate| estimate.nis = 1e9).run(9.0 * DT_S, |_, _| {});
+    }
+    let filter = *FILTER.of(&bench.indicators.health());
+    assert!(filter.grade() >= Grade::Watch, "{}", filter.reason);
+}
+
+#[test]
 fn a_train_that_comes_to_rest_says_nothing_against_its_filter() {
     let mut bench = Bench::new();
     bench.run(20.0, |_, _| {});

@@ -69,6 +69,21 @@ impl Mapping {
             None => read(column),
         }
     }
+
+    /// Whether a column comes from an input of this name.
+    #[must_use]
+    pub fn reads(&self, column: &str, input: &str) -> bool {
+        match self.rules.iter().find(|rule| rule.to == column) {
+            Some(rule) => rule.from.iter().any(|from| from == input),
+            None => column == input,
+        }
+    }
+
+    /// Whether an input says of others whether they count.
+    #[must_use]
+    pub fn is_flag(&self, input: &str) -> bool {
+        self.rules.iter().filter_map(|rule| rule.flag.as_ref()).any(|flag| flag.from == input)
+    }
 }
 
 impl Rule {

@@ -3,6 +3,10 @@
 use super::Observed;
 use railgrip_messages::{Estimate, Sample, valid};
 
+/// A sample counts no more than this in the mean of innovations: a single value far off is a matter of the filter's gate and of the
+/// sensors, and not of the model (hand-set).
+const MOST_OF_A_SAMPLE: f64 = 25.0;
+
 impl Observed {
     pub(super) fn count_sensors(&mut self, sample: &Sample, estimate: &Estimate, dt_s: f64) {
         let mut expected = valid::SPEED;
@@ -25,7 +29,8 @@ impl Observed {
         self.state.dead.add(dt_s.max(0.0), dead, memory_s);
         let judged = estimate.v_m_s.abs() >= self.settings.filter.min_speed_m_s;
         if judged && estimate.nis_dof > 0 && estimate.nis.is_finite() {
-            let ratio = estimate.nis / f64::from(estimate.nis_dof);
+            let most = MOST_OF_A_SAMPLE.max(2.0 * self.settings.filter.nis_act_high);
+            let ratio = (estimate.nis / f64::from(estimate.nis_dof)).min(most);
             self.state.nis.add(dt_s, ratio, self.settings.filter.memory_s);
         }
     }

@@ -92,7 +92,7 @@ pub(super) fn parse_object(object: &Map<String, Value>, layout: &Layout) -> Resu
         for wheelset in 0..places {
             let name = quantity.column(wheelset, count);
             known += usize::from(object.contains_key(&name));
-            *row.get_mut(quantity, wheelset) = cell(object, quantity, &name, &layout.mapping)?;
+            *row.get_mut(quantity, wheelset) = cell(object, &name, &layout.mapping, count)?;
         }
     }
     // Who maps names what is wanted of a source that may say more.
@@ -126,33 +126,46 @@ fn wagon(object: &Map<String, Value>, layout: &Layout) -> Result<usize, String> 
     })
 }
 
-/// The value of a column, by the mapping; NaN where nothing is said. An instant is a time and nothing else, true or false says
-/// whether something is on and measures nothing.
-fn cell(
+/// The value of a column, by the mapping; NaN where nothing is said.
+fn cell(object: &Map<String, Value>, column: &str, mapping: &Mapping, count: usize) -> Result<f64, String> {
+    let mut wrong = None;
+    let value = mapping.value(column, &mut |name| {
+        let value =
+            number(object, name).and_then(|value| fits(object, name, name, mapping, count).map(|()| value));
+        value.unwrap_or_else(|problem| {
+            wrong = Some(problem);
+            f64::NAN
+        })
+    });
+    wrong.map_or(Ok(value), Err)
+}
+
+/// Whether what stands under a name of an object can be that of an input of a wagon with `count` wheelsets: an instant is a time and
+/// nothing else, true or false says whether something is on and measures nothing.
+///
+/// # Errors
+/// In words.
+pub(super) fn fits(
     object: &Map<String, Value>,
-    quantity: Quantity,
-    column: &str,
+    name: &str,
+    input: &str,
     mapping: &Mapping,
-) -> Result<f64, String> {
-    let flag = mapping.rules.iter().find(|rule| rule.to == column).and_then(|rule| rule.flag.as_ref());
-    let fits = |name: &str| match entry(object, name) {
-        Some(Value::Bool(_)) => is_switch(quantity) || flag.is_some_and(|flag| flag.from == name),
-        Some(Value::String(_)) => quantity == Quantity::Time,
+    count: usize,
+) -> Result<(), String> {
+    let becomes = |quantity: Quantity| {
+        let places = if quantity.per_wheelset() { count } else { 1 };
+        (0..places).any(|wheelset| mapping.reads(&quantity.column(wheelset, count), input))
+    };
+    let Some(value) = entry(object, name) else { return Ok(()) };
+    let fits = match value {
+        Value::Bool(_) => {
+            mapping.is_flag(input)
+                || Quantity::ALL.into_iter().any(|quantity| is_switch(quantity) && becomes(quantity))
+        }
+        Value::String(_) => becomes(Quantity::Time),
         _ => true,
     };
-    let mut wrong = None;
-    let value =
-        mapping.value(column, &mut |name| match number(object, name).and_then(|value| match fits(name) {
-            true => Ok(value),
-            false => Err(refusal(name, entry(object, name).unwrap_or(&Value::Null))),
-        }) {
-            Ok(value) => value,
-            Err(problem) => {
-                wrong = Some(problem);
-                f64::NAN
-            }
-        });
-    wrong.map_or(Ok(value), Err)
+    if fits { Ok(()) } else { Err(refusal(name, value)) }
 }
 
 /// Whether a quantity says that something is on (1) or off (0), be it in part.

@@ -1,7 +1,7 @@
 //! Messages of a broker with one value, or an object of values, each: the latest values of a wagon become a row whenever its
 //! sample input arrives.
 
-use super::lines::number;
+use super::lines::{fits, number};
 use super::{Inlet, Layout, cbor, json};
 use railgrip_bus::monotonic_ns;
 use railgrip_messages::SourceCount;
@@ -88,7 +88,8 @@ impl Values {
         object: &Map<String, Value>,
         at_s: f64,
     ) -> Result<Taken, String> {
-        let WantedInputs { inputs, sample_on, .. } = &self.topics.wagons[wagon];
+        let WantedInputs { inputs, sample_on, mapping } = &self.topics.wagons[wagon];
+        let count = self.inlet.layout().wheelsets[wagon];
         let mut taken = Taken::default();
         for input in inputs {
             let Some(key) = key_of(input, name) else { continue };
@@ -96,7 +97,8 @@ impl Values {
                 continue;
             }
             // A broken value does not leave the one before in its place.
-            let value = number(object, key);
+            let value = number(object, key)
+                .and_then(|value| fits(object, key, input, mapping, count).map(|()| value));
             let held = Held { value: value.as_ref().copied().unwrap_or(f64::NAN), at_s };
             let there = held.value.is_finite() || value.is_err() || is_there(object, key);
             if there {
@@ -254,6 +256,27 @@ mod tests {
         let tally = values.inlet.tally();
         let counts = [SourceCount::Unreadable, SourceCount::Unwanted, SourceCount::Arrived];
         assert_eq!(counts.map(|what| tally.count(what)), [8, 5, 15]);
+    }
+
+    #[test]
+    fn what_is_true_or_an_instant_measures_nothing() {
+        let (mut values, mut live) = values("sanding = { from = \"sand\" }\n");
+        let take = |values: &mut Values, topic: &str, payload: &[u8]| {
+            assert!(values.take_at(topic, payload, "t", 5 * S), "{topic}");
+        };
+        take(&mut values, "loco/gps", br#"{"v": "2026-03-01T12:00:00Z"}"#);
+        take(&mut values, "train/1/bogie1/axle1", b"true");
+        let (found, refused) = rows(&mut live);
+        assert!(found.is_empty(), "{found:?}");
+        let starts = [
+            "t: \"v\" is \"2026-03-01T12:00:00Z\", allowed is a number",
+            "t: \"\" is true, allowed is a number",
+        ];
+        assert!(refused.iter().zip(starts).all(|(said, start)| said.starts_with(start)), "{refused:?}");
+        take(&mut values, "train/1/bogie1/sand", b"true");
+        take(&mut values, "train/1/bogie1/axle1", b"300");
+        let (found, refused) = rows(&mut live);
+        assert_eq!((found.len(), found[0].1.sanding), (1, 1.0), "{refused:?}");
     }
 
     #[test]
