@@ -26,7 +26,7 @@ pub struct Practice {
 type Holds = fn(&Practice, &VerdictLimits) -> bool;
 
 /// The rules in their order: the verdict that each revises, the rule, and when it does.
-pub static RULES: [(Verdict, Rule, Holds); 6] = [
+pub static RULES: [(Verdict, Rule, Holds); 7] = [
     (
         Verdict::None,
         Rule {
@@ -37,20 +37,14 @@ pub static RULES: [(Verdict, Rule, Holds); 6] = [
         },
         |practice, limits| practice.calibrated() > practice.unnatural(limits),
     ),
-    (Verdict::Effects, NEXT_TO_NOTHING, Practice::does_nothing),
+    (Verdict::Effects, NEXT_TO_NOTHING, |practice, limits| {
+        practice.does_nothing(limits) && practice.calibrated() <= practice.unnatural(limits)
+    }),
+    (Verdict::Effects, NAMES_DO_NOTHING, Practice::does_nothing),
     (Verdict::EffectsAndUnknown, NEXT_TO_NOTHING, |practice, limits| {
         practice.does_nothing(limits) && practice.calibrated() < limits.noticeable_gap
     }),
-    (
-        Verdict::EffectsAndUnknown,
-        Rule {
-            name: "names_do_nothing",
-            words: "The candidates that were found gain more than chance, but the gap is next to nothing smaller with them, so none of them is named.",
-            verdict: Verdict::Unknown,
-            missing: Missing::InsteadOfEffects,
-        },
-        Practice::does_nothing,
-    ),
+    (Verdict::EffectsAndUnknown, NAMES_DO_NOTHING, Practice::does_nothing),
     (
         Verdict::Effects,
         Rule {
@@ -79,6 +73,14 @@ const NEXT_TO_NOTHING: Rule = Rule {
     words: "The best candidate gains more than chance, but the gap is next to nothing smaller with it than without.",
     verdict: Verdict::None,
     missing: Missing::Nothing,
+};
+
+/// The same, of a gap that tolerances and noise do not make.
+const NAMES_DO_NOTHING: Rule = Rule {
+    name: "names_do_nothing",
+    words: "The candidates that were found gain more than chance, but the gap is next to nothing smaller with them, so none of them is named.",
+    verdict: Verdict::Unknown,
+    missing: Missing::InsteadOfEffects,
 };
 
 /// A free curve that is beyond chance and does next to nothing to the gap.
@@ -243,6 +245,9 @@ mod tests {
         assert_eq!(asked([0.001, 0.002]), "next_to_nothing");
         assert_eq!(asked([0.001, 0.02]), "next_to_nothing", "fitted runs are no better");
         assert_eq!(asked([0.05, 0.001]), "effects_explain_gap");
+        let large =
+            Practice { fitted: [8.0; 2], held_out: Some([24.0; 2]), predicted: None, moved: 3.0, floor: 1.2 };
+        assert_eq!(in_practice(named, &large, &criteria).rule.name, "names_do_nothing");
         let in_part = decide(&beside(300.0), &criteria);
         let practice = Practice {
             fitted: [8.0, 8.1],
