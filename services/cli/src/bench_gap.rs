@@ -11,7 +11,7 @@ use railgrip_diagnosis::data::load;
 use railgrip_diagnosis::model::parameters::Shape;
 use railgrip_diagnosis::predict::open_loop;
 use railgrip_truth_plant::{Case as TrueCase, Recipe, files};
-use railgrip_vehicle::{EffectEntry, WagonInput, WagonModel, WagonState};
+use railgrip_vehicle::{EffectEntry, MAX_WHEELSETS, WagonInput, WagonModel, WagonState};
 
 use crate::output::say;
 use crate::{CliError, process_figures as figures};
@@ -70,16 +70,21 @@ pub(crate) fn run() -> Result<Report, CliError> {
 }
 
 fn measure(folder: &Path) -> Result<Report, CliError> {
+    let case = make(folder)?;
+    let integrators = integrators(&case)?;
+    let plain_ns = integrators[0].nanoseconds;
+    let diagnosis = diagnosis(folder, &case, plain_ns)?;
+    Ok(Report { integrators, diagnosis })
+}
+
+/// The case, in a folder `case`, and as it is read from there.
+fn make(folder: &Path) -> Result<Case, CliError> {
     let recipe = Recipe { name: "case".into(), seed: SEED, departures: vec![EFFECT.into()] };
     let made = TrueCase::make(&recipe).map_err(CliError::failed)?;
     let path = folder.join("case");
     files::write_case(&path, &made.sheet.to_toml(), &made.runs).map_err(CliError::failed)?;
     let vehicle = railgrip_settings::vehicle::load(&path.join("vehicle.toml")).map_err(CliError::failed)?;
-    let case = load::load(&path, vehicle).map_err(CliError::failed)?;
-    let integrators = integrators(&case)?;
-    let plain_ns = integrators[0].nanoseconds;
-    let diagnosis = diagnosis(folder, &case, plain_ns)?;
-    Ok(Report { integrators, diagnosis })
+    load::load(&path, vehicle).map_err(CliError::failed)
 }
 
 /// Nanoseconds of one sample: the best of several rounds over a run.
@@ -126,14 +131,14 @@ fn integrators(case: &Case) -> Result<Vec<Line>, CliError> {
 fn plain_simulation(model: &WagonModel, adhesion: f64, run: &Run) {
     let first = &run.samples[0];
     let mut state = WagonState { v_m_s: first.outputs[0], ..WagonState::default() };
-    state.wheel_speed_rad_s[..2].copy_from_slice(&first.outputs[1..]);
-    let mut input = WagonInput { adhesion_peak: [adhesion; 4], ..WagonInput::default() };
+    state.wheel_speed_rad_s.copy_from_slice(&first.outputs[1..]);
+    let mut input = WagonInput { adhesion_peak: [adhesion; MAX_WHEELSETS], ..WagonInput::default() };
     let mut acceleration_m_s2 = 0.0;
     for sample in &run.samples {
         input.time_s = sample.input.time_s;
         input.grade_rad = sample.input.grade_rad;
-        input.pressing_force_n[..2].copy_from_slice(&sample.input.mid_pressing_force_n);
-        input.drive_torque_nm[..2].copy_from_slice(&sample.input.mid_drive_torque_nm);
+        input.pressing_force_n = sample.input.mid_pressing_force_n;
+        input.drive_torque_nm = sample.input.mid_drive_torque_nm;
         let loading = model.loading(&model.operating(&state, &input), &input, run.dt_s, &[]);
         state = model.step(&state, &loading, run.dt_s, &mut acceleration_m_s2);
     }
@@ -219,4 +224,19 @@ pub(crate) fn show(report: &Report) {
         d.cpu_s, d.in_plain_simulations
     ));
     say(&format!("  peak memory   {:>8.0} MB (aim {AIM_MB:.0} MB)", d.peak_memory_mb));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_integrator_is_timed_on_the_case() {
+        let folder = tempfile::tempdir().unwrap();
+        let lines = integrators(&make(folder.path()).unwrap()).unwrap();
+        assert_eq!(lines.len(), 4);
+        for line in lines {
+            assert!(line.nanoseconds > 0.0 && line.nanoseconds.is_finite(), "{}", line.what);
+        }
+    }
 }
