@@ -11,12 +11,16 @@ use safetensors::{Dtype, SafeTensors};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::HashMap;
+use std::io::Read;
 use std::path::Path;
 
 /// Version of the form.
 pub(crate) const FORMAT: u32 = 1;
 /// Key of our header.
 const HEADER: &str = "railgrip";
+
+/// A model's file is no longer than this, bytes.
+const LARGEST: u64 = 64 << 20;
 
 /// The model that is part of the program: what `railgrip acoustics train` makes without options.
 const BUILT_IN: &[u8] = include_bytes!("../models/default.safetensors");
@@ -54,8 +58,11 @@ impl Model {
     /// # Errors
     /// A file that cannot be read, is no model, has another version or is damaged.
     pub fn load(path: &Path) -> Result<Self, ModelError> {
-        let bytes =
-            std::fs::read(path).map_err(|source| ModelError::File { path: path.to_owned(), source })?;
+        let mut bytes = Vec::new();
+        // A device that was given by mistake never ends.
+        std::fs::File::open(path)
+            .and_then(|file| file.take(LARGEST).read_to_end(&mut bytes))
+            .map_err(|source| ModelError::File { path: path.to_owned(), source })?;
         decode(&path.display().to_string(), &bytes)
     }
 

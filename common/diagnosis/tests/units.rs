@@ -71,6 +71,26 @@ fn units_are_told_from_effects() {
         let small = column(&|r| r.pressing_force_n.iter_mut().for_each(|f| scale(f, factor)));
         assert_eq!(small, Some("f_perp_f_n".into()));
     }
+    for factor in [2.0, 0.5] {
+        let both = column(&|r| r.wheel_speed_rad_s.iter_mut().for_each(|w| scale(w, factor)));
+        assert!(both.is_some(), "the radius of the vehicle file is {factor} times what it should be");
+    }
+    assert_eq!(column(&|r| scale(&mut r.v_m_s, 1.0 / 0.514_444)), Some("v_m_s".into()), "knots");
+    assert_eq!(column(&|r| scale(&mut r.v_m_s, -1.0)), Some("v_m_s".into()), "the other direction");
+    assert_eq!(column(&|r| scale(&mut r.wheel_speed_rad_s[1], -1.0)), Some("omega_r_rad_s".into()));
+    let both_ways = |r: &mut Recording| {
+        scale(&mut r.v_m_s, -1.0);
+        r.wheel_speed_rad_s.iter_mut().for_each(|w| scale(w, -1.0));
+    };
+    assert_eq!(column(&both_ways), None, "a wagon that runs backwards");
+    assert_eq!(column(&|r| scale(&mut r.pressing_force_n[1], 1e-3)), Some("f_perp_r_n".into()));
+    let isolated = |r: &mut Recording| {
+        r.pressing_force_n[1] =
+            (0..3000).map(|k| 40.0 * noise(k) + 1e-3 * r.pressing_force_n[0][k]).collect();
+    };
+    assert_eq!(column(&isolated), None, "a brake that is isolated");
+    let degrees = |r: &mut Recording| r.grade_rad = Some(vec![0.57; 3000]);
+    assert_eq!(column(&degrees), Some("grade_rad".into()));
     let steady = |r: &mut Recording| {
         (0..r.len()).for_each(|k| r.v_m_s[k] = 60.0 - 0.008 * k as f64);
         r.wheel_speed_rad_s[1] = r.v_m_s.iter().map(|v| v / 0.45).collect();

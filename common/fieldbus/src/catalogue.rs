@@ -73,7 +73,10 @@ impl Catalogue {
         let near: Vec<_> = self.all().filter(close).take(5).map(|found| found.full_name()).collect();
         let near = if near.is_empty() {
             let some: Vec<_> = self.all().take(5).map(|found| found.full_name()).collect();
-            format!("there are {} values, for example {}", self.all().count(), some.join(", "))
+            match self.all().count() {
+                0 => "there is no value at all".to_owned(),
+                count => format!("there are {count} values, for example {}", some.join(", ")),
+            }
         } else {
             format!("close are {}", near.join(", "))
         };

@@ -1,6 +1,8 @@
 //! CAN messages as a DBC file describes them.
 
 use crate::{Catalogue, Cell, FieldbusError, Kind, Message, Order, Selector};
+use std::collections::{BTreeMap, BTreeSet};
+
 use can_dbc::{ByteOrder, Dbc, MultiplexIndicator, NumericValue, Signal, SignalExtendedValueType, ValueType};
 
 /// The largest data of a frame (CAN FD), bytes.
@@ -13,8 +15,10 @@ const NO_MESSAGE: &str = "VECTOR__INDEPENDENT_SIG_MSG";
 /// # Errors
 /// A text that is none, or a signal that cannot lie where it should.
 pub fn read(text: &str) -> Result<Catalogue, FieldbusError> {
-    let dbc = Dbc::try_from(text).map_err(|error| FieldbusError::Dbc(error.to_string()))?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let dbc = Dbc::try_from(text).map_err(|error| FieldbusError::Dbc(in_short(&error.to_string())))?;
     let mut messages = Vec::new();
+    let (mut keys, mut names) = (BTreeMap::new(), BTreeSet::new());
     for message in dbc.messages.iter().filter(|message| message.name != NO_MESSAGE) {
         let wrong = |signal: &Signal, problem: String| FieldbusError::Cell {
             message: message.name.clone(),
@@ -22,11 +26,11 @@ pub fn read(text: &str) -> Result<Catalogue, FieldbusError> {
             problem,
         };
         let refuse = |problem: String| FieldbusError::Message { message: message.name.clone(), problem };
-        if let Some(other) = messages.iter().find(|other: &&Message| other.key == message.id.raw()) {
-            let (id, name) = (message.id.raw() & 0x1FFF_FFFF, &other.name);
+        if let Some(name) = keys.insert(message.id.raw(), &message.name) {
+            let id = message.id.raw() & 0x1FFF_FFFF;
             return Err(refuse(format!("has the identifier {id} of message {name}")));
         }
-        if messages.iter().any(|other| other.name == message.name) {
+        if !names.insert(&message.name) {
             return Err(refuse("stands twice, with two identifiers".to_owned()));
         }
         let mut cells: Vec<(String, Cell)> = Vec::new();
@@ -49,6 +53,22 @@ pub fn read(text: &str) -> Result<Catalogue, FieldbusError> {
         messages.push(Message { key: message.id.raw(), name: message.name.clone(), cells });
     }
     Ok(Catalogue { messages })
+}
+
+/// What a parser says, without what it quotes at length: the lines that it cuts out of the text, on one line and free of characters
+/// that a terminal would obey.
+fn in_short(said: &str) -> String {
+    const MOST: usize = 100;
+    let line = |line: &str| {
+        let shown = line.trim().chars().map(|c| if c.is_control() { ' ' } else { c });
+        let mut short: String = shown.clone().take(MOST).collect();
+        if shown.count() > MOST {
+            short.push('…');
+        }
+        short
+    };
+    let bare = |line: &str| line.trim().chars().all(|c| matches!(c, '|' | '^' | '-' | ' '));
+    said.lines().filter(|one| !bare(one)).map(line).collect::<Vec<_>>().join(" ")
 }
 
 /// The cell of a signal, whatever selects it.
@@ -176,6 +196,9 @@ SIG_VALTYPE_ 256 P : 1;
         assert_eq!(said, "Axles.N2: does not fit into the 8 bytes of its message");
         let said = read("nonsense").expect_err("nonsense").to_string();
         assert!(said.starts_with("no DBC file: "), "{said}");
+        let said = read(&format!("VERSION \u{1b}[2J{}", "x".repeat(100_000))).expect_err("noise").to_string();
+        assert!(said.len() < 1000 && !said.contains('\u{1b}'), "{said}");
+        assert!(read(&format!("\u{feff}{TEXT}")).is_ok(), "a byte order mark");
         let catalogue = read(TEXT).expect("a DBC file");
         assert_eq!(catalogue.find("N3"), Ok(None));
         let said = catalogue.unknown("Axles.N").to_string();

@@ -3,6 +3,7 @@
 use crate::columns::{MAX_WHEELSETS, Quantity, columns_of_run, described, usual_name, wheelsets_of_header};
 use crate::error::{Problem, RecordingError, Result};
 use crate::table::Table;
+use std::collections::BTreeSet;
 
 /// How much dirt a reader takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,8 +45,9 @@ pub(crate) fn check_required(names: &[String]) -> std::result::Result<(), (Strin
     let wheelsets = wheelsets_of_header(names);
     let names = &names.iter().map(|name| usual_name(name, wheelsets)).collect::<Vec<_>>();
     let columns = columns_of_run(wheelsets);
-    if let Some(twice) = (1..names.len()).find(|at| names[..*at].contains(&names[*at])) {
-        return Err((names[twice].clone(), Problem::DuplicateColumn));
+    let mut seen = BTreeSet::new();
+    if let Some(twice) = names.iter().find(|name| !seen.insert(*name)) {
+        return Err((twice.clone(), Problem::DuplicateColumn));
     }
     let absent = |(quantity, _, name): &&(Quantity, usize, String)| {
         let wanted = quantity.required() || some_wheelset(names, &columns, *quantity);
@@ -101,7 +103,7 @@ pub(crate) fn check_clock(table: &Table, name: &str) -> Result<()> {
     }
     steps.retain(|step| *step > 0.0);
     if steps.is_empty() {
-        return Ok(());
+        return Err(RecordingError::new(table.file(), Problem::TimeStands { time_s: time_s[0] }).column(name));
     }
     let middle = steps.len() / 2;
     let (_, &mut period_s, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);

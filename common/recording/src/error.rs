@@ -178,6 +178,16 @@ pub enum Problem {
         /// Highest allowed rate.
         high_hz: f64,
     },
+    /// A rate that nobody can make of a recording.
+    #[error("{wanted_hz} Hz were asked for; allowed are {low_hz} Hz to the {high_hz:.2} Hz of the recording")]
+    WantedRate {
+        /// The rate that was asked for.
+        wanted_hz: f64,
+        /// Lowest allowed rate.
+        low_hz: f64,
+        /// Rate of the recording.
+        high_hz: f64,
+    },
     /// More than is read into memory.
     #[error(
         "{rows} rows of {columns} columns fill {mib} MiB of memory; at most {most_mib} MiB are read at once: cut the file, or \
@@ -192,6 +202,14 @@ pub enum Problem {
         mib: u64,
         /// Most that is read.
         most_mib: u64,
+    },
+    /// More columns than anybody looks at.
+    #[error("{found} columns; at most {most} are looked at: keep those of the sensors")]
+    TooManyColumns {
+        /// Columns of the file.
+        found: usize,
+        /// Most that are looked at.
+        most: usize,
     },
     /// A row that would fill the memory by itself.
     #[error(
@@ -232,6 +250,12 @@ pub enum Problem {
         /// Highest plausible rate.
         high_hz: f64,
     },
+    /// A clock that does not move.
+    #[error("the time is {time_s} s in every row: nothing says when each was measured")]
+    TimeStands {
+        /// The time of all rows, s.
+        time_s: f64,
+    },
     /// Rows that are in no order of time.
     #[error(
         "the time goes back in {percent:.0} % of the rows, first here: the rows are not in the order in which they were \
@@ -260,17 +284,30 @@ pub enum Problem {
         /// Rate that is needed.
         expected_hz: f64,
     },
+    /// A run that would be written stands there.
+    #[error("stands there already, and nothing is overwritten: remove it, or name another folder")]
+    Taken,
+    /// A column that shall be left out and is not there.
+    #[error("no such column, which shall be left out; found {found}")]
+    NothingToDrop {
+        /// The header that was found.
+        found: String,
+    },
     /// Columns that do not belong together in a value made by a program.
     #[error("columns of different length or number: {0}")]
     Shape(String),
 }
 
-/// Shows `Some(x)` with a text before it and `None` as nothing.
 impl Problem {
     /// A column is missing among these.
     pub(crate) fn missing_column<T: AsRef<str>>(names: &[T]) -> Self {
         let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
         Self::MissingColumn { found: shortened(&names.join(", "), 400) }
+    }
+
+    /// Nothing of these is called so.
+    pub(crate) fn nothing_to_drop(names: &[String]) -> Self {
+        Self::NothingToDrop { found: shortened(&names.join(", "), 400) }
     }
 }
 
@@ -285,6 +322,7 @@ fn shortened(text: &str, most: usize) -> String {
     short
 }
 
+/// Shows `Some(x)` with a text before it and `None` as nothing.
 struct Shown<'a, T>(&'static str, &'a Option<T>);
 
 impl<T: fmt::Display> fmt::Display for Shown<'_, T> {

@@ -8,6 +8,7 @@
 //! * [`MotorRecording`]: one run of a driven rig, with motor currents and voltages; [`MotorRow`] is one sample of it.
 //! * [`Truth`]: what no sensor sees, beside a simulated run.
 //! * [`Table`]: named columns of numbers in CSV or Parquet, for every other file.
+//! * [`read_text`]: texts that people write, no longer than such are.
 //! * [`runs_in`], [`RunFile`]: the runs of a folder, named `NAME.RAIL.csv` or `NAME.RAIL.parquet`.
 //! * [`RecordingError`]: file, line or row, column, what is wrong and what is allowed.
 //!
@@ -32,6 +33,7 @@ mod prepare;
 mod recording;
 mod rig;
 mod run_name;
+mod small_text;
 mod survey;
 mod table;
 mod table_file;
@@ -50,6 +52,7 @@ pub use prepare::{Prepared, prepare};
 pub use recording::{Optional, Recording, Row};
 pub use rig::{RIG_VALUES, RigColumn, RigRecording, RigRow};
 pub use run_name::{RailClass, RunFile, runs_in};
+pub use small_text::{read_bytes, read_text};
 pub use survey::{FirstMinute, Guess, Surveyed, first_minute, proposal, survey};
 pub use table::{HeaderCheck, Table, expect_columns};
 pub use table_file::Form;

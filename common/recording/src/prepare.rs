@@ -22,7 +22,7 @@ pub struct Prepared {
 ///
 /// # Errors
 /// A recording that cannot be mended, see [`Recording::read_mended`]; a folder without recordings or that cannot be written,
-/// a file that stands there already.
+/// a file that stands there already. Nothing is written before all of them were found good.
 pub fn prepare(
     from: &Path,
     folder: &Path,
@@ -31,25 +31,37 @@ pub fn prepare(
 ) -> Result<Vec<Prepared>> {
     let files = if from.is_dir() { runs_in(from)? } else { vec![RunFile::of(from)?] };
     let io = |e| RecordingError::new(folder, Problem::Io(e));
+    let path_of = |file: &RunFile, parts: usize, number: usize| {
+        folder.join(name(file, (parts > 1).then_some(number + 1), rail))
+    };
+    // Read twice: all of them at once may be more than the memory holds.
+    let several = files.len() > 1;
+    for file in files.iter().filter(|_| several) {
+        let parts = Recording::read_mended(&file.path, mending)?.parts.len();
+        (0..parts).try_for_each(|number| free(&path_of(file, parts, number)))?;
+    }
     std::fs::create_dir_all(folder).map_err(io)?;
-    files
-        .into_iter()
-        .map(|file| {
-            let Mended { parts, notes, .. } = Recording::read_mended(&file.path, mending)?;
-            let several = parts.len() > 1;
-            let write = |(number, part): (usize, &Recording)| {
-                let path = folder.join(name(&file, several.then_some(number + 1), rail));
-                if path.exists() {
-                    let taken = std::io::Error::from(std::io::ErrorKind::AlreadyExists);
-                    return Err(RecordingError::new(&path, Problem::Io(taken)));
-                }
-                part.write(&path)?;
-                Ok((path, part.len(), part.sample_rate_hz()))
-            };
-            let runs = parts.iter().enumerate().map(write).collect::<Result<_>>()?;
-            Ok(Prepared { from: file.path.clone(), runs, notes })
-        })
-        .collect()
+    let one = |file: RunFile| {
+        let Mended { parts, notes, .. } = Recording::read_mended(&file.path, mending)?;
+        let paths: Vec<PathBuf> =
+            (0..parts.len()).map(|number| path_of(&file, parts.len(), number)).collect();
+        paths.iter().try_for_each(|path| free(path))?;
+        let write = |(path, part): (PathBuf, &Recording)| {
+            part.write(&path)?;
+            Ok((path, part.len(), part.sample_rate_hz()))
+        };
+        let runs = paths.into_iter().zip(&parts).map(write).collect::<Result<_>>()?;
+        Ok(Prepared { from: file.path.clone(), runs, notes })
+    };
+    files.into_iter().map(one).collect()
+}
+
+/// Fails where a file stands.
+fn free(path: &Path) -> Result<()> {
+    match path.exists() {
+        true => Err(RecordingError::new(path, Problem::Taken)),
+        false => Ok(()),
+    }
 }
 
 /// Name of the file of a part.

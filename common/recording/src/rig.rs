@@ -1,6 +1,6 @@
 //! Recordings of rigs with sensors of their own: one row type a rig, read, checked and written alike.
 
-use crate::checks::{Strictness, check_time};
+use crate::checks::{Strictness, check_clock, check_time};
 use crate::error::{Problem, RecordingError, Result};
 use crate::table::{Table, expect_columns};
 use std::ops::RangeInclusive;
@@ -86,6 +86,8 @@ impl<R: RigRow> RigRecording<R> {
                 check(&table, column)?;
             }
             check_time(&table, names[0])?;
+        } else {
+            check_clock(&table, names[0])?;
         }
         let cell =
             |index: usize, row: usize| table.column(names[index]).map_or(f64::NAN, |column| column[row]);

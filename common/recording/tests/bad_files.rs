@@ -235,6 +235,8 @@ fn a_tolerant_reader_takes_late_rows_and_refuses_a_shuffled_run_or_another_unit_
     let shuffled = timed(|k| 0.01 * ((k * 173) % 400) as f64);
     let said = read(shuffled).expect_err("no order");
     assert!(said.contains("column t_s") && said.contains("not in the order"), "{said}");
+    let said = read(timed(|_| 3.0)).expect_err("stands");
+    assert!(said.contains("column t_s: the time is 3 s in every row"), "{said}");
     for unit in [1e3, 1e6] {
         let said = read(timed(|k| 0.01 * unit * k as f64)).expect_err("ms");
         assert!(said.contains("not ms or µs"), "{said}");

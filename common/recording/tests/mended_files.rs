@@ -224,5 +224,32 @@ fn prepared_files_are_those_of_a_case_and_need_no_more_mending() {
         Recording::read(path, railgrip_recording::Strictness::Strict).unwrap();
     }
     let error = prepare(&raw, &made, &Mending::default(), None).unwrap_err().to_string();
-    assert!(error.contains("stop.wet.csv") && error.contains("exists"), "{error}");
+    assert!(error.contains("stop.wet.csv") && error.contains("name another folder"), "{error}");
+}
+
+/// Half a folder once was written before a bad recording was met.
+#[test]
+fn a_bad_recording_of_a_folder_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let (raw, made) = (folder.path().join("raw"), folder.path().join("fit"));
+    std::fs::create_dir(&raw).unwrap();
+    let rows: String = (0..600).map(|k| row(PERIOD_S * k as f64).join(",") + "\n").collect();
+    std::fs::write(raw.join("a.dry.csv"), format!("{HEADER}\n{rows}")).unwrap();
+    std::fs::write(raw.join("b.dry.csv"), "").unwrap();
+    let error = prepare(&raw, &made, &Mending::default(), None).unwrap_err().to_string();
+    assert!(error.contains("b.dry.csv"), "{error}");
+    assert!(!made.exists(), "something was written");
+}
+
+#[test]
+fn a_rate_or_column_that_is_none_is_refused_as_such() {
+    let with = |mending: Mending| mend_as(HEADER, &mending, |_, t_s| Some(row(t_s)));
+    for rate_hz in [f64::NAN, f64::INFINITY, 0.0, 7.0, 60.0] {
+        let wanted = Mending { rate_hz: Some(rate_hz), ..Mending::default() };
+        let said = with(wanted).unwrap_err().to_string();
+        assert!(said.contains("were asked for") && said.contains("20 Hz to the 50.00 Hz"), "{said}");
+    }
+    let dropped = Mending { dropped: vec!["door".into()], ..Mending::default() };
+    let said = with(dropped).unwrap_err().to_string();
+    assert!(said.contains("column door: no such column") && said.contains("v_m_s"), "{said}");
 }

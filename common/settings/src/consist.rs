@@ -54,7 +54,7 @@ impl RecordedTrain {
     /// a wagon without a recording.
     pub fn read(folder: &Path) -> Result<Self, SettingsError> {
         let file = folder.join("train.toml");
-        let text = std::fs::read_to_string(&file)
+        let text = railgrip_recording::read_text(&file)
             .map_err(|source| SettingsError::Read { file: file.clone(), source })?;
         let at = ConfigText::new(&file, &text);
         let form: ConsistFile = at.parse()?;

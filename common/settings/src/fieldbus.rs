@@ -3,15 +3,13 @@
 use crate::SettingsError;
 use crate::place::ConfigText;
 use railgrip_fieldbus::{Catalogue, FieldbusError, Lanes, Plan, dbc, trdp};
-use railgrip_recording::Mapping;
+use railgrip_recording::{Mapping, read_bytes};
 use serde::{Deserialize, Serialize};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
 /// A value counts for so long after its message, unless the config says otherwise, ms.
 const HOLD_MS: f64 = 500.0;
-/// A description of messages is no longer than this, bytes.
-const LARGEST_FILE: u64 = 32 << 20;
 
 /// One text or several.
 #[derive(Debug, Clone, Deserialize, Serialize)]
@@ -171,11 +169,7 @@ fn messages(
     };
     let database = at.beside(given);
     let refuse = |problem: String| at.refuse(key, format!("{given:?} ({problem})"), allowed);
-    let size = std::fs::metadata(&database).map_err(|error| refuse(error.to_string()))?.len();
-    if size > LARGEST_FILE {
-        return Err(refuse(format!("{size} bytes are too many")));
-    }
-    let bytes = std::fs::read(&database).map_err(|error| refuse(error.to_string()))?;
+    let bytes = read_bytes(&database).map_err(|error| refuse(error.to_string()))?;
     // Comments in such files are often in Latin-1; nothing that counts here is.
     let catalogue = read(&String::from_utf8_lossy(&bytes)).map_err(|error| refuse(error.to_string()))?;
     let sample_on = keys.sample_on.map(str::to_owned);

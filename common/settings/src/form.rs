@@ -2,7 +2,7 @@
 //! the rest is read.
 
 use crate::SettingsError;
-use crate::place::{ConfigText, line_at, position};
+use crate::place::{ConfigText, in_words, line_at, position};
 use crate::reference::tracer::{self, Traced};
 use serde::de::DeserializeOwned;
 use std::ops::Range;
@@ -11,6 +11,9 @@ use toml::{Deserializer, Spanned};
 
 /// Most mistakes of the form that are told.
 const MOST: usize = 50;
+
+/// Mistakes that are told of a file that is no config at all.
+const TOLD_OF_ANOTHER_FILE: usize = 3;
 
 /// Reads the text into the form `T`. Each mistake is noted in `at` with its line, and its key is blamed, so that nobody complains a
 /// second time of what was left out or stood in for. `None` where nothing can be made of the text.
@@ -23,7 +26,7 @@ pub(crate) fn read<T: DeserializeOwned>(at: &ConfigText<'_>) -> Option<T> {
             Ok(form) => return Some(form),
             Err(error) => error,
         };
-        let message = error.message().replace('\n', "; ");
+        let message = in_words(&error);
         let span = error.span().unwrap_or(0..0);
         let missing = message.strip_prefix("missing field `").and_then(|rest| rest.split('`').next());
         let (path, mistake) = match missing {
@@ -64,16 +67,21 @@ fn without_broken_lines(at: &ConfigText<'_>) -> Option<String> {
             return Some(text);
         }
         let mut blanks: Vec<Range<usize>> = Vec::new();
-        for error in &errors {
+        // So many mistakes are another file, not a config.
+        let hopeless = errors.len() > MOST;
+        for error in errors.iter().take(if hopeless { TOLD_OF_ANOTHER_FILE } else { MOST }) {
             let start = error.span().map_or(0, |span| span.start);
             let line = line_at(&text, start);
             if blanks.contains(&line) {
                 continue;
             }
             let (number, column) = position(at.text, start);
-            let message = error.message().replace('\n', "; ");
+            let message = in_words(error);
             at.push(SettingsError::Form { file: at.file.to_owned(), line: number, column, message });
             blanks.push(line);
+        }
+        if hopeless {
+            return None;
         }
         for line in blanks {
             let words = text[line.clone()].trim();

@@ -70,5 +70,29 @@ mod tests {
             assert!(told, "{line} in line {number}: {said:#?}");
         }
         assert_eq!(said.len(), 4, "{said:#?}");
+        assert!(said.iter().any(|said| said.contains("expected a whole number")), "{said:#?}");
+    }
+
+    #[test]
+    fn what_only_fails_later_is_found() {
+        let text = include_str!("../../../config/railgrip.toml");
+        let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../config/railgrip.toml"));
+        let start = text.find("[source]").expect("a source");
+        let end = start + text[start + 1..].find("\n[").expect("a table after it");
+        let listen = |source: &str| {
+            let text = format!("{}[source]\n{source}{}", &text[..start], &text[end..]);
+            let said = mistakes(path, &text, &Overrides::default());
+            said.iter().map(ToString::to_string).collect::<Vec<_>>()
+        };
+        let said = listen("kind = \"tcp\"\nlisten = \"0.0.0.0:8080\"\n");
+        assert!(said.iter().any(|said| said.contains("[source] `listen` does not take")), "{said:#?}");
+        let said = listen("kind = \"udp\"\nlisten = \"127.0.0.1:8080\"\n");
+        assert!(said.is_empty(), "{said:#?}");
+        for topic in ["#/x", "a/b+", "a/#/b", "a#"] {
+            let said = listen(&format!("kind = \"mqtt\"\nhost = \"localhost\"\ntopic = \"{topic}\"\n"));
+            assert!(said.iter().any(|said| said.contains("source.topic")), "{topic}: {said:#?}");
+        }
+        let said = listen("kind = \"mqtt\"\nhost = \"localhost\"\nport = 0\ntopic = \"a/+/#\"\n");
+        assert!(said.len() == 1 && said[0].contains("source.port"), "{said:#?}");
     }
 }

@@ -1,5 +1,6 @@
 //! Files of own effects: `effects.toml` into the effects that the process knows.
 
+use crate::place::in_words;
 use crate::vehicle::line_of;
 use railgrip_vehicle::effects::own::{self, OwnEffectError, OwnEffects};
 use std::path::{Path, PathBuf};
@@ -42,12 +43,12 @@ pub enum OwnEffectsFileError {
 /// # Errors
 /// A file that cannot be read, an unknown or missing key, an expression that names what does not exist, an id that is taken.
 pub fn load(path: &Path) -> Result<OwnEffects, OwnEffectsFileError> {
-    let text = std::fs::read_to_string(path)
+    let text = railgrip_recording::read_text(path)
         .map_err(|source| OwnEffectsFileError::Read { path: path.to_owned(), source })?;
     let effects: OwnEffects = toml::from_str(&text).map_err(|error| OwnEffectsFileError::Form {
         path: path.to_owned(),
         line: error.span().map_or(1, |span| line_of(&text, span.start)),
-        message: error.message().to_owned(),
+        message: in_words(&error),
     })?;
     own::register(&effects).map_err(|source| OwnEffectsFileError::Effect {
         path: path.to_owned(),

@@ -75,7 +75,7 @@ impl<'a> ConfigText<'a> {
     pub fn parse<T: serde::de::DeserializeOwned>(&self) -> Result<T, SettingsError> {
         toml::from_str(self.text).map_err(|error| {
             let (line, column) = position(self.text, error.span().map_or(0, |span| span.start));
-            let message = error.message().replace('\n', "; ");
+            let message = in_words(&error);
             SettingsError::Form { file: self.file.to_owned(), line, column, message }
         })
     }
@@ -179,6 +179,39 @@ pub(crate) fn name(at: &ConfigText<'_>, key: &str, name: &str) -> Result<String,
 /// The folder that paths in a file are relative to.
 pub(crate) fn folder(file: &Path) -> PathBuf {
     file.parent().map_or_else(PathBuf::new, Path::to_owned)
+}
+
+/// What is wrong with the form of a text, on one line and in the words of whoever writes configs, not of whoever writes Rust.
+pub(crate) fn in_words(error: &toml::de::Error) -> String {
+    let mut message = error.message().replace('\n', "; ").replace(" as i128", "");
+    for (of_rust, in_words) in [
+        ("f64", "a number"),
+        ("u8", "a whole number, not negative"),
+        ("u16", "a whole number, 0 to 65535"),
+        ("u32", "a whole number, not negative"),
+        ("u64", "a whole number, not negative"),
+        ("usize", "a whole number, not negative"),
+        ("i64", "a whole number"),
+        ("a boolean", "true or false"),
+        ("a sequence", "a list"),
+        ("a map", "a table"),
+    ] {
+        if let Some(before) = message.strip_suffix(&format!("expected {of_rust}")) {
+            message = format!("{before}expected {in_words}");
+        }
+    }
+    message
+}
+
+/// The same with the line and the key that it stands in.
+pub(crate) fn on_its_line(text: &str, error: &toml::de::Error) -> String {
+    let Some(span) = error.span() else { return in_words(error) };
+    let (line, _) = position(text, span.start);
+    let words = text.lines().nth(line - 1).and_then(|line| line.split_once('='));
+    match words.map(|(key, _)| key.trim()).filter(|key| !key.is_empty() && key.len() < 60) {
+        Some(key) => format!("line {line}, {key}: {}", in_words(error)),
+        None => format!("line {line}: {}", in_words(error)),
+    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Vehicle and rig files: what a filter watches, by the file's `kind`.
 
-use crate::vehicle::{self, VehicleFileError, line_of, line_of_key};
+use crate::place::on_its_line;
+use crate::vehicle::{self, VehicleFileError, line_of_key};
 use railgrip_filter::{BogieRigFile, Plant, PlantError, PlantKind, RollerRigFile, TractionRigFile};
 use railgrip_vehicle::bogie_rig::RailCondition;
 use railgrip_vehicle::traction_rig::Surface;
@@ -13,7 +14,7 @@ use std::path::Path;
 /// # Errors
 /// A file that cannot be read, an unknown or missing key, a value out of its range.
 pub fn load(path: &Path) -> Result<Plant, VehicleFileError> {
-    let text = std::fs::read_to_string(path)
+    let text = railgrip_recording::read_text(path)
         .map_err(|source| VehicleFileError::Read { path: path.to_owned(), source })?;
     parse(path, &text)
 }
@@ -60,13 +61,8 @@ pub fn parse(path: &Path, text: &str) -> Result<Plant, VehicleFileError> {
 }
 
 fn form<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, VehicleFileError> {
-    toml::from_str(text).map_err(|error| VehicleFileError::Form {
-        path: path.to_owned(),
-        message: match error.span() {
-            Some(span) => format!("line {}: {}", line_of(text, span.start), error.message()),
-            None => error.message().to_owned(),
-        },
-    })
+    toml::from_str(text)
+        .map_err(|error| VehicleFileError::Form { path: path.to_owned(), message: on_its_line(text, &error) })
 }
 
 fn value(path: &Path, text: &str, source: PlantError) -> VehicleFileError {

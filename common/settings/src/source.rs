@@ -314,18 +314,39 @@ fn broker(at: &ConfigText<'_>, table: &SourceTable) -> Result<MqttSource, Settin
                 at.note(at.refuse(key, "given", "nothing here without `topics`"));
             }
             let allowed = "a topic or a filter, for example train/+/samples; or `topics` of single values";
-            Subjects::Samples(given("source.topic", &table.topic, allowed))
+            let topic = given("source.topic", &table.topic, allowed);
+            if !is_filter(&topic) && !at.is_blamed("source.topic") {
+                let allowed =
+                    "a filter as brokers take it: + in place of one whole level, # in place of all after it";
+                at.note(at.refuse("source.topic", format!("{topic:?}"), allowed));
+            }
+            Subjects::Samples(topic)
         }
     };
     Ok(MqttSource {
         host,
-        port: table.port.unwrap_or_else(|| BrokerTls::port(tls.as_ref())),
+        port: match table.port {
+            Some(0) => {
+                at.note(at.refuse("source.port", 0, "the port of a broker, 1 to 65535"));
+                1883
+            }
+            Some(port) => port,
+            None => BrokerTls::port(tls.as_ref()),
+        },
         subjects,
         client_id: table.client_id.clone().unwrap_or_else(|| "railgrip-ingest".to_owned()),
         user: table.user.clone(),
         password_file: table.password_file.as_deref().map(|file| at.beside(file)),
         tls,
     })
+}
+
+/// Whether wildcards stand for whole levels, and `#` for the last one alone (MQTT 3.1.1, 4.7.1); the rest is the broker's.
+fn is_filter(topic: &str) -> bool {
+    let mut levels = topic.split('/').rev();
+    let last = levels.next().unwrap_or_default();
+    let plain = |level: &str| level == "+" || !level.contains(['+', '#']);
+    (last == "#" || plain(last)) && levels.all(plain)
 }
 
 /// A scenario by its file, or by its name: `scenarios/NAME.toml` beside the config.

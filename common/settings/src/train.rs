@@ -121,7 +121,12 @@ impl TrainSettings {
     /// A file that cannot be read.
     pub fn text(file: Option<&Path>) -> Result<(PathBuf, String), SettingsError> {
         let path = file.unwrap_or(Path::new(DEFAULT_PATH)).to_owned();
-        match std::fs::read_to_string(&path) {
+        // Processes read it several times, and again on a signal: a pipe would block them.
+        if std::fs::metadata(&path).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+            let source = std::io::Error::other("is no plain file");
+            return Err(SettingsError::Read { file: path, source });
+        }
+        match railgrip_recording::read_text(&path) {
             Ok(text) => Ok((path, text)),
             Err(error) if file.is_none() && error.kind() == std::io::ErrorKind::NotFound => {
                 Ok((path, DEFAULT_CONFIG.to_owned()))
@@ -161,6 +166,10 @@ impl TrainSettings {
                 |number: &String| WagonTable { number: Some(number.clone()), ..WagonTable::default() };
             form.wagon = train.wagons.iter().map(|wagon| number(&wagon.number)).collect();
         }
+        if !overrides.runs.is_empty() || recorded.is_some() {
+            // There are as many wagons as recordings, whatever the config says of its own.
+            form.train.wagons = None;
+        }
         at.number("schema", f64::from(form.schema), 1.0..=1.0);
         let name = at.or(name(at, "train.name", &form.train.name), "x".to_owned());
         let mut source = at.or(source(at, &form.source, overrides, recorded.as_ref()), Source::External);
@@ -179,6 +188,12 @@ impl TrainSettings {
             at.note(at.refuse(&format!("indicators.{}", wrong.key), wrong.value, wrong.allowed));
         }
         let listen = overrides.listen.unwrap_or_else(|| listen(at, &form.http.listen));
+        if let Source::Tcp(of_source) = &source
+            && clash(*of_source, listen)
+        {
+            let allowed = "an address and port that [source] `listen` does not take";
+            at.note(at.refuse("http.listen", listen, allowed));
+        }
         let instance_dir = overrides.instance_dir.as_deref();
         let instance = Instance::of(at, &form.instance, &name, instance_dir);
         let instance = instance.map_err(|error| at.note(error)).ok()?;
@@ -270,6 +285,12 @@ fn listen(at: &ConfigText<'_>, given: &str) -> SocketAddr {
     let allowed = "ADDRESS:PORT, for example 127.0.0.1:8080";
     let parsed = given.parse().map_err(|_| at.refuse("http.listen", given, allowed));
     at.or(parsed, SocketAddr::from(([127, 0, 0, 1], 0)))
+}
+
+/// Whether two listeners of TCP cannot both have their address.
+fn clash(a: SocketAddr, b: SocketAddr) -> bool {
+    let everywhere = a.ip().is_unspecified() || b.ip().is_unspecified();
+    a.port() != 0 && a.port() == b.port() && (everywhere || a.ip() == b.ip())
 }
 
 /// Whether the wagons are judged together: as the config says, else where every vehicle file says that its wagon runs

@@ -1,5 +1,6 @@
 //! Vehicle files: `vehicle.toml` into [`VehicleParameters`].
 
+use crate::place::on_its_line;
 use railgrip_vehicle::{ParameterError, VehicleParameters, WagonModel};
 use std::path::{Path, PathBuf};
 
@@ -57,7 +58,7 @@ pub enum VehicleFileError {
 /// # Errors
 /// A file that cannot be read, an unknown or missing key, a value out of its range, an unknown effect.
 pub fn load(path: &Path) -> Result<VehicleParameters, VehicleFileError> {
-    let text = std::fs::read_to_string(path)
+    let text = railgrip_recording::read_text(path)
         .map_err(|source| VehicleFileError::Read { path: path.to_owned(), source })?;
     parse(path, &text)
 }
@@ -69,10 +70,7 @@ pub fn load(path: &Path) -> Result<VehicleParameters, VehicleFileError> {
 pub fn parse(path: &Path, text: &str) -> Result<VehicleParameters, VehicleFileError> {
     let parameters: VehicleParameters = toml::from_str(text).map_err(|error| VehicleFileError::Form {
         path: path.to_owned(),
-        message: match error.span() {
-            Some(span) => format!("line {}: {}", line_of(text, span.start), error.message()),
-            None => error.message().to_owned(),
-        },
+        message: on_its_line(text, &error),
     })?;
     parameters.check().map_err(|source| VehicleFileError::Value {
         path: path.to_owned(),
@@ -140,6 +138,14 @@ pressing_force_sigma_n = 150.0
 
     fn message(text: &str) -> String {
         parse(Path::new("coach.toml"), text).expect_err("must be refused").to_string()
+    }
+
+    #[test]
+    fn what_has_the_wrong_form_is_named_in_the_words_of_the_file() {
+        let said = message(&COACH.replace("mass_kg = 40000.0", "mass_kg = \"40 t\""));
+        assert!(said.contains("line 4, mass_kg: ") && said.ends_with("expected a number"), "{said}");
+        let said = message(&COACH.replace("dry = 0.3", "dry = 0.3\ndry = 0.4"));
+        assert!(said.contains("line 22, dry: duplicate key"), "{said}");
     }
 
     #[test]

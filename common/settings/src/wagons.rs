@@ -145,6 +145,14 @@ fn simulated_wagon(
 fn count(at: &ConfigText<'_>, form: &TrainFile, runs: &[ReplayRun]) -> Result<u32, SettingsError> {
     let listed = u32::try_from(form.wagon.len()).unwrap_or(u32::MAX);
     let (key, count) = match (form.train.wagons, listed, runs.len()) {
+        (Some(count), _, recordings @ 1..)
+            if form.source.runs.is_some()
+                && usize::try_from(count) != Ok(recordings)
+                && !at.is_blamed("source.runs") =>
+        {
+            let allowed = format!("{recordings}, the number of recordings");
+            return Err(at.refuse("train.wagons", count, allowed));
+        }
         (_, _, recordings @ 1..) => ("source.runs", u32::try_from(recordings).unwrap_or(u32::MAX)),
         (Some(count), 0, 0) => ("train.wagons", count),
         (None, 1.., 0) => ("wagon", listed),

@@ -5,13 +5,16 @@ use std::io::BufReader;
 use std::path::Path;
 
 use railgrip_acoustics::wav;
+use railgrip_diagnosis::data::units;
 use railgrip_filter::PlantKind;
 use railgrip_mqtt::Authorities;
 use railgrip_recording::{BogieRecording, MotorRecording, Recording, Strictness};
-use railgrip_settings::{AudioSource, BrokerTls, ReceiverWay, ReplayRun, Source, TrainSettings};
+use railgrip_settings::{
+    AudioSource, BrokerTls, ReceiverWay, ReplayRun, Source, TrainSettings, WagonSettings,
+};
 
-/// Frames of a CAN log that are looked at: enough to see that it is one.
-const FRAMES: usize = 1000;
+/// Lines of a CAN log that are looked at: enough to see that it is one.
+const LINES: usize = 100_000;
 /// A secret is no longer than this, bytes.
 const LONGEST_SECRET: u64 = 64 << 10;
 
@@ -27,8 +30,7 @@ pub(crate) fn wrong(settings: &TrainSettings) -> Vec<(String, String)> {
         Source::Replay { runs, .. } => {
             for wagon in &settings.wagons {
                 let Some(run) = runs.get(wagon.number as usize - 1) else { continue };
-                let kind = wagon.plant.kind();
-                look("source.runs", recording(run, kind, wagon.plant.wheelsets(), settings));
+                look("source.runs", recording(run, wagon, settings));
             }
         }
         Source::Can(source) => {
@@ -69,12 +71,8 @@ pub(crate) fn wrong(settings: &TrainSettings) -> Vec<(String, String)> {
 }
 
 /// A recording as a replay reads it.
-fn recording(
-    run: &ReplayRun,
-    kind: PlantKind,
-    wheelsets: usize,
-    settings: &TrainSettings,
-) -> Result<(), String> {
+fn recording(run: &ReplayRun, wagon: &WagonSettings, settings: &TrainSettings) -> Result<(), String> {
+    let (kind, wheelsets, vehicle) = (wagon.plant.kind(), wagon.plant.wheelsets(), &wagon.vehicle);
     let said = |error: railgrip_recording::RecordingError| error.to_string();
     match kind {
         PlantKind::Traction => {
@@ -83,28 +81,42 @@ fn recording(
         PlantKind::Bogie => BogieRecording::read(&run.path, Strictness::Tolerant).map(|_| ()).map_err(said),
         PlantKind::Wagon | PlantKind::Roller => {
             let read = Recording::read_mapped(&run.path, &settings.mapping, Strictness::Tolerant);
-            let found = read.map_err(said)?.wheelsets;
-            if found == wheelsets {
-                return Ok(());
+            let read = read.map_err(said)?;
+            let found = read.wheelsets;
+            if found != wheelsets {
+                return Err(format!(
+                    "{} has {found} wheelsets, its vehicle file {wheelsets}",
+                    run.path.display()
+                ));
             }
-            Err(format!("{} has {found} wheelsets, its vehicle file {wheelsets}", run.path.display()))
+            match kind {
+                PlantKind::Wagon => units::check(&read, vehicle)
+                    .map_err(|error| format!("{}, at {:.2} s, {error}", run.path.display(), error.t_s)),
+                _ => Ok(()),
+            }
         }
     }
 }
 
-/// A log in the form of `candump -L`, of which at least the beginning is read.
+/// A log in the form of `candump -L`, of which the beginning is read.
 fn can_log(file: &Path) -> Result<(), String> {
     let said = |problem: String| format!("{}: {problem}", file.display());
+    // Opening a pipe would wait for whoever fills it.
+    match std::fs::metadata(file).map_err(|error| said(error.to_string()))?.file_type() {
+        kind if kind.is_dir() => return Err(said("is a folder".to_owned())),
+        kind if !kind.is_file() => return Ok(()),
+        _ => {}
+    }
     let open = File::open(file).map_err(|error| said(error.to_string()))?;
     let mut reader = socketcan::dump::Reader::from_reader(BufReader::new(open));
-    for _ in 0..FRAMES {
+    for _ in 0..LINES {
         match reader.next_record() {
             Ok(Some(_)) => return Ok(()),
-            Ok(None) => break,
+            Ok(None) => return Err(said("holds no frame in the form of `candump -L`".to_owned())),
             Err(_) => {}
         }
     }
-    Err(said("holds no frame in the form of `candump -L`".to_owned()))
+    Err(said(format!("none of its first {LINES} lines is a frame in the form of `candump -L`")))
 }
 
 fn secret(file: Option<&Path>) -> Result<(), String> {

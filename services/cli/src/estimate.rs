@@ -6,6 +6,7 @@
 //! recording. Dirty data (gaps, repeats, cells without a value) are the estimator's business; a file of another form is
 //! bad input.
 
+use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
@@ -19,14 +20,14 @@ use railgrip_filter::{
     Estimator, EstimatorConfig, EstimatorInput, EstimatorOutput, FilterError, Plant, WagonSample,
     smooth_record,
 };
-use railgrip_messages::{Estimate, Sample};
+use railgrip_messages::{Estimate, EstimateState, Sample};
 use railgrip_recording::{BogieRecording, Mapping, MotorRecording, Recording, Row, Strictness, Table};
 use railgrip_settings::{Overrides, TrainSettings};
 use railgrip_vehicle::{Running, VehicleParameters};
 
 use crate::CliError;
-use crate::estimate_columns::{Cell, columns, columns_of_train};
-use crate::output::say;
+use crate::estimate_columns::{Cell, Column, columns, columns_of_train};
+use crate::output::{apart, say};
 
 /// Estimate adhesion and friction of a recording, sample by sample.
 #[derive(Debug, clap::Args)]
@@ -58,6 +59,9 @@ pub(crate) struct Args {
     train: Option<OfTrain>,
 }
 
+/// Most rows that are smoothed: 20 minutes of a process that has 4 GB, at 1 kHz.
+const MOST_SMOOTHED: usize = 1_200_000;
+
 /// A wagon in a recorded train.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct OfTrain {
@@ -81,7 +85,20 @@ impl Args {
     }
 }
 
+/// Refuses a file for the estimates that no table can be, or that is one of those that are read.
+fn sound_out(args: &Args) -> Result<(), CliError> {
+    let out = &args.out;
+    let refuse = |why: &str| Err(CliError::bad_input(format!("--out {}: {why}", out.display())));
+    if !matches!(out.extension().and_then(|ending| ending.to_str()), Some("csv" | "parquet")) {
+        return refuse("estimates are written as .csv or .parquet");
+    }
+    let read = [Some(&args.run), Some(&args.vehicle), args.config.as_ref()];
+    let read: Vec<&Path> = read.into_iter().flatten().map(PathBuf::as_path).collect();
+    apart(&[("--out", Some(out))], &read)
+}
+
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
+    sound_out(args)?;
     let (mut config, mapping) = match &args.config {
         Some(file) => {
             let settings = TrainSettings::load(Some(file), &Overrides::default())?;
@@ -98,35 +115,37 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         vehicle.train = Some(Running { free: !coupled });
     }
     let mut estimator = railgrip_filter::estimator(&config, &plant).map_err(CliError::bad_input)?;
-    let inputs = read(args, &plant, &mapping)?;
-    if !inputs.is_empty() && !inputs.iter().any(measured) {
+    let recorded = Recorded::read(args, &plant, &mapping)?;
+    if recorded.rows() > 0 && !recorded.inputs().any(|input| measured(&input)) {
         let why =
             "no row has a measured speed, neither of the vehicle nor of a wheelset: nothing can be estimated";
         return Err(CliError::bad_input(format!("{}: {why}", args.run.display())));
     }
-    // As live: where no speed has been measured for long, an estimate would be invented.
-    let mut sight = Sight::default();
-    let seen: Vec<bool> = inputs.iter().map(|input| sight.goes_on(time_s(input), measured(input))).collect();
-    let kept: Vec<EstimatorInput> =
-        inputs.iter().zip(&seen).filter(|(_, seen)| **seen).map(|(input, _)| *input).collect();
-    let outputs = match args.smooth {
-        true => smooth_record(&mut estimator, &kept).map_err(|error| match error {
-            FilterError::NotSmoothable(_) => CliError::bad_input(format!("--smooth: {error}")),
-            error => CliError::failed(error),
-        })?,
-        false => forward(&mut *estimator, &kept),
+    let mut sheet = Sheet::new(args, &plant, recorded.rows());
+    let empty = match args.smooth {
+        true => smoothed(args, &mut estimator, &recorded, &mut sheet)?,
+        false => forward(&mut *estimator, &recorded, &mut sheet),
     };
-    let estimates = estimates(&inputs, &seen, &outputs);
-    table(args, &inputs, &estimates, &plant)?.write(&args.out).map_err(CliError::failed)?;
+    let counted = sheet.counted();
+    if counted.told == 0 {
+        let why = format!("no row can be estimated; the estimator says {}", counted.most_said());
+        return Err(CliError::bad_input(format!("{}: {why}", args.run.display())));
+    }
+    sheet.table(&recorded, &plant)?.write(&args.out).map_err(CliError::failed)?;
     let way = if args.smooth { ", smoothed" } else { "" };
     let filter = &estimator.snapshot().filter;
-    let empty = match inputs.len() - outputs.len() {
-        0 => String::new(),
-        rows => {
-            format!("; {rows} rows left empty, because no speed was measured for long (nothing_measured)")
-        }
-    };
-    say(&format!("{}: {} estimates by filter \"{filter}\"{way}{empty}", args.out.display(), outputs.len()));
+    let mut text = format!("{}: {} estimates by filter \"{filter}\"{way}", args.out.display(), counted.told);
+    if empty > 0 {
+        text.push_str(&format!(
+            "; {empty} rows left empty, because no speed was measured for long (nothing_measured)"
+        ));
+    }
+    let without = counted.silent.saturating_sub(empty);
+    // The first rows of a filter are no news.
+    if without * 20 > recorded.rows() {
+        text.push_str(&format!("; {without} rows without one, most of them {}", counted.most_said()));
+    }
+    say(&text);
     Ok(())
 }
 
@@ -148,45 +167,64 @@ fn time_s(input: &EstimatorInput) -> f64 {
     }
 }
 
-/// One estimate a row, empty but for its time where the filter saw nothing.
-fn estimates(inputs: &[EstimatorInput], seen: &[bool], outputs: &[EstimatorOutput]) -> Vec<Estimate> {
-    let nobody = Sample::default();
-    let mut outputs = outputs.iter();
-    let of = |(input, seen): (&EstimatorInput, &bool)| {
-        let output = if *seen { outputs.next() } else { None };
-        output.map_or_else(
-            || Estimate { time_s: time_s(input), ..Estimate::default() },
-            |output| convert::estimate(&nobody, output),
-        )
-    };
-    inputs.iter().zip(seen).map(of).collect()
+/// A recording, of whose rows the inputs are made one by one: an input is much larger than its row.
+enum Recorded {
+    Wagon(Recording),
+    Traction(MotorRecording),
+    Bogie(BogieRecording),
 }
 
-/// The samples of the recording, whose form the plant decides.
-fn read(args: &Args, plant: &Plant, mapping: &Mapping) -> Result<Vec<EstimatorInput>, CliError> {
-    if matches!(plant, Plant::Traction(_)) {
-        let recording = MotorRecording::read(&args.run, Strictness::Tolerant).map_err(CliError::bad_input)?;
-        let input = |row| EstimatorInput::Traction(traction_sample(row));
-        return Ok(recording.rows.iter().map(input).collect());
+impl Recorded {
+    /// Reads the recording, whose form the plant decides.
+    fn read(args: &Args, plant: &Plant, mapping: &Mapping) -> Result<Self, CliError> {
+        if matches!(plant, Plant::Traction(_)) {
+            let read = MotorRecording::read(&args.run, Strictness::Tolerant);
+            return read.map(Self::Traction).map_err(CliError::bad_input);
+        }
+        if matches!(plant, Plant::Bogie(_)) {
+            let read = BogieRecording::read(&args.run, Strictness::Tolerant);
+            return read.map(Self::Bogie).map_err(CliError::bad_input);
+        }
+        let recording =
+            Recording::read_mapped(&args.run, mapping, Strictness::Tolerant).map_err(CliError::bad_input)?;
+        if recording.wheelsets != plant.wheelsets() {
+            return Err(wheelsets_differ(&args.run, recording.wheelsets, &args.vehicle, plant.wheelsets()));
+        }
+        if let Plant::Wagon(vehicle) = plant {
+            check_units(&args.run, &recording, vehicle)?;
+        }
+        Ok(Self::Wagon(recording))
     }
-    if matches!(plant, Plant::Bogie(_)) {
-        let recording = BogieRecording::read(&args.run, Strictness::Tolerant).map_err(CliError::bad_input)?;
-        let input = |row| EstimatorInput::Bogie(bogie_sample(row));
-        return Ok(recording.rows.iter().map(input).collect());
+
+    fn rows(&self) -> usize {
+        match self {
+            Self::Wagon(recording) => recording.len(),
+            Self::Traction(recording) => recording.rows.len(),
+            Self::Bogie(recording) => recording.rows.len(),
+        }
     }
-    let recording =
-        Recording::read_mapped(&args.run, mapping, Strictness::Tolerant).map_err(CliError::bad_input)?;
-    if recording.wheelsets != plant.wheelsets() {
-        return Err(wheelsets_differ(&args.run, recording.wheelsets, &args.vehicle, plant.wheelsets()));
+
+    fn inputs(&self) -> Box<dyn Iterator<Item = EstimatorInput> + '_> {
+        match self {
+            Self::Wagon(recording) => {
+                Box::new(recording.rows().map(|row| EstimatorInput::Wagon(wagon_sample(&row))))
+            }
+            Self::Traction(recording) => {
+                Box::new(recording.rows.iter().map(|row| EstimatorInput::Traction(traction_sample(row))))
+            }
+            Self::Bogie(recording) => {
+                Box::new(recording.rows.iter().map(|row| EstimatorInput::Bogie(bogie_sample(row))))
+            }
+        }
     }
-    if let Plant::Wagon(vehicle) = plant {
-        check_units(&args.run, &recording, vehicle)?;
-    }
-    Ok(recording.rows().map(|row| EstimatorInput::Wagon(wagon_sample(&row))).collect())
 }
 
 /// Refuses columns that cannot be in their units, as a diagnosis does.
-fn check_units(run: &Path, recording: &Recording, vehicle: &VehicleParameters) -> Result<(), CliError> {
+pub(crate) fn check_units(
+    run: &Path,
+    recording: &Recording,
+    vehicle: &VehicleParameters,
+) -> Result<(), CliError> {
     units::check(recording, vehicle)
         .map_err(|error| CliError::bad_input(format!("{}, at {:.2} s, {error}", run.display(), error.t_s)))
 }
@@ -199,20 +237,72 @@ fn wheelsets_differ(run: &Path, found: usize, vehicle: &Path, expected: usize) -
     ))
 }
 
-fn forward(estimator: &mut dyn Estimator, inputs: &[EstimatorInput]) -> Vec<EstimatorOutput> {
-    let bar = match std::io::stderr().is_terminal() {
-        true => ProgressBar::new(inputs.len() as u64),
+/// The bar that shows how far the work is.
+fn progress(rows: usize) -> ProgressBar {
+    match std::io::stderr().is_terminal() {
+        true => ProgressBar::new(rows as u64),
         false => ProgressBar::hidden(),
-    };
-    let mut outputs = Vec::with_capacity(inputs.len());
-    for input in inputs {
-        outputs.push(estimator.step(input));
-        if outputs.len() % 4096 == 0 {
-            bar.set_position(outputs.len() as u64);
+    }
+}
+
+/// Estimates row by row into the sheet; returns how many rows it left empty. As live: where no speed has been measured for long, an
+/// estimate would be invented.
+fn forward(estimator: &mut dyn Estimator, recorded: &Recorded, sheet: &mut Sheet) -> usize {
+    let bar = progress(recorded.rows());
+    let (mut sight, mut empty) = (Sight::default(), 0);
+    for (row, input) in recorded.inputs().enumerate() {
+        match sight.goes_on(time_s(&input), measured(&input)) {
+            true => sheet.take(&convert::estimate(&Sample::default(), &estimator.step(&input))),
+            false => {
+                empty += 1;
+                sheet.take(&nothing(time_s(&input)));
+            }
+        }
+        if row % 4096 == 0 {
+            bar.set_position(row as u64);
         }
     }
     bar.finish_and_clear();
-    outputs
+    empty
+}
+
+/// The same by smoothing, which needs all of the recording at once.
+fn smoothed(
+    args: &Args,
+    estimator: &mut Box<dyn Estimator>,
+    recorded: &Recorded,
+    sheet: &mut Sheet,
+) -> Result<usize, CliError> {
+    let rows = recorded.rows();
+    if rows > MOST_SMOOTHED {
+        let said = format!(
+            "{}: {rows} rows; --smooth holds all of a recording in memory and takes at most {MOST_SMOOTHED}: cut the file",
+            args.run.display()
+        );
+        return Err(CliError::bad_input(said));
+    }
+    let inputs: Vec<EstimatorInput> = recorded.inputs().collect();
+    let mut sight = Sight::default();
+    let seen: Vec<bool> = inputs.iter().map(|input| sight.goes_on(time_s(input), measured(input))).collect();
+    let kept: Vec<EstimatorInput> =
+        inputs.iter().zip(&seen).filter(|(_, seen)| **seen).map(|(input, _)| *input).collect();
+    let outputs: Vec<EstimatorOutput> = smooth_record(estimator, &kept).map_err(|error| match error {
+        FilterError::NotSmoothable(_) => CliError::bad_input(format!("--smooth: {error}")),
+        error => CliError::failed(error),
+    })?;
+    let mut outputs = outputs.iter();
+    for (input, seen) in inputs.iter().zip(&seen) {
+        match if *seen { outputs.next() } else { None } {
+            Some(output) => sheet.take(&convert::estimate(&Sample::default(), output)),
+            None => sheet.take(&nothing(time_s(input))),
+        }
+    }
+    Ok(inputs.len() - kept.len())
+}
+
+/// What is told of an instant of which nothing is known.
+fn nothing(time_s: f64) -> Estimate {
+    Estimate { time_s, ..Estimate::default() }
 }
 
 fn wagon_sample(row: &Row) -> WagonSample {
@@ -233,14 +323,12 @@ fn wagon_sample(row: &Row) -> WagonSample {
 
 /// Columns of the paper's own figures, positive in braking: λ (2), (3) from the load cell, (3) from the torque as printed
 /// and with inertia and loss.
-fn by_the_paper(inputs: &[EstimatorInput], plant: &Plant) -> Vec<(String, Vec<f64>)> {
+fn by_the_paper(recorded: &Recorded, plant: &Plant) -> Vec<(String, Vec<f64>)> {
     let Plant::Bogie(rig) = plant else { return Vec::new() };
     let mut reader = PaperReader::new(rig.parameters());
-    let samples = inputs.iter().filter_map(|input| match input {
-        EstimatorInput::Bogie(sample) => Some(sample),
-        EstimatorInput::Wagon(_) | EstimatorInput::Traction(_) => None,
-    });
-    let readings: Vec<PaperReading> = samples.map(|sample| reader.read(sample)).collect();
+    let Recorded::Bogie(recording) = recorded else { return Vec::new() };
+    let readings: Vec<PaperReading> =
+        recording.rows.iter().map(|row| reader.read(&bogie_sample(row))).collect();
     let column = |name: &str, pick: fn(&PaperReading) -> f64| {
         (name.to_owned(), readings.iter().map(pick).collect::<Vec<_>>())
     };
@@ -253,35 +341,85 @@ fn by_the_paper(inputs: &[EstimatorInput], plant: &Plant) -> Vec<(String, Vec<f6
     ]
 }
 
-fn table(
-    args: &Args,
-    inputs: &[EstimatorInput],
-    estimates: &[Estimate],
-    plant: &Plant,
-) -> Result<Table, CliError> {
-    let (mut numbers, mut words) = (Vec::new(), Vec::new());
-    let columns = match (plant, args.train) {
-        (Plant::Wagon(_), Some(_)) => columns_of_train(plant.wheelsets()),
-        _ => columns(plant.kind(), plant.wheelsets(), args.detail),
-    };
-    for column in columns {
-        let (mut cells, mut names) = (Vec::new(), Vec::new());
-        for estimate in estimates {
+/// The estimates of a recording, column by column.
+struct Sheet {
+    columns: Vec<Column>,
+    numbers: Vec<Vec<f64>>,
+    words: Vec<Vec<&'static str>>,
+    detail: bool,
+    counted: Counted,
+}
+
+/// How many rows have an estimate, and what the estimator said of the others.
+#[derive(Debug, Clone, Default)]
+struct Counted {
+    told: usize,
+    silent: usize,
+    said: BTreeMap<&'static str, usize>,
+}
+
+impl Counted {
+    /// The state of most of the rows without an estimate.
+    fn most_said(&self) -> &'static str {
+        self.said.iter().max_by_key(|(_, rows)| **rows).map_or("nothing", |(state, _)| state)
+    }
+}
+
+impl Sheet {
+    fn new(args: &Args, plant: &Plant, rows: usize) -> Self {
+        let columns = match (plant, args.train) {
+            (Plant::Wagon(_), Some(_)) => columns_of_train(plant.wheelsets()),
+            _ => columns(plant.kind(), plant.wheelsets(), args.detail),
+        };
+        let numbers = columns.iter().map(|_| Vec::with_capacity(rows)).collect();
+        let words = columns.iter().map(|_| Vec::new()).collect();
+        Self { columns, numbers, words, detail: args.detail, counted: Counted::default() }
+    }
+
+    fn take(&mut self, estimate: &Estimate) {
+        let cells = self.numbers.iter_mut().zip(&mut self.words);
+        let mut told = false;
+        for (column, (numbers, words)) in self.columns.iter().zip(cells) {
             match column.cell(estimate) {
-                Cell::Number(value) => cells.push(value),
-                Cell::Word(word) => names.push(word),
+                Cell::Number(value) => {
+                    told |= column.name == "mu_w_sigma" && value > 0.0;
+                    numbers.push(value);
+                }
+                Cell::Word(word) => words.push(word),
             }
         }
-        if names.is_empty() { numbers.push((column.name, cells)) } else { words.push((column.name, names)) }
+        if told {
+            self.counted.told += 1;
+        } else {
+            self.counted.silent += 1;
+            let state = estimate.state().map_or("nothing", EstimateState::word);
+            *self.counted.said.entry(state).or_default() += 1;
+        }
     }
-    if args.detail {
-        numbers.extend(by_the_paper(inputs, plant));
+
+    fn counted(&self) -> Counted {
+        self.counted.clone()
     }
-    let table = Table::new(numbers).map_err(CliError::failed)?;
-    words
-        .into_iter()
-        .try_fold(table, |table, (name, cells)| table.with_words(&name, cells))
-        .map_err(CliError::failed)
+
+    fn table(self, recorded: &Recorded, plant: &Plant) -> Result<Table, CliError> {
+        let (mut numbers, mut words) = (Vec::new(), Vec::new());
+        for (column, (cells, names)) in self.columns.into_iter().zip(self.numbers.into_iter().zip(self.words))
+        {
+            if names.is_empty() {
+                numbers.push((column.name, cells))
+            } else {
+                words.push((column.name, names))
+            }
+        }
+        if self.detail {
+            numbers.extend(by_the_paper(recorded, plant));
+        }
+        let table = Table::new(numbers).map_err(CliError::failed)?;
+        words
+            .into_iter()
+            .try_fold(table, |table, (name, cells)| table.with_words(&name, cells))
+            .map_err(CliError::failed)
+    }
 }
 
 #[cfg(test)]
@@ -376,6 +514,24 @@ mod tests {
             let error = columns_of(&rows, false).expect_err(force);
             assert!(error.code() == 2 && error.to_string().contains("f_perp_f_n"), "{error}");
         }
+    }
+
+    #[test]
+    fn what_is_read_is_not_overwritten() {
+        let folder = tempfile::tempdir().expect("folder");
+        let [run, vehicle, link] =
+            ["run.csv", "vehicle.toml", "link.csv"].map(|name| folder.path().join(name));
+        std::fs::write(&run, "t_s").expect("write");
+        std::os::unix::fs::symlink(&run, &link).expect("link");
+        for (out, why) in
+            [(run.clone(), "is read here"), (link, "is read here"), ("/dev/stdout".into(), ".csv")]
+        {
+            let none = OfTrain { coupled: None };
+            let args = Args { train: None, ..Args::of_train(run.clone(), vehicle.clone(), out, none) };
+            let error = super::run(&args).expect_err(why);
+            assert!(error.code() == 2 && error.to_string().contains(why), "{error}");
+        }
+        assert_eq!(std::fs::read_to_string(&run).expect("as it was"), "t_s");
     }
 
     /// The same numbers for the same seed.

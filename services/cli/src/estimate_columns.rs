@@ -217,11 +217,16 @@ fn if_seen(estimate: &Estimate, value: f64) -> Cell {
 }
 
 fn if_adhesion(estimate: &Estimate, value: f64) -> Cell {
-    where_told(estimate, value, railgrip_filter::EstimateState::tells_adhesion)
+    where_told(estimate, value, |state| state.tells_adhesion() && has_begun(state))
 }
 
 fn if_slip(estimate: &Estimate, value: f64) -> Cell {
-    where_told(estimate, value, railgrip_filter::EstimateState::tells_slip)
+    where_told(estimate, value, |state| state.tells_slip() && has_begun(state))
+}
+
+/// Before its first measurements a filter's figures are no more than zeros.
+fn has_begun(state: railgrip_filter::EstimateState) -> bool {
+    state != railgrip_filter::EstimateState::Starting
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use railgrip_words::speak;
 use serde_json::{Value, json};
 
 use crate::gap_shared::{LanguageArgs, SearchArgs, name_of, version, write};
-use crate::output::say;
+use crate::output::{apart, say};
 use crate::{CliError, blind, gap_calibrate, gap_compare, gap_plan, gap_prepare};
 
 /// Diagnose the gap between simulator and recordings.
@@ -106,6 +106,16 @@ fn diagnose(args: &DiagnoseArgs) -> Result<(), CliError> {
     if !args.case.is_dir() {
         return Err(CliError::bad_input(format!("{}: no such folder", args.case.display())));
     }
+    let case = |name: &str| args.case.join(name);
+    let read = [case("vehicle.toml"), case("bench.toml"), case("fit"), case("holdout")];
+    let mut read: Vec<&Path> = read.iter().map(PathBuf::as_path).collect();
+    read.extend(args.onto.as_deref());
+    let written = [
+        ("--json", args.json.as_deref()),
+        ("--html", args.html.as_deref()),
+        ("--apply", args.apply.as_deref()),
+    ];
+    apart(&written, &read)?;
     let language = args.language.chosen();
     let answer = if law_bench::is_law_case(&args.case) { of_law_case(args)? } else { of_wagon(args)? };
     if let Some(path) = &args.json {

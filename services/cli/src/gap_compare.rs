@@ -9,7 +9,7 @@ use railgrip_words::speak;
 
 use crate::CliError;
 use crate::gap_shared::LanguageArgs;
-use crate::output::say;
+use crate::output::{apart, say};
 
 /// Compare two reports of one vehicle.
 #[derive(Debug, clap::Args)]
@@ -28,6 +28,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
+    apart(&[("--html", args.html.as_deref())], &[&args.first, &args.second])?;
     let (first, second) = (load(&args.first)?, load(&args.second)?);
     let names = names(&args.first, &args.second);
     let first = Named { name: &names[0], report: &first };
@@ -44,8 +45,11 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
 
 fn load(path: &Path) -> Result<Report, CliError> {
     let bad = |error: &dyn std::fmt::Display| CliError::bad_input(format!("{}: {error}", path.display()));
-    let text = std::fs::read_to_string(path).map_err(|error| bad(&error))?;
-    let report: Report = serde_json::from_str(&text).map_err(|error| bad(&error))?;
+    let text = railgrip_recording::read_text(path).map_err(|error| bad(&error))?;
+    let report: Report = serde_json::from_str(&text).map_err(|error| {
+        let place = format!("line {}, column {}", error.line(), error.column());
+        bad(&format!("no report of `gap diagnose --json` of this version ({place})"))
+    })?;
     if report.schema != SCHEMA {
         return Err(bad(&format!("schema is {:?}, this version reads {SCHEMA:?}", report.schema)));
     }

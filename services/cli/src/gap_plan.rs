@@ -11,7 +11,7 @@ use serde_json::json;
 
 use crate::CliError;
 use crate::gap_shared::{SearchArgs, name_of, version, write};
-use crate::output::say;
+use crate::output::{apart, say};
 
 /// Arguments of `railgrip gap plan`.
 #[derive(Debug, clap::Args)]
@@ -41,6 +41,9 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     let started = Instant::now();
     let limits = limits(args)?;
+    let [vehicle, fit, holdout] = ["vehicle.toml", "fit", "holdout"].map(|name| args.case.join(name));
+    let written = [("--json", args.json.as_deref()), ("--scenario", args.scenario.as_deref())];
+    apart(&written, &[&vehicle, &fit, &holdout])?;
     let case = args.search.read(&args.case)?;
     let options = wagon::Options {
         case: name_of(&args.case),

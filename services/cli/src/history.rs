@@ -12,7 +12,7 @@ use railgrip_history::{EventFilter, Reader};
 use railgrip_messages::MAX_WHEELSETS;
 
 use crate::CliError;
-use crate::output::{note, say};
+use crate::output::{apart, note, say};
 use crate::train::TrainArgs;
 
 /// Export what a train remembers.
@@ -86,6 +86,14 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
 }
 
 impl Place {
+    /// The file of the database.
+    fn file(&self) -> Result<PathBuf, CliError> {
+        match &self.database {
+            Some(file) => Ok(file.clone()),
+            None => Ok(self.train.load()?.settings.history.database()),
+        }
+    }
+
     /// The database, and who runs where in the train; with `--database` alone nobody knows where vehicles run.
     fn reader(&self) -> Result<(Reader, Consist), CliError> {
         let (database, numbers, started_s) = match &self.database {
@@ -130,6 +138,7 @@ fn export(args: &Export) -> Result<(), CliError> {
         export::write(&reader, &wanted, form, std::io::stdout()).map_err(failed)?;
         return Ok(());
     }
+    apart(&[("--out", Some(args.out.as_path()))], &[args.place.file()?.as_path()])?;
     // Under another name until it is whole.
     let mut beside = args.out.clone().into_os_string();
     beside.push(".part");

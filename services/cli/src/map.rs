@@ -8,7 +8,7 @@ use railgrip_words::{reword, speak, t};
 
 use crate::CliError;
 use crate::gap_shared::{LanguageArgs, write};
-use crate::output::say;
+use crate::output::{apart, say};
 
 /// Characters of a plot in text.
 const WIDTH: usize = 60;
@@ -28,6 +28,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
+    apart(&[("--html", args.html.as_deref())], &[&args.file])?;
     let surveyed = survey(&args.file).map_err(CliError::bad_input)?;
     let minute = first_minute(&args.file, &surveyed).map_err(CliError::bad_input)?;
     let timed = surveyed.iter().filter_map(|column| column.guess.as_ref()).any(|guess| guess.to == "t_s");

@@ -1,6 +1,7 @@
 //! What people and scripts read: results on the standard output, complaints on the standard error.
 
 use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use crate::CliError;
@@ -28,6 +29,61 @@ pub(crate) fn whole() -> Result<(), CliError> {
     }
 }
 
+/// Refuses files to be written that cannot be, before anything is computed for them: one that is read, or lies in a folder of which the
+/// files are read, one that is written twice, one without its folder. Each is given with its option.
+pub(crate) fn apart(written: &[(&str, Option<&Path>)], read: &[&Path]) -> Result<(), CliError> {
+    let read: Vec<PathBuf> = read.iter().filter_map(|path| path.canonicalize().ok()).collect();
+    let mut taken: Vec<(&str, PathBuf)> = Vec::new();
+    for (option, path) in written.iter().filter_map(|(option, path)| Some((*option, (*path)?))) {
+        let refuse = |why: &str| Err(CliError::bad_input(format!("{option} {}: {why}", path.display())));
+        if path.is_dir() {
+            return refuse("is a folder");
+        }
+        let Some(place) = place(path) else { return refuse("its folder is not there") };
+        if read.iter().any(|input| place == *input || input.is_dir() && place.parent() == Some(input)) {
+            return refuse("is read here, or lies among what is read; name another file");
+        }
+        if let Some((other, _)) = taken.iter().find(|(_, other)| *other == place) {
+            return refuse(&format!("is the file of {other} too"));
+        }
+        taken.push((option, place));
+    }
+    Ok(())
+}
+
+/// Refuses a folder with recordings that no simulation made: what it made has its truth beside it. `description` is the file that
+/// says what was simulated, `is_own` tells recordings that would be removed.
+pub(crate) fn only_own(
+    folder: &Path,
+    description: &str,
+    is_own: impl Fn(&str) -> bool,
+) -> Result<(), CliError> {
+    let Ok(entries) = std::fs::read_dir(folder) else { return Ok(()) };
+    let truth = folder.join("truth");
+    let names = entries.filter_map(Result::ok).filter(|entry| entry.path().is_file());
+    let names: Vec<String> = names.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    let foreign = |name: &&String| match name.as_str() {
+        name if name == description => !truth.is_dir(),
+        name => is_own(name) && !truth.join(name).is_file(),
+    };
+    match names.iter().find(foreign) {
+        None => Ok(()),
+        Some(name) => Err(CliError::bad_input(format!(
+            "--out {}: {name} was not made by a simulation, and would be lost; name another folder",
+            folder.display()
+        ))),
+    }
+}
+
+/// Where a file is, or would be; nothing without its folder.
+fn place(path: &Path) -> Option<PathBuf> {
+    if let Ok(place) = path.canonicalize() {
+        return Some(place);
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    Some(folder.canonicalize().ok()?.join(path.file_name()?))
+}
+
 /// Writes a line for people to the standard error, where the standard output is for a program.
 pub(crate) fn note(line: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{line}");
@@ -46,4 +102,34 @@ pub(crate) fn complain(error: &dyn std::error::Error) {
         source = cause.source();
     }
     let _ = writeln!(stderr, "railgrip: {text}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_read_is_not_written() {
+        let folder = tempfile::tempdir().expect("folder");
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir(at("fit")).expect("folder");
+        for name in ["run.csv", "fit/a.csv"] {
+            std::fs::write(at(name), "t_s").expect("write");
+        }
+        std::os::unix::fs::symlink(at("run.csv"), at("link.csv")).expect("link");
+        let refused = |written: &[(&str, PathBuf)]| {
+            let written: Vec<(&str, Option<&Path>)> =
+                written.iter().map(|(option, path)| (*option, Some(path.as_path()))).collect();
+            apart(&written, &[&at("run.csv"), &at("fit")]).err().map(|error| error.to_string())
+        };
+        assert_eq!(refused(&[("--out", at("new.csv")), ("--html", at("new.html"))]), None);
+        for wrong in ["run.csv", "link.csv", "fit/../run.csv", "fit/a.csv", "fit/new.csv"] {
+            let said = refused(&[("--out", at(wrong))]).expect(wrong);
+            assert!(said.contains("is read here"), "{said}");
+        }
+        let said = refused(&[("--json", at("x")), ("--html", at("x"))]).expect("twice");
+        assert!(said.contains("--html") && said.contains("is the file of --json too"), "{said}");
+        assert!(refused(&[("--out", at("nowhere/x"))]).expect("no folder").contains("folder is not there"));
+        assert!(refused(&[("--out", at("fit"))]).expect("a folder").contains("is a folder"));
+    }
 }

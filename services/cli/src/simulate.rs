@@ -13,7 +13,7 @@ use railgrip_settings::RigProgramme;
 use railgrip_simulation::{Scenario, ScenarioError, WagonRun};
 use railgrip_vehicle::VehicleParameters;
 
-use crate::output::say;
+use crate::output::{only_own, say};
 use crate::{CliError, simulate_rig};
 
 /// The vehicle of `config/vehicle.toml`, for scenarios that name none or are built in.
@@ -69,6 +69,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         return simulate_rig::run(programme, args.seed, &args.out, args.format.ending());
     }
     let scenario = Scenario::load(&args.scenario, Path::new("")).map_err(of_scenario)?;
+    only_own(&args.out, "vehicle.toml", is_own)?;
     let (vehicle, text) = vehicle(args, &scenario)?;
     let vehicles = vec![vehicle; scenario.train.wagons];
     let (runs, took) = simulate(&scenario, &vehicles, args.seed)?;
@@ -88,7 +89,7 @@ fn vehicle(args: &Args, scenario: &Scenario) -> Result<(VehicleParameters, Strin
     let file = args.vehicle.clone().or_else(|| named.map(|named| beside.join(named)));
     let (file, text) = match file {
         None => (PathBuf::from("built-in vehicle"), DEFAULT_VEHICLE.to_owned()),
-        Some(file) => match std::fs::read_to_string(&file) {
+        Some(file) => match railgrip_recording::read_text(&file) {
             Ok(text) => (file, text),
             Err(error) => return Err(CliError::bad_input(format!("{}: {error}", file.display()))),
         },

@@ -9,13 +9,14 @@ use railgrip_recording::{BogieRecording, MotorRecording, Optional, Recording, Re
 use railgrip_settings::RigProgramme;
 
 use crate::CliError;
-use crate::output::say;
+use crate::output::{only_own, say};
 
 /// Columns of a roller rig: its sand and its place are no sensors.
 const ROLLER: Optional = Optional { grade: true, wsp: true, ..Optional::NONE };
 
 /// Runs the test into a folder; `ending` is the form of the files.
 pub(crate) fn run(programme: RigProgramme, seed: u64, out: &Path, ending: &str) -> Result<(), CliError> {
+    only_own(out, "rig.toml", is_own)?;
     let feed = railgrip_ingest::feed::feed_of(programme, seed);
     let plant = feed.plant().clone();
     let rows: Vec<RigRow> = feed.collect();
@@ -106,13 +107,17 @@ fn write_roller(rows: &[RigRow], run: &Path, truth: &Path) -> Result<(), Recordi
 fn remove_earlier(folder: &Path) -> std::io::Result<()> {
     for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();
-        let ending = path.extension().is_some_and(|ending| ending == "csv" || ending == "parquet");
-        let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-        if path.is_file() && ending && RigProgramme::from_name(&stem).is_some() {
+        if path.is_file() && path.file_name().is_some_and(|name| is_own(&name.to_string_lossy())) {
             std::fs::remove_file(path)?;
         }
     }
     Ok(())
+}
+
+/// Whether a file is named as this command names the run of a rig.
+fn is_own(name: &str) -> bool {
+    let Some((stem, ending)) = name.rsplit_once('.') else { return false };
+    matches!(ending, "csv" | "parquet") && RigProgramme::from_name(stem).is_some()
 }
 
 #[cfg(test)]

@@ -113,7 +113,11 @@ pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), Ingest
     }
     let why = if ended { "the source has ended" } else { "ingest was asked to stop" };
     reporter.event(EventKind::Stopped, why)?;
-    tracing::info!(counters = ?reporter.counters, "{why}");
+    let Counters { received, rejected, late, published } = reporter.counters;
+    tracing::info!(received, rejected, late, published, "{why}");
+    if ended && received == 0 {
+        tracing::warn!("not one sample came from the source: does it hold what the mapping asks for?");
+    }
     Ok(())
 }
 

@@ -12,6 +12,8 @@ const LEAST_SPEED_M_S: f64 = 3.0;
 const LEAST_TIME_S: f64 = 0.5;
 /// Rim speed over vehicle speed: below and above it, units differ. Wheels that are locked now and then roll at other times.
 const RATIO: [f64; 2] = [0.5, 2.0];
+/// A ratio that never changes lies within these: no effect, worn wheel or speed sensor makes more of it.
+const ROLLS: [f64; 2] = [0.8, 1.25];
 /// Below this ratio, a wheelset stands.
 const LOCKED: f64 = 0.1;
 /// Share of the samples that must agree all the same.
@@ -28,9 +30,19 @@ const PIECE: usize = 1000;
 const BRAKED_M_S2: f64 = 0.3;
 /// Correlation of forces and slowing from which the forces are what slows.
 const CORRELATION: f64 = 0.8;
-/// What units other than m/s and rad/s make of a ratio of one.
-const KNOWN: [(f64, &str); 4] =
-    [(1.0 / 3.6, "km/h"), (0.447, "miles/h"), (1.0 / TAU, "revolutions a second"), (60.0 / TAU, "rpm")];
+/// What units other than m/s and rad/s, and a diameter, make of a ratio of one.
+const KNOWN: [(f64, &str); 8] = [
+    (1.0 / 3.6, "in km/h"),
+    (0.447, "in miles/h"),
+    (1.0 / TAU, "in revolutions a second"),
+    (60.0 / TAU, "in rpm"),
+    (DIAMETER, "with the diameter in place of the radius"),
+    (1.0 / DIAMETER, "with half of the radius"),
+    (0.514, "in knots"),
+    (-1.0, "with the sign of the other direction"),
+];
+/// What the diameter makes of it, which is not beyond [`RATIO`].
+const DIAMETER: f64 = 2.0;
 /// A ratio that is steady stays within this share of what such a unit makes: no slide does.
 const STEADY: f64 = 0.03;
 /// A change of force counts from so many times its scatter from row to row.
@@ -41,6 +53,12 @@ const SCATTERS: f64 = 5.0;
 const STRONGEST_M_S2: f64 = 12.0;
 /// Pads press and do not pull: less than this is no noise and no offset, N.
 const PULL_N: f64 = -2e3;
+/// Forces that change by less show no unit, N.
+const LEAST_SWING_N: f64 = 2e3;
+/// Correlation of two columns that are one signal in two units: what an isolated brake picks up is noise beside it.
+const THE_SAME: f64 = 0.95;
+/// The steepest adhesion railways have less than 120 ‰; beyond this, a slope is not in rad.
+const STEEPEST_RAD: f64 = 0.15;
 /// Time for which a force must be impossible without a break, s; what spikes is the filter's business.
 const LASTING_S: f64 = 0.5;
 
@@ -65,6 +83,7 @@ pub fn check(run: &Recording, vehicle: &VehicleParameters) -> Result<(), UnitErr
         (0..run.wheelsets).map(|i| off_ratio(run, i, vehicle.wheelset.radius_m)).collect();
     let Some(first) = off.iter().position(Option::is_some) else {
         possible(run, vehicle)?;
+        alike(run)?;
         return forces(run, vehicle);
     };
     let ratio = off[first].unwrap_or(1.0);
@@ -75,7 +94,7 @@ pub fn check(run: &Recording, vehicle: &VehicleParameters) -> Result<(), UnitErr
     } else {
         Quantity::WheelSpeed.column(first, run.wheelsets)
     };
-    let row = run.v_m_s.iter().position(|v| *v > LEAST_SPEED_M_S).unwrap_or(0);
+    let row = run.v_m_s.iter().position(|v| v.abs() > LEAST_SPEED_M_S).unwrap_or(0);
     Err(UnitError { column, t_s: run.t_s[row], why: disagreement(ratio) })
 }
 
@@ -109,8 +128,10 @@ pub fn are_shown(run: &Recording, vehicle: &VehicleParameters, forces: bool) -> 
 }
 
 fn disagreement(ratio: f64) -> String {
-    let like = KNOWN.iter().find(|(factor, _)| (ratio / factor - 1.0).abs() < 0.1);
-    let like = like.map_or(String::new(), |(_, unit)| format!(", as in {unit}"));
+    let off = |factor: f64| (ratio / factor - 1.0).abs();
+    let like =
+        KNOWN.iter().min_by(|a, b| off(a.0).total_cmp(&off(b.0))).filter(|(factor, _)| off(*factor) < 0.1);
+    let like = like.map_or(String::new(), |(_, why)| format!(", as {why}"));
     format!(
         "the wheels' rims run at {ratio:.2} times the vehicle's speed throughout{like}; expected are m/s (not km/h), rad/s \
          (not rpm) and the radius of the vehicle file"
@@ -121,7 +142,7 @@ fn disagreement(ratio: f64) -> String {
 fn ratios(run: &Recording, wheelset: usize, radius_m: f64) -> Option<Vec<f64>> {
     let pairs = run.v_m_s.iter().zip(&run.wheel_speed_rad_s[wheelset]);
     let mut ratios: Vec<f64> = pairs
-        .filter(|(v, omega)| **v > LEAST_SPEED_M_S && omega.is_finite())
+        .filter(|(v, omega)| v.abs() > LEAST_SPEED_M_S && omega.is_finite())
         .map(|(v, omega)| radius_m * omega / v)
         .collect();
     ratios.sort_by(f64::total_cmp);
@@ -133,6 +154,16 @@ fn off_ratio(run: &Recording, wheelset: usize, radius_m: f64) -> Option<f64> {
     let ratios = ratios(run, wheelset, radius_m)?;
     let at = |share: f64| ratios[((ratios.len() - 1) as f64 * share) as usize];
     let (low, high) = (at(ROLLING_SHARE), at(1.0 - ROLLING_SHARE));
+    let middle = at(0.5);
+    let near = |ratio: f64, factor: f64| (ratio / factor - 1.0).abs() < STEADY;
+    // A wheelset that slides or spins does not keep to one ratio for half of the time and stay below it for the rest; nor does one that
+    // never rolls keep to any.
+    let keeps_to = |factor: f64| near(at(0.25), factor) && near(at(0.75), factor) && near(high, factor);
+    let never_else = near(low, middle) && near(high, middle) && !(ROLLS[0]..=ROLLS[1]).contains(&middle);
+    let backwards = at(0.75) < -LOCKED;
+    if keeps_to(DIAMETER) || keeps_to(1.0 / DIAMETER) || backwards || (never_else && middle.abs() > LOCKED) {
+        return Some(middle);
+    }
     match (LOCKED..RATIO[0]).contains(&high) {
         true => Some(high),
         false => (low > RATIO[1]).then(|| at(0.5)),
@@ -149,6 +180,15 @@ fn possible(run: &Recording, vehicle: &VehicleParameters) -> Result<(), UnitErro
         t_s: run.t_s[row],
         why,
     };
+    if let Some(column) = &run.grade_rad
+        && let Some(row) = lasting(column, rows, |grade| grade.abs() > STEEPEST_RAD)
+    {
+        let why = format!(
+            "{:.3} rad for {LASTING_S} s or longer; no railway is steeper than {STEEPEST_RAD} rad: expected is rad, not ‰, % or °",
+            column[row]
+        );
+        return Err(refuse(Quantity::Grade, 0, row, why));
+    }
     for (wheelset, (column, pad)) in run.pressing_force_n.iter().zip(vehicle.pad_friction()).enumerate() {
         if let Some(row) = lasting(column, rows, |force| force < PULL_N) {
             let why = format!(
@@ -179,6 +219,48 @@ fn possible(run: &Recording, vehicle: &VehicleParameters) -> Result<(), UnitErro
         }
     }
     Ok(())
+}
+
+/// Refuses a column of forces that does what another does, a thousand times smaller: one in kN beside one in N.
+fn alike(run: &Recording) -> Result<(), UnitError> {
+    let Some(reference) = run.pressing_force_n.iter().max_by(|a, b| swing(a).total_cmp(&swing(b))) else {
+        return Ok(());
+    };
+    if swing(reference) < LEAST_SWING_N {
+        return Ok(());
+    }
+    for (wheelset, column) in run.pressing_force_n.iter().enumerate() {
+        let pairs: Vec<(f64, f64)> = column
+            .iter()
+            .zip(reference)
+            .filter(|(own, other)| own.is_finite() && other.is_finite())
+            .map(|(own, other)| (*own, *other))
+            .collect();
+        let n = pairs.len().max(1) as f64;
+        let mean = |of: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>() / n;
+        let (own, other) = (mean(&|pair| pair.0), mean(&|pair| pair.1));
+        let product = |of: &dyn Fn(f64, f64) -> f64| mean(&|pair| of(pair.0 - own, pair.1 - other));
+        let (together, alone) = (product(&|a, b| a * b), product(&|_, b| b * b));
+        let correlation = together / (alone * product(&|a, _| a * a)).sqrt();
+        let times = alone / together;
+        if correlation > THE_SAME && (500.0..2000.0).contains(&times) {
+            let row = (0..run.len()).max_by(|a, b| column[*a].total_cmp(&column[*b])).unwrap_or(0);
+            return Err(UnitError {
+                column: Quantity::PressingForce.column(wheelset, run.wheelsets),
+                t_s: run.t_s[row],
+                why: format!(
+                    "does what another wheelset's column does, {times:.0} times smaller; expected is N, not kN"
+                ),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Largest minus least finite value.
+fn swing(column: &[f64]) -> f64 {
+    let finite = || column.iter().copied().filter(|value| value.is_finite());
+    finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min)
 }
 
 /// The first of so many rows in a row of which all are so.

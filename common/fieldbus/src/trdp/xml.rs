@@ -6,6 +6,7 @@
 
 use crate::{Catalogue, Cell, FieldbusError, Kind, Message};
 use roxmltree::{Document, Node, ParsingOptions};
+use std::collections::BTreeMap;
 
 use super::telegram::LARGEST_DATA;
 
@@ -21,14 +22,21 @@ pub fn read(text: &str) -> Result<Catalogue, FieldbusError> {
     let options = ParsingOptions { allow_dtd: false, ..ParsingOptions::default() };
     let document =
         Document::parse_with_options(text, options).map_err(|error| FieldbusError::Xml(error.to_string()))?;
+    let data_sets = data_sets(&document)?;
     let mut messages: Vec<Message> = Vec::new();
+    let mut known: BTreeMap<u32, Option<&str>> = BTreeMap::new();
     for telegram in document.descendants().filter(|node| node.has_tag_name("telegram")) {
         let key = number(&telegram, "com-id")?;
-        if messages.iter().any(|known| known.key == key) {
-            continue;
+        let data_set = telegram.attribute("data-set-id").map(str::trim);
+        match known.insert(key, data_set) {
+            Some(other) if other == data_set => continue,
+            Some(_) => {
+                return Err(wrong(&telegram, format!("com-id {key} stands twice, with two data sets")));
+            }
+            None => {}
         }
         let name = telegram.attribute("name").map_or_else(|| format!("telegram{key}"), str::to_owned);
-        let mut layout = Layout { document: &document, telegram: &name, cells: Vec::new(), end: Some(0) };
+        let mut layout = Layout { data_sets: &data_sets, telegram: &name, cells: Vec::new(), end: Some(0) };
         // A telegram without a data set is one for others to describe.
         if telegram.has_attribute("data-set-id") {
             let id = number(&telegram, "data-set-id")?;
@@ -40,6 +48,41 @@ pub fn read(text: &str) -> Result<Catalogue, FieldbusError> {
         return Err(FieldbusError::Xml("no <telegram>".to_owned()));
     }
     Ok(Catalogue { messages })
+}
+
+/// Data sets by their ids and names.
+type DataSets<'a, 'd> = BTreeMap<&'a str, Node<'a, 'd>>;
+
+fn data_sets<'a, 'd>(document: &'a Document<'d>) -> Result<DataSets<'a, 'd>, FieldbusError> {
+    let mut found: DataSets<'a, 'd> = BTreeMap::new();
+    for node in document.descendants().filter(|node| node.has_tag_name("data-set")) {
+        if !node.children().any(|child| child.has_tag_name("element")) {
+            return Err(wrong(&node, "a data set without any element".to_owned()));
+        }
+        let names = [node.attribute("id").map(str::trim), node.attribute("name")];
+        let [id, name] = names;
+        if let Some(id) = id
+            && let Some(other) = found.insert(id, node)
+            && !alike(&other, &node)
+        {
+            return Err(wrong(&node, format!("data set {id} stands twice, with other elements")));
+        }
+        // A name that is the number of another data set gives way to it.
+        if let Some(name) = name.filter(|_| name != id) {
+            found.entry(name).or_insert(node);
+        }
+    }
+    Ok(found)
+}
+
+/// Whether two data sets have the same elements.
+fn alike(a: &Node<'_, '_>, b: &Node<'_, '_>) -> bool {
+    let elements = |node: &Node<'_, '_>| -> Vec<Vec<Option<String>>> {
+        let keys = ["name", "type", "array-size", "scale", "offset"];
+        let of = |element: Node<'_, '_>| keys.map(|key| element.attribute(key).map(str::to_owned)).to_vec();
+        node.children().filter(|child| child.has_tag_name("element")).map(of).collect()
+    };
+    elements(a) == elements(b)
 }
 
 fn number(node: &Node<'_, '_>, attribute: &str) -> Result<u32, FieldbusError> {
@@ -54,7 +97,7 @@ fn wrong(node: &Node<'_, '_>, problem: String) -> FieldbusError {
 
 /// The values of one telegram.
 struct Layout<'a, 'd> {
-    document: &'a Document<'d>,
+    data_sets: &'a DataSets<'a, 'd>,
     telegram: &'a str,
     cells: Vec<(String, Cell)>,
     /// Bytes so far; nothing behind an array of variable size.
@@ -64,11 +107,7 @@ struct Layout<'a, 'd> {
 impl Layout<'_, '_> {
     /// Adds a data set by its id or name, its values under a prefix.
     fn add_data_set(&mut self, id: &str, prefix: &str, depth: usize) -> Result<(), FieldbusError> {
-        let found = self.document.descendants().find(|node| {
-            node.has_tag_name("data-set")
-                && (node.attribute("id").map(str::trim) == Some(id) || node.attribute("name") == Some(id))
-        });
-        let Some(found) = found else {
+        let Some(found) = self.data_sets.get(id).copied() else {
             let said = format!("telegram {}: no data set or type {id}", self.telegram);
             return Err(FieldbusError::Xml(said));
         };
@@ -105,6 +144,9 @@ impl Layout<'_, '_> {
             }
         };
         let (factor, offset) = (figure("scale", 1.0)?, figure("offset", 0.0)?);
+        if factor == 0.0 {
+            return Err(wrong(element, "scale=\"0\": nothing would be left of the value".to_owned()));
+        }
         for place in 0..count.unwrap_or(1) {
             let Some(first) = self.end else { return Ok(()) };
             let name = if count.is_some_and(|count| count > 1) {
@@ -197,6 +239,20 @@ mod tests {
         assert_eq!(catalogue.message("other").map(|message| message.cells.len()), Some(0));
     }
 
+    /// Arrays of arrays of nothing once were counted through for ever.
+    #[test]
+    fn data_sets_of_nothing_are_refused_at_once() {
+        let nested: String = (1..4)
+            .map(|id| {
+                let inner = id + 1;
+                format!("<data-set id=\"{id}\"><element type=\"{inner}\" array-size=\"1432\"/></data-set>")
+            })
+            .collect();
+        let text = format!("<d><telegram com-id=\"1\" data-set-id=\"1\"/>{nested}<data-set id=\"4\"/></d>");
+        let said = read(&text).expect_err("nothing").to_string();
+        assert!(said.contains("a data set without any element"), "{said}");
+    }
+
     #[test]
     fn what_is_wrong_is_named_with_its_line() {
         let said = |from: &str, to: &str| {
@@ -207,6 +263,11 @@ mod tests {
         assert!(said("com-id=\"2001\"", "com-id=\"x\"").contains("line 4: com-id=\"x\" is no number"));
         assert!(said("type=\"INT16\"", "type=\"axle\"").contains("deeper than 5"));
         assert!(said("array-size=\"2\"", "array-size=\"4000000000\"").contains("array-size"));
+        assert!(said("scale=\"0.1\"", "scale=\"0\"").contains("nothing would be left"));
+        let twice = said("com-id=\"2002\"", "com-id=\"2001\"");
+        assert!(twice.contains("line 5: com-id 2001 stands twice"), "{twice}");
+        let twice = said("id=\"2100\"", "id=\"2001\"");
+        assert!(twice.contains("data set 2001 stands twice, with other elements"), "{twice}");
         assert!(read("<a/>").expect_err("empty").to_string().contains("no <telegram>"));
         let bomb = "<!DOCTYPE a [<!ENTITY b \"cc\">]><a>&b;</a>";
         assert!(read(bomb).is_err());

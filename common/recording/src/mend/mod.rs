@@ -115,6 +115,9 @@ fn read(path: &Path, mending: &Mending, notes: &mut Vec<String>) -> Result<Table
         }
         let left = |name: &String| !mending.dropped.contains(name);
         let renamed: Vec<String> = names.iter().map(|name| new_name(name)).collect();
+        if let Some(absent) = mending.dropped.iter().find(|name| !renamed.contains(name)) {
+            return Err((absent.clone(), Problem::nothing_to_drop(names)));
+        }
         let kept: Vec<String> = renamed.iter().filter(|name| left(name)).cloned().collect();
         check_required(&kept)?;
         let wheelsets = wheelsets_of_header(&kept);
@@ -190,13 +193,19 @@ fn check_values(table: &Table, wheelsets: usize, path: &Path) -> Result<()> {
 fn check_rate(path: &Path, stretches: &[clock::Stretch], mending: &Mending) -> Result<()> {
     let Some(longest) = stretches.iter().max_by_key(|stretch| stretch.len()) else { return Ok(()) };
     let recorded_hz = 1.0 / longest.period_s;
-    let found_hz = mending.rate_hz.unwrap_or(recorded_hz);
     let [low_hz, high_hz] = RATES_HZ;
-    if found_hz < 0.99 * low_hz || found_hz > 1.01 * high_hz || found_hz > 1.01 * recorded_hz {
-        let high_hz = if mending.rate_hz.is_some() { high_hz.min(recorded_hz) } else { high_hz };
-        return Err(RecordingError::new(path, Problem::RateRange { found_hz, low_hz, high_hz }));
+    let within = |rate_hz: f64, high_hz: f64| (0.99 * low_hz..=1.01 * high_hz).contains(&rate_hz);
+    if !within(recorded_hz, high_hz) {
+        let problem = Problem::RateRange { found_hz: recorded_hz, low_hz, high_hz };
+        return Err(RecordingError::new(path, problem));
     }
-    Ok(())
+    match mending.rate_hz {
+        Some(wanted_hz) if !within(wanted_hz, recorded_hz) => {
+            let problem = Problem::WantedRate { wanted_hz, low_hz, high_hz: recorded_hz };
+            Err(RecordingError::new(path, problem))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Says where a recording pauses.

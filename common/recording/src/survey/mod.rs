@@ -7,7 +7,7 @@ mod units;
 
 use crate::columns::{Quantity, TIME, columns_of_run};
 use crate::csv_form::Missing;
-use crate::error::{Problem, Result};
+use crate::error::{Problem, RecordingError, Result};
 use crate::mapping::quantity_of;
 use crate::table::Table;
 use crate::table_file::Form;
@@ -20,6 +20,8 @@ pub use units::Guess;
 
 /// The speed of the wagon in a run.
 const SPEED: &str = "v_m_s";
+/// Most columns that are looked at: a logger of a train has hundreds.
+const MOST_COLUMNS: usize = 4096;
 /// Rows that stand for the first minute where nothing is known of the time.
 const FIRST_ROWS: usize = 6000;
 
@@ -56,6 +58,10 @@ pub fn survey(path: &Path) -> Result<Vec<Surveyed>> {
         Form::Csv => read(path)?,
         Form::Parquet => (header(path)?, Source::ByColumn),
     };
+    if names.len() > MOST_COLUMNS {
+        let problem = Problem::TooManyColumns { found: names.len(), most: MOST_COLUMNS };
+        return Err(RecordingError::new(path, problem));
+    }
     let wheelsets = wheelsets(&names);
     let own = |name: &str| columns_of_run(wheelsets).into_iter().find(|(.., column)| column == name);
     let mut seen = BTreeSet::new();

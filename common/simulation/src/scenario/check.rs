@@ -120,6 +120,7 @@ impl Scenario {
         within("track.friction_decay_s_per_m", track.friction_decay_s_per_m.unwrap_or(0.0), 0.0..=10.0)?;
         for (index, rail) in self.rail.iter().enumerate() {
             let key = |name: &str| format!("rail.{}.{name}", index + 1);
+            within(&key("from_m"), rail.from_m, -1e7..=1e7)?;
             if index > 0 && !rises(self.rail[index - 1].from_m, rail.from_m) {
                 return refuse(key("from_m"), rail.from_m, "further along than the one before");
             }
@@ -129,6 +130,7 @@ impl Scenario {
         }
         for (index, grade) in self.grade.iter().enumerate() {
             let key = |name: &str| format!("grade.{}.{name}", index + 1);
+            within(&key("from_m"), grade.from_m, -1e7..=1e7)?;
             if index > 0 && !rises(self.grade[index - 1].from_m, grade.from_m) {
                 return refuse(key("from_m"), grade.from_m, "further along than the one before");
             }

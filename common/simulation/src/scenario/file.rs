@@ -36,7 +36,7 @@ impl Scenario {
     /// # Errors
     /// A file that cannot be read, an unknown or missing key, a value out of its range.
     pub fn read(file: &Path) -> Result<Self, ScenarioError> {
-        let text = std::fs::read_to_string(file)
+        let text = railgrip_recording::read_text(file)
             .map_err(|source| ScenarioError::Read { file: file.to_owned(), source })?;
         Self::parse(file, &text)
     }

@@ -6,7 +6,7 @@ use railgrip_acoustics::wav;
 use railgrip_classifier::{Ear, Verdict, Window};
 
 use crate::CliError;
-use crate::output::{note, say};
+use crate::output::{apart, note, say};
 
 /// Tell for every second of WAV recordings whether the rail is dry or wet.
 #[derive(Debug, clap::Args)]
@@ -53,6 +53,9 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     if args.speed.is_some_and(|speed| !speed.is_finite()) {
         return Err(CliError::bad_input("--speed: allowed is a finite number, m/s"));
     }
+    let mut read: Vec<&Path> = args.recordings.iter().map(PathBuf::as_path).collect();
+    read.extend(args.model.as_deref());
+    apart(&[("--out", args.out.as_deref())], &read)?;
     let model = super::files::model(args.model.as_deref())?;
     let mut lines = Vec::new();
     for given in &args.recordings {

@@ -37,12 +37,20 @@ pub(crate) struct Args {
     report: Option<PathBuf>,
 }
 
+/// Most clips that are synthesised.
+const MOST_CLIPS: usize = 1_000_000;
+
 /// Seed of the clips that judge; training never sees it.
 const TEST_SEED: u64 = 0x7465_7374;
 
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     if !(1..=1000).contains(&args.epochs) {
         return Err(CliError::bad_input(format!("--epochs {}: allowed is 1 to 1000", args.epochs)));
+    }
+    for (option, given) in [("--clips", args.clips), ("--test-clips", args.test_clips)] {
+        if given > MOST_CLIPS {
+            return Err(CliError::bad_input(format!("{option} {given}: allowed are at most {MOST_CLIPS}")));
+        }
     }
     let training = Training { clips: args.clips, epochs: args.epochs, seed: args.seed };
     let started = Instant::now();

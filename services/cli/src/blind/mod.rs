@@ -36,8 +36,15 @@ use crate::sealed::{
 pub(crate) use make::Made;
 use outcome::Outcome;
 
+/// Most cases of one run.
+const MOST_CASES: usize = 1_000_000;
+
 /// Makes the cases, seals the labels, has every case diagnosed, opens the labels and prints the score.
 pub fn run(args: &Args) -> Result<(), CliError> {
+    if args.cases > MOST_CASES {
+        let said = format!("--cases {}: allowed is 1 to {MOST_CASES}", args.cases);
+        return Err(CliError::bad_input(said));
+    }
     if args.cases == 0 {
         return Err(CliError::bad_input("--cases 0: at least one case is needed"));
     }

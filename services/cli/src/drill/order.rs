@@ -30,6 +30,9 @@ pub(super) struct Order {
     pub(super) threads: Option<usize>,
 }
 
+/// Most trains of one order.
+const MOST_TRAINS: usize = 1_000_000;
+
 /// A train of a deck: its seed, and its fault.
 pub(super) type Card = (u64, FaultWish<'static>);
 
@@ -47,8 +50,9 @@ impl Order {
     /// # Errors
     /// An order of no train.
     pub(super) fn deck(&self) -> Result<Vec<Card>, CliError> {
-        if self.trains == 0 {
-            return Err(CliError::bad_input("--trains 0: at least one train is needed"));
+        if !(1..=MOST_TRAINS).contains(&self.trains) {
+            let given = self.trains;
+            return Err(CliError::bad_input(format!("--trains {given}: allowed is 1 to {MOST_TRAINS}")));
         }
         Ok(deck(self.trains, self.seed, self.kind()))
     }

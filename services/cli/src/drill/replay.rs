@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use super::reading::reading;
 use crate::estimate::OfTrain;
+use crate::output::apart;
 use crate::sealed::files::{cannot_write, write};
 use crate::{CliError, estimate};
 
@@ -30,6 +31,13 @@ pub(super) struct Args {
 /// Replays a train and writes its alerts.
 pub(super) fn run(args: &Args) -> Result<(), CliError> {
     let train = RecordedTrain::read(&args.train)?;
+    let description = args.train.join("train.toml");
+    let of_wagons = train.wagons.iter().flat_map(|wagon| [wagon.run.as_path(), wagon.vehicle.as_path()]);
+    let read: Vec<&Path> = of_wagons.chain([description.as_path()]).collect();
+    if let Some(folder) = args.json.parent() {
+        std::fs::create_dir_all(folder).map_err(|error| cannot_write(folder, &error))?;
+    }
+    apart(&[("--json", Some(args.json.as_path()))], &read)?;
     let (mut files, mut runs) = (Vec::new(), Vec::new());
     for wagon in &train.wagons {
         let vehicle = railgrip_settings::vehicle::load(&wagon.vehicle).map_err(CliError::bad_input)?;
@@ -43,6 +51,7 @@ pub(super) fn run(args: &Args) -> Result<(), CliError> {
                 vehicle.wheelsets()
             )));
         }
+        estimate::check_units(&wagon.run, &run, &vehicle)?;
         files.push(believed(&vehicle));
         runs.push(run);
     }

@@ -111,8 +111,8 @@ const BRAKE_COLUMNS: &[Column] = &[
 /// Reads and checks a case.
 pub fn load(folder: &Path) -> Result<LawCase, LawCaseError> {
     let file = folder.join("bench.toml");
-    let text =
-        std::fs::read_to_string(&file).map_err(|source| LawCaseError::Io { file: file.clone(), source })?;
+    let text = railgrip_recording::read_text(&file)
+        .map_err(|source| LawCaseError::Io { file: file.clone(), source })?;
     let toml = Source { file: &file, text: &text };
     let (kind, nominal, sigma) = toml.read()?;
     let columns = match kind {
