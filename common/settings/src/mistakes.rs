@@ -73,6 +73,16 @@ mod tests {
         assert!(said.iter().any(|said| said.contains("expected a whole number")), "{said:#?}");
     }
 
+    /// A recording that was named in place of a config once took minutes to refuse.
+    #[test]
+    fn another_file_is_refused_in_few_words() {
+        let text = "1.0,2.0,3.0,4.0\n".repeat(20_000);
+        let started = std::time::Instant::now();
+        let said = mistakes(Path::new("run.csv"), &text, &Overrides::default());
+        println!("{} mistakes in {:.2} s", said.len(), started.elapsed().as_secs_f64());
+        assert!((1..=4).contains(&said.len()), "{said:#?}");
+    }
+
     #[test]
     fn what_only_fails_later_is_found() {
         let text = include_str!("../../../config/railgrip.toml");

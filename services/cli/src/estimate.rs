@@ -6,7 +6,6 @@
 //! recording. Dirty data (gaps, repeats, cells without a value) are the estimator's business; a file of another form is
 //! bad input.
 
-use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
@@ -20,13 +19,14 @@ use railgrip_filter::{
     Estimator, EstimatorConfig, EstimatorInput, EstimatorOutput, FilterError, Plant, WagonSample,
     smooth_record,
 };
-use railgrip_messages::{Estimate, EstimateState, Sample};
-use railgrip_recording::{BogieRecording, Mapping, MotorRecording, Recording, Row, Strictness, Table};
+use railgrip_messages::{Estimate, Sample};
+use railgrip_recording::{BogieRecording, Mapping, MotorRecording, Recording, Row, Strictness};
 use railgrip_settings::{Overrides, TrainSettings};
 use railgrip_vehicle::{Running, VehicleParameters};
 
 use crate::CliError;
-use crate::estimate_columns::{Cell, Column, columns, columns_of_train};
+use crate::estimate_columns::{columns, columns_of_train};
+use crate::estimate_sheet::Sheet;
 use crate::output::{apart, say};
 
 /// Estimate adhesion and friction of a recording, sample by sample.
@@ -121,17 +121,22 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
             "no row has a measured speed, neither of the vehicle nor of a wheelset: nothing can be estimated";
         return Err(CliError::bad_input(format!("{}: {why}", args.run.display())));
     }
-    let mut sheet = Sheet::new(args, &plant, recorded.rows());
+    let columns = match (&plant, args.train) {
+        (Plant::Wagon(_), Some(_)) => columns_of_train(plant.wheelsets()),
+        _ => columns(plant.kind(), plant.wheelsets(), args.detail),
+    };
+    let mut sheet = Sheet::new(columns, recorded.rows());
     let empty = match args.smooth {
         true => smoothed(args, &mut estimator, &recorded, &mut sheet)?,
         false => forward(&mut *estimator, &recorded, &mut sheet),
     };
-    let counted = sheet.counted();
+    let counted = sheet.counted().clone();
     if counted.told == 0 {
         let why = format!("no row can be estimated; the estimator says {}", counted.most_said());
         return Err(CliError::bad_input(format!("{}: {why}", args.run.display())));
     }
-    sheet.table(&recorded, &plant)?.write(&args.out).map_err(CliError::failed)?;
+    let further = if args.detail { by_the_paper(&recorded, &plant) } else { Vec::new() };
+    sheet.table(further)?.write(&args.out).map_err(CliError::failed)?;
     let way = if args.smooth { ", smoothed" } else { "" };
     let filter = &estimator.snapshot().filter;
     let mut text = format!("{}: {} estimates by filter \"{filter}\"{way}", args.out.display(), counted.told);
@@ -169,7 +174,7 @@ fn time_s(input: &EstimatorInput) -> f64 {
 
 /// A recording, of whose rows the inputs are made one by one: an input is much larger than its row.
 enum Recorded {
-    Wagon(Recording),
+    Wagon(Box<Recording>),
     Traction(MotorRecording),
     Bogie(BogieRecording),
 }
@@ -193,7 +198,7 @@ impl Recorded {
         if let Plant::Wagon(vehicle) = plant {
             check_units(&args.run, &recording, vehicle)?;
         }
-        Ok(Self::Wagon(recording))
+        Ok(Self::Wagon(Box::new(recording)))
     }
 
     fn rows(&self) -> usize {
@@ -341,90 +346,10 @@ fn by_the_paper(recorded: &Recorded, plant: &Plant) -> Vec<(String, Vec<f64>)> {
     ]
 }
 
-/// The estimates of a recording, column by column.
-struct Sheet {
-    columns: Vec<Column>,
-    numbers: Vec<Vec<f64>>,
-    words: Vec<Vec<&'static str>>,
-    detail: bool,
-    counted: Counted,
-}
-
-/// How many rows have an estimate, and what the estimator said of the others.
-#[derive(Debug, Clone, Default)]
-struct Counted {
-    told: usize,
-    silent: usize,
-    said: BTreeMap<&'static str, usize>,
-}
-
-impl Counted {
-    /// The state of most of the rows without an estimate.
-    fn most_said(&self) -> &'static str {
-        self.said.iter().max_by_key(|(_, rows)| **rows).map_or("nothing", |(state, _)| state)
-    }
-}
-
-impl Sheet {
-    fn new(args: &Args, plant: &Plant, rows: usize) -> Self {
-        let columns = match (plant, args.train) {
-            (Plant::Wagon(_), Some(_)) => columns_of_train(plant.wheelsets()),
-            _ => columns(plant.kind(), plant.wheelsets(), args.detail),
-        };
-        let numbers = columns.iter().map(|_| Vec::with_capacity(rows)).collect();
-        let words = columns.iter().map(|_| Vec::new()).collect();
-        Self { columns, numbers, words, detail: args.detail, counted: Counted::default() }
-    }
-
-    fn take(&mut self, estimate: &Estimate) {
-        let cells = self.numbers.iter_mut().zip(&mut self.words);
-        let mut told = false;
-        for (column, (numbers, words)) in self.columns.iter().zip(cells) {
-            match column.cell(estimate) {
-                Cell::Number(value) => {
-                    told |= column.name == "mu_w_sigma" && value > 0.0;
-                    numbers.push(value);
-                }
-                Cell::Word(word) => words.push(word),
-            }
-        }
-        if told {
-            self.counted.told += 1;
-        } else {
-            self.counted.silent += 1;
-            let state = estimate.state().map_or("nothing", EstimateState::word);
-            *self.counted.said.entry(state).or_default() += 1;
-        }
-    }
-
-    fn counted(&self) -> Counted {
-        self.counted.clone()
-    }
-
-    fn table(self, recorded: &Recorded, plant: &Plant) -> Result<Table, CliError> {
-        let (mut numbers, mut words) = (Vec::new(), Vec::new());
-        for (column, (cells, names)) in self.columns.into_iter().zip(self.numbers.into_iter().zip(self.words))
-        {
-            if names.is_empty() {
-                numbers.push((column.name, cells))
-            } else {
-                words.push((column.name, names))
-            }
-        }
-        if self.detail {
-            numbers.extend(by_the_paper(recorded, plant));
-        }
-        let table = Table::new(numbers).map_err(CliError::failed)?;
-        words
-            .into_iter()
-            .try_fold(table, |table, (name, cells)| table.with_words(&name, cells))
-            .map_err(CliError::failed)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use railgrip_recording::Table;
 
     fn columns_of(rows: &str, smooth: bool) -> Result<Table, CliError> {
         let folder = tempfile::tempdir().expect("folder");

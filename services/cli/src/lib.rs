@@ -24,6 +24,7 @@ mod drill;
 mod error;
 mod estimate;
 mod estimate_columns;
+mod estimate_sheet;
 mod experiment;
 mod gap;
 mod gap_calibrate;

@@ -65,7 +65,7 @@ fn line(column: &FirstMinute) -> String {
     let (least, most) = (short(least), short(most));
     let span = railgrip_words::say(
         "{least} to {most} {unit}",
-        &[("least", &least), ("most", &most), ("unit", &column.unit)],
+        &[("least", &least), ("most", &most), ("unit", &t(column.unit))],
     );
     format!("{:<15} {plot} {span}", column.to)
 }

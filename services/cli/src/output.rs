@@ -51,19 +51,21 @@ pub(crate) fn apart(written: &[(&str, Option<&Path>)], read: &[&Path]) -> Result
     Ok(())
 }
 
-/// Refuses a folder with recordings that no simulation made: what it made has its truth beside it. `description` is the file that
-/// says what was simulated, `is_own` tells recordings that would be removed.
+/// Refuses a folder with recordings that no simulation made: what it made has its truth beside it. `description` names the file that says
+/// what is simulated, with the text that it is to have; `is_own` tells recordings that would be removed.
 pub(crate) fn only_own(
     folder: &Path,
-    description: &str,
+    description: (&str, &str),
     is_own: impl Fn(&str) -> bool,
 ) -> Result<(), CliError> {
     let Ok(entries) = std::fs::read_dir(folder) else { return Ok(()) };
     let truth = folder.join("truth");
     let names = entries.filter_map(Result::ok).filter(|entry| entry.path().is_file());
     let names: Vec<String> = names.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    let says_other =
+        |name: &str| std::fs::read_to_string(folder.join(name)).ok().as_deref() != Some(description.1);
     let foreign = |name: &&String| match name.as_str() {
-        name if name == description => !truth.is_dir(),
+        name if name == description.0 => !truth.is_dir() && says_other(name),
         name => is_own(name) && !truth.join(name).is_file(),
     };
     match names.iter().find(foreign) {

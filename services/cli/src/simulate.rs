@@ -41,6 +41,12 @@ pub(crate) struct Args {
     format: Form,
 }
 
+/// Columns of a recording and its truth, and those of them that each wheelset has, about.
+const COLUMNS: usize = 16;
+const COLUMNS_A_WHEELSET: usize = 10;
+/// Most memory that rows may take, MiB.
+const MOST_MIB: f64 = 8192.0;
+
 /// Form of the recordings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Form {
@@ -69,13 +75,34 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         return simulate_rig::run(programme, args.seed, &args.out, args.format.ending());
     }
     let scenario = Scenario::load(&args.scenario, Path::new("")).map_err(of_scenario)?;
-    only_own(&args.out, "vehicle.toml", is_own)?;
+    if let Some(beyond) = scenario.wagon.iter().find(|wagon| wagon.number > scenario.train.wagons) {
+        return Err(CliError::bad_input(format!(
+            "{}: [[wagon]] number {} is beyond the {} wagons of the train",
+            args.scenario, beyond.number, scenario.train.wagons
+        )));
+    }
     let (vehicle, text) = vehicle(args, &scenario)?;
+    only_own(&args.out, ("vehicle.toml", &text), is_own)?;
+    fits(&scenario, &vehicle)?;
     let vehicles = vec![vehicle; scenario.train.wagons];
     let (runs, took) = simulate(&scenario, &vehicles, args.seed)?;
     write(args, &runs, &text)?;
     summary(args, &scenario, &runs, took);
     Ok(())
+}
+
+/// Refuses a train whose rows, which are held until they are written, would fill the memory.
+fn fits(scenario: &Scenario, vehicle: &VehicleParameters) -> Result<(), CliError> {
+    let columns = COLUMNS + COLUMNS_A_WHEELSET * vehicle.wheelsets();
+    let rows = scenario.duration_s * vehicle.sensors.sample_rate_hz * scenario.train.wagons as f64;
+    let mib = rows * (8 * columns) as f64 / f64::from(1 << 20);
+    if mib <= MOST_MIB {
+        return Ok(());
+    }
+    Err(CliError::bad_input(format!(
+        "{} wagons for {} s at {} Hz fill {mib:.0} MiB of memory; at most {MOST_MIB} MiB are simulated at once: shorten the scenario",
+        scenario.train.wagons, scenario.duration_s, vehicle.sensors.sample_rate_hz
+    )))
 }
 
 fn of_scenario(error: ScenarioError) -> CliError {
@@ -250,6 +277,34 @@ mod tests {
         let absent = Args { scenario: "nowhere.toml".to_owned(), ..args(folder.path(), "a", 1, Form::Csv) };
         assert_eq!(run(&absent).expect_err("absent").code(), 2);
         assert!(!folder.path().join("a").exists());
+    }
+
+    #[test]
+    fn recordings_that_no_simulation_made_are_left_alone() {
+        let folder = folder();
+        for (file, text) in [("wagon99.dry.csv", "real"), ("vehicle.toml", "of somebody")] {
+            let out = folder.path().join("real");
+            std::fs::create_dir_all(&out).expect("folder");
+            std::fs::write(out.join(file), text).expect("write");
+            let error = run(&args(folder.path(), "real", 1, Form::Csv)).expect_err(file);
+            assert!(error.code() == 2 && error.to_string().contains(file), "{error}");
+            assert_eq!(std::fs::read_to_string(out.join(file)).expect("as it was"), text);
+            std::fs::remove_dir_all(out).expect("removed");
+        }
+    }
+
+    #[test]
+    fn what_would_fill_the_memory_or_is_no_wagon_of_the_train_is_refused() {
+        let folder = folder();
+        for (from, to, word) in [
+            ("duration_s = ", "duration_s = 99999", "MiB of memory"),
+            ("[train]", "[[wagon]]\nnumber = 7\n[train]", "beyond the 2 wagons"),
+        ] {
+            assert!(SCENARIO.contains(from), "{SCENARIO}");
+            std::fs::write(folder.path().join("short.toml"), SCENARIO.replace(from, to)).expect("scenario");
+            let error = run(&args(folder.path(), "a", 1, Form::Csv)).expect_err(word);
+            assert!(error.code() == 2 && error.to_string().contains(word), "{error}");
+        }
     }
 
     #[test]

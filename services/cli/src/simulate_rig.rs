@@ -16,9 +16,9 @@ const ROLLER: Optional = Optional { grade: true, wsp: true, ..Optional::NONE };
 
 /// Runs the test into a folder; `ending` is the form of the files.
 pub(crate) fn run(programme: RigProgramme, seed: u64, out: &Path, ending: &str) -> Result<(), CliError> {
-    only_own(out, "rig.toml", is_own)?;
     let feed = railgrip_ingest::feed::feed_of(programme, seed);
     let plant = feed.plant().clone();
+    only_own(out, ("rig.toml", &rig_file(&plant)?), is_own)?;
     let rows: Vec<RigRow> = feed.collect();
     let truth = out.join("truth");
     let failed =

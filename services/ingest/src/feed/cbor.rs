@@ -23,7 +23,7 @@ pub(super) fn put_all(mut message: &[u8], name: &str, inlet: &Inlet) -> bool {
         let value = match ciborium::de::from_reader_with_recursion_limit(&mut message, DEEPEST) {
             Ok(value) => value,
             // Where one item ends wrongly, nobody knows where the next begins.
-            Err(error) => return inlet.put(Err(format!("{name}: no CBOR: {error}"))),
+            Err(error) => return inlet.put(Err(format!("{name}: no CBOR: {}", in_words(&error)))),
         };
         let items = match value {
             Value::Array(items) => items,
@@ -49,9 +49,20 @@ pub(super) fn put_all(mut message: &[u8], name: &str, inlet: &Inlet) -> bool {
 /// In words: what is no CBOR, or has no place in JSON.
 pub(super) fn value(mut message: &[u8]) -> Result<Json, String> {
     let value = ciborium::de::from_reader_with_recursion_limit(&mut message, DEEPEST);
-    let value = value.map_err(|error| format!("no CBOR: {error}"))?;
+    let value = value.map_err(|error| format!("no CBOR: {}", in_words(&error)))?;
     let found = json(&value).filter(|_| message.is_empty());
     found.ok_or_else(|| "no single number, text or map of them in CBOR".to_owned())
+}
+
+/// What is wrong, and at which byte where that is known.
+fn in_words(error: &ciborium::de::Error<std::io::Error>) -> String {
+    use ciborium::de::Error;
+    match error {
+        Error::Io(_) => "it ends in the middle of an item".to_owned(),
+        Error::Syntax(at) => format!("byte {at} begins no item"),
+        Error::Semantic(_, why) => why.clone(),
+        Error::RecursionLimitExceeded => "items in items, too deep".to_owned(),
+    }
 }
 
 /// The same as JSON; nothing where JSON has no such thing. A number that is none (NaN) is a missing one.
