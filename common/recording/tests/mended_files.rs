@@ -167,7 +167,7 @@ fn other_names_units_and_rates_are_taken_when_told() {
     says(&mended, &["speed_kmh times 0.277", "one row in 2 is kept, at 25.00 Hz"]);
     let faster = Mending { rate_hz: Some(100.0), ..Mending::default() };
     let error = mend_as(HEADER, &faster, |_, t_s| Some(row(t_s))).unwrap_err().to_string();
-    assert!(error.contains("100.000 Hz") && error.contains("20 to 50"), "{error}");
+    assert!(error.contains("100 Hz were asked for") && error.contains("20 Hz to the 50.00 Hz"), "{error}");
 }
 
 #[test]

@@ -145,7 +145,7 @@ pressing_force_sigma_n = 150.0
         let said = message(&COACH.replace("mass_kg = 40000.0", "mass_kg = \"40 t\""));
         assert!(said.contains("line 4, mass_kg: ") && said.ends_with("expected a number"), "{said}");
         let said = message(&COACH.replace("dry = 0.3", "dry = 0.3\ndry = 0.4"));
-        assert!(said.contains("line 22, dry: duplicate key"), "{said}");
+        assert!(said.contains("line 23, dry: duplicate key"), "{said}");
     }
 
     #[test]

@@ -87,8 +87,8 @@ pub fn check(run: &Recording, vehicle: &VehicleParameters) -> Result<(), UnitErr
         return forces(run, vehicle);
     };
     let ratio = off[first].unwrap_or(1.0);
-    // Where all wheelsets disagree with the vehicle in the same way, its speed is to blame, unless all are far too fast.
-    let of_vehicle = off.iter().all(Option::is_some) && ratio < 1.0;
+    // Where no wheelset ever agrees with the vehicle, its speed is to blame, unless they are far too fast.
+    let of_vehicle = ratio < 1.0 && !(0..run.wheelsets).any(|i| agrees(run, i, vehicle.wheelset.radius_m));
     let column = if of_vehicle {
         Quantity::Speed.column(0, run.wheelsets)
     } else {
@@ -147,6 +147,14 @@ fn ratios(run: &Recording, wheelset: usize, radius_m: f64) -> Option<Vec<f64>> {
         .collect();
     ratios.sort_by(f64::total_cmp);
     (!ratios.is_empty() && ratios.len() as f64 >= LEAST_TIME_S * run.sample_rate_hz()).then_some(ratios)
+}
+
+/// Whether a wheelset rolls as fast as the vehicle in more than a hundredth of the samples.
+fn agrees(run: &Recording, wheelset: usize, radius_m: f64) -> bool {
+    ratios(run, wheelset, radius_m).is_some_and(|ratios| {
+        let rolling = ratios.iter().filter(|ratio| (ROLLS[0]..=ROLLS[1]).contains(*ratio)).count();
+        rolling as f64 > ROLLING_SHARE * ratios.len() as f64
+    })
 }
 
 /// The ratio of a wheelset where all but a hundredth of the samples are beyond what a rolling wheelset can have.
