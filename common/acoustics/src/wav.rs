@@ -33,6 +33,12 @@ pub enum WavError {
         /// Why.
         source: hound::Error,
     },
+    /// A rate at which nothing is sampled.
+    #[error("{}: its header says 0 samples a second", path.display())]
+    Rate {
+        /// The file.
+        path: PathBuf,
+    },
     /// Without samples.
     #[error("{}: no samples", path.display())]
     Empty {
@@ -49,6 +55,9 @@ pub fn read(path: &Path) -> Result<Recording, WavError> {
     let failed = |source| WavError::Read { path: path.to_owned(), source };
     let mut reader = WavReader::open(path).map_err(failed)?;
     let WavSpec { channels, sample_rate, bits_per_sample, sample_format } = reader.spec();
+    if sample_rate == 0 {
+        return Err(WavError::Rate { path: path.to_owned() });
+    }
     let every = usize::from(channels.max(1));
     let samples: Result<Vec<f32>, _> = match sample_format {
         SampleFormat::Float => reader.samples::<f32>().step_by(every).collect(),
@@ -87,6 +96,19 @@ pub fn write(path: &Path, sample_rate_hz: u32, samples: &[f32]) -> Result<(), Wa
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_rate_of_zero_is_refused() {
+        let path = std::env::temp_dir().join(format!("railgrip-wav-rate-{}.wav", std::process::id()));
+        write(&path, 22_050, &[0.1; 100]).expect("written");
+        let mut bytes = std::fs::read(&path).expect("read");
+        // The rate and, by it, bytes a second.
+        bytes[24..32].fill(0);
+        std::fs::write(&path, bytes).expect("written");
+        let error = read(&path).expect_err("no rate");
+        std::fs::remove_file(&path).expect("removed");
+        assert!(matches!(error, WavError::Rate { .. }), "{error}");
+    }
 
     #[test]
     fn what_was_written_is_read() {

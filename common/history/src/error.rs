@@ -39,6 +39,14 @@ pub enum HistoryError {
         /// The newest version that this program knows.
         known: i64,
     },
+    /// A database of something else, or one that lost its tables.
+    #[error("history {}: not the history of a train (table `{table}` is missing)", path.display())]
+    NoHistory {
+        /// The database file.
+        path: PathBuf,
+        /// The table.
+        table: String,
+    },
     /// A block in the database is damaged.
     #[error("history {}: wagon {wagon}, block at {start_s}: {source}", path.display())]
     Block {
@@ -69,6 +77,11 @@ impl HistoryError {
             Self::Lock { .. } => true,
             _ => false,
         }
+    }
+
+    /// Whether it lies in the file: no database, none of a train, of a newer program or damaged.
+    pub fn is_of_the_file(&self) -> bool {
+        self.is_damage() || matches!(self, Self::NoHistory { .. } | Self::Newer { .. } | Self::Block { .. })
     }
 
     /// Whether the file is no database any more.

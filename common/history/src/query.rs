@@ -68,7 +68,15 @@ impl Reader {
     }
 
     pub(crate) fn fail(&self, source: rusqlite::Error) -> HistoryError {
-        HistoryError::Database { path: self.path.clone(), source }
+        let path = self.path.clone();
+        // A database of something else, one that was emptied, or one that lost its tables.
+        match source.to_string().split_once("no such table: ") {
+            Some((_, table)) => {
+                let table = table.split_whitespace().next().unwrap_or_default().to_owned();
+                HistoryError::NoHistory { path, table }
+            }
+            None => HistoryError::Database { path, source },
+        }
     }
 
     /// The finest tier worth reading for this step.

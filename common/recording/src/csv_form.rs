@@ -70,6 +70,7 @@ fn read_at_most(
     let (names, wanted) = header(&mut reader, &mut record, file, choose)?;
     let mut columns = vec![Vec::new(); names.len()];
     let mut lines = Vec::new();
+    let mut signs = Signs::default();
     let columns_wanted = wanted.iter().filter(|wanted| **wanted).count();
     since_row.set(0);
     while next(&mut reader, &mut record, file)? {
@@ -85,6 +86,12 @@ fn read_at_most(
             let name = &names[index];
             let value =
                 number(cell, name, missing, dialect).map_err(|problem| error(problem).column(name))?;
+            if dialect.decimal_comma {
+                signs.see(cell, name, line).map_err(|(text, column, line)| {
+                    let problem = Problem::TwoDecimalSigns(text);
+                    RecordingError::new(file, problem).at(Place::Line(line)).column(&column)
+                })?;
+            }
             columns[index].push(value);
         }
         lines.push(line);
@@ -151,6 +158,35 @@ impl Dialect {
             (false, true, _) => Self { delimiter: b';', decimal_comma: true },
             (false, false, true) => Self { delimiter: b'\t', decimal_comma: true },
             _ => Self { delimiter: b',', decimal_comma: false },
+        }
+    }
+}
+
+/// Which decimal signs the numbers of a file have.
+#[derive(Default)]
+struct Signs {
+    comma: bool,
+    /// The first with a point, its column and its line.
+    point: Option<(String, String, u64)>,
+}
+
+impl Signs {
+    /// Looks at a cell that was read; fails with the one that has a point where others have commas.
+    fn see(
+        &mut self,
+        cell: &[u8],
+        column: &str,
+        line: u64,
+    ) -> std::result::Result<(), (String, String, u64)> {
+        self.comma |= cell.contains(&b',');
+        let text = std::str::from_utf8(cell).unwrap_or_default().trim();
+        // Instants have points of their own.
+        if self.point.is_none() && text.contains('.') && text.parse::<f64>().is_ok() {
+            self.point = Some((text.to_owned(), column.to_owned(), line));
+        }
+        match &self.point {
+            Some(point) if self.comma => Err(point.clone()),
+            _ => Ok(()),
         }
     }
 }
@@ -222,6 +258,18 @@ mod tests {
         let error = of(text.as_bytes(), 15_999).expect_err("too much");
         assert!(matches!(error.problem, Problem::TooManyCells { rows: 1000, columns: 2, .. }), "{error}");
         assert!(error.to_string().starts_with("x.csv, line 1001: 1000 rows of 2 columns fill"), "{error}");
+    }
+
+    #[test]
+    fn points_among_decimal_commas_are_refused_whichever_comes_first() {
+        for (rows, line) in [("1,5;2,5\n1,6;134.052\n", 3), ("1.5;2\n1,6;3\n", 2)] {
+            let error =
+                of(format!("a;b\n{rows}").as_bytes(), MOST_BYTES).expect_err("both signs").to_string();
+            assert!(error.contains(&format!("line {line}")) && error.contains("decimal commas"), "{error}");
+        }
+        assert_eq!(of("a;b\n1.5;2\n1.6;3\n".as_bytes(), MOST_BYTES).expect("points alone").rows(), 2);
+        let instants = "a;b\n2026-01-01T00:00:00.5Z;2,5\n2026-01-01T00:00:01.5Z;3,5\n";
+        assert_eq!(of(instants.as_bytes(), MOST_BYTES).expect("instants").rows(), 2);
     }
 
     /// Each would fill any memory, or never end.

@@ -64,6 +64,14 @@ pub enum Problem {
     /// The file is not what its ending says.
     #[error("not a readable Parquet file: {0}")]
     Parquet(String),
+    /// Pages of a column are packed in a way that is not read.
+    #[error("packed with {0}; allowed are none, snappy and zstd: write the file anew with one of them")]
+    Packed(String),
+    /// A decimal point where other cells have decimal commas.
+    #[error(
+        "`{0}` has a point where other cells of the file have decimal commas: a decimal point, or thousands?"
+    )]
+    TwoDecimalSigns(String),
     /// The file ends in neither `.csv` nor `.parquet`.
     #[error("a recording ends in .csv or .parquet")]
     Extension,

@@ -118,6 +118,11 @@ impl Column {
         let groups =
             || metadata.row_groups().iter().map(|group| (group.column(self.index), group.num_rows()));
         for (chunk, rows) in groups() {
+            let packed = chunk.compression();
+            if !matches!(packed, Compression::UNCOMPRESSED | Compression::SNAPPY | Compression::ZSTD(_)) {
+                let name = packed.to_string().split('(').next().unwrap_or_default().to_lowercase();
+                return Err(Problem::Packed(name));
+            }
             parquet_pages::check(source.as_ref(), chunk, rows.cast_unsigned())?;
         }
         let mut cells = Vec::new();

@@ -102,6 +102,7 @@ pub(crate) fn can(
     if let Some(name) = interfaces.iter().find(|name| !sound(name)) {
         at.note(at.refuse("source.interface", format!("{name:?}"), allowed));
     }
+    one_each(at, "source.interface", &interfaces);
     let log = match keys.file {
         Some(file) => {
             let speed = at.number("source.speed", speed, 1.0..=1000.0);
@@ -143,10 +144,12 @@ pub(crate) fn trdp(
         let allowed = "addresses such as \"10.0.1.5\", one a wagon";
         given.parse().map_err(|_| at.refuse("source.senders", format!("{given:?}"), allowed))
     });
+    let senders = at.or(senders.collect(), Vec::new());
+    one_each(at, "source.senders", &senders);
     Ok(TrdpSource {
         listen: listen.unwrap_or_else(|| SocketAddr::from((Ipv4Addr::UNSPECIFIED, trdp::PORT))),
         groups: at.or(groups.collect(), Vec::new()),
-        senders: at.or(senders.collect(), Vec::new()),
+        senders,
         messages: messages(
             at,
             of_messages,
@@ -154,6 +157,13 @@ pub(crate) fn trdp(
             trdp::read,
         )?,
     })
+}
+
+/// Refuses a list, one a wagon, that names the same twice: two wagons would be one.
+fn one_each<T: PartialEq + std::fmt::Display>(at: &ConfigText<'_>, key: &str, list: &[T]) {
+    if let Some((_, twice)) = list.iter().enumerate().find(|(place, one)| list[..*place].contains(one)) {
+        at.note(at.refuse(key, format!("{twice} twice"), "one of its own for each wagon"));
+    }
 }
 
 fn messages(

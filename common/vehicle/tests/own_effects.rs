@@ -142,7 +142,7 @@ fn the_odd_changes_nothing() {
         id = "own_odd"
         term = "adhesion"
         law = "adhesion_peak"
-        expression = "value * ln(-1 - state)"
+        expression = "value * ln(19 - state)"
         [effect.state]
         start = 1.0
         rate = "(v_m_s - state) / 1e-6"
@@ -194,6 +194,8 @@ fn what_is_wrong_is_said_with_what_there_is() {
         ("default = 0.0", "default = 9.0", "parameters", "`k`: 9 is not within 0 to 5"),
         ("upper = 5.0", "upper = -5.0", "parameters", "lower must be below upper"),
         ("parameters.k", "parameters.v_m_s", "parameters", "`v_m_s` is the name of a quantity"),
+        ("value - k * v_m_s^2", "value + 0 / (k - k)", "expression", "gives no number"),
+        ("expression", "twins = [\"nope\"]\nexpression", "twins", "no effect is called \"nope\""),
         ("expression", "wheelset = 7\nexpression", "wheelset", "is 7, allowed is 1 to 4"),
     ] {
         let error = wrong(from, to);

@@ -12,9 +12,12 @@ use railgrip_recording::{BogieRecording, MotorRecording, Recording, Strictness};
 use railgrip_settings::{
     AudioSource, BrokerTls, ReceiverWay, ReplayRun, Source, TrainSettings, WagonSettings,
 };
+use socketcan::Frame;
 
 /// Lines of a CAN log that are looked at: enough to see that it is one.
 const LINES: usize = 100_000;
+/// Bits of an identifier that say what kind of frame it is: a request, an error.
+const KIND_BITS: u32 = 0x6000_0000;
 /// A secret is no longer than this, bytes.
 const LONGEST_SECRET: u64 = 64 << 10;
 
@@ -35,7 +38,7 @@ pub(crate) fn wrong(settings: &TrainSettings) -> Vec<(String, String)> {
         }
         Source::Can(source) => {
             if let Some(log) = &source.log {
-                look("source.file", can_log(&log.file));
+                look("source.file", can_log(&log.file, &source.messages.plan.keys()));
             }
         }
         Source::Mqtt(broker) => {
@@ -98,8 +101,8 @@ fn recording(run: &ReplayRun, wagon: &WagonSettings, settings: &TrainSettings) -
     }
 }
 
-/// A log in the form of `candump -L`, of which the beginning is read.
-fn can_log(file: &Path) -> Result<(), String> {
+/// A log in the form of `candump -L`, of which the beginning is read: it must hold a frame that is wanted.
+fn can_log(file: &Path, wanted: &[u32]) -> Result<(), String> {
     let said = |problem: String| format!("{}: {problem}", file.display());
     // Opening a pipe would wait for whoever fills it.
     match std::fs::metadata(file).map_err(|error| said(error.to_string()))?.file_type() {
@@ -109,12 +112,22 @@ fn can_log(file: &Path) -> Result<(), String> {
     }
     let open = File::open(file).map_err(|error| said(error.to_string()))?;
     let mut reader = socketcan::dump::Reader::from_reader(BufReader::new(open));
+    let mut others = 0_usize;
     for _ in 0..LINES {
         match reader.next_record() {
-            Ok(Some(_)) => return Ok(()),
-            Ok(None) => return Err(said("holds no frame in the form of `candump -L`".to_owned())),
+            Ok(Some(record)) if wanted.contains(&(record.frame.id_word() & !KIND_BITS)) => return Ok(()),
+            Ok(Some(_)) => others += 1,
+            Ok(None) if others == 0 => {
+                return Err(said("holds no frame in the form of `candump -L`".to_owned()));
+            }
+            Ok(None) => break,
             Err(_) => {}
         }
+    }
+    if others > 0 {
+        let problem =
+            format!("none of its first {others} frames has an identifier that the mapping asks for");
+        return Err(said(problem));
     }
     Err(said(format!("none of its first {LINES} lines is a frame in the form of `candump -L`")))
 }

@@ -176,6 +176,13 @@ fn bogie(wheelsets: usize, detail: bool) -> Vec<Column> {
         let name = column.name.as_str();
         column.read = match name {
             _ if name.starts_with("mu_b") => |_, _| Cell::Number(f64::NAN),
+            // Without the roller's counter the speed is one of before.
+            "v_m_s" => |e, _| {
+                use railgrip_filter::EstimateState as S;
+                where_told(e, e.v_m_s, |state| {
+                    !matches!(state, S::Starting | S::RollerCounterMissing | S::CountersSwapped)
+                })
+            },
             "mu_w" => |e, _| if_adhesion(e, e.mu_w),
             "mu_w_sigma" => |e, _| if_adhesion(e, e.mu_w_sigma),
             _ if name.starts_with("mu_w_") && name.ends_with("_sigma") => {
@@ -294,6 +301,8 @@ mod tests {
         assert!(has(EstimateState::ForcesMissing, "slip_f") && !has(EstimateState::ForcesMissing, "mu_w"));
         assert!(has(EstimateState::Standstill, "mu_w") && !has(EstimateState::Standstill, "slip_f"));
         assert!(!has(EstimateState::Observable, "mu_b_f") && !has(EstimateState::Observable, "mu_b_mean"));
+        assert!(has(EstimateState::Observable, "v_m_s") && has(EstimateState::Standstill, "v_m_s"));
+        assert!(!has(EstimateState::Starting, "v_m_s") && !has(EstimateState::RollerCounterMissing, "v_m_s"));
         assert!(!has(EstimateState::WrongRate, "mu_w") && !has(EstimateState::WrongRate, "slip_f"));
     }
 

@@ -8,7 +8,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use railgrip_health::history::export::{self, ExportError, Form, Wanted};
 use railgrip_health::history::{Consist, columns, consist};
 use railgrip_health::time::{self, rfc3339};
-use railgrip_history::{EventFilter, Reader};
+use railgrip_history::{EventFilter, HistoryError, Reader};
 use railgrip_messages::MAX_WHEELSETS;
 
 use crate::CliError;
@@ -109,8 +109,8 @@ impl Place {
             return Err(CliError::bad_input(said));
         }
         let former = columns::former(&columns::all(MAX_WHEELSETS));
-        let reader = Reader::open(&database).map_err(CliError::failed)?.with_names(&former);
-        let consist = Consist::read(&reader, &numbers).map_err(CliError::failed)?;
+        let reader = Reader::open(&database).map_err(of_history)?.with_names(&former);
+        let consist = Consist::read(&reader, &numbers).map_err(of_history)?;
         Ok((reader, consist.started(started_s)))
     }
 }
@@ -132,6 +132,7 @@ fn export(args: &Export) -> Result<(), CliError> {
     }
     let failed = |error: ExportError| match error {
         ExportError::Unknown { .. } => CliError::bad_input(format!("--fields: {error}")),
+        ExportError::History(error) => of_history(error),
         other => CliError::failed(format!("{}: {other}", args.out.display())),
     };
     if args.out == Path::new("-") {
@@ -159,7 +160,7 @@ fn export(args: &Export) -> Result<(), CliError> {
 
 fn events(args: &Events) -> Result<(), CliError> {
     let (reader, consist) = args.place.reader()?;
-    let events = reader.events(&EventFilter::default(), args.limit).map_err(CliError::failed)?;
+    let events = reader.events(&EventFilter::default(), args.limit).map_err(of_history)?;
     for numbered in events.into_iter().rev() {
         let mut event = numbered.event;
         let vehicle = event.wagon.and_then(|id| consist.vehicle(id));
@@ -187,6 +188,14 @@ fn events(args: &Events) -> Result<(), CliError> {
         }
     }
     Ok(())
+}
+
+/// A file that is no history is bad input; what else fails is not.
+fn of_history(error: HistoryError) -> CliError {
+    match error.is_of_the_file() {
+        true => CliError::bad_input(error),
+        false => CliError::failed(error),
+    }
 }
 
 fn form(text: &str) -> Result<Form, String> {

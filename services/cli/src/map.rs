@@ -50,6 +50,10 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         let page_text = speak(args.language.chosen(), || html::survey::render(&name, &minute, &text, timed));
         write(page, &page_text)?;
     }
+    if surveyed.iter().all(|column| column.guess.is_none()) {
+        let why = "no column is understood; name them in a [mapping] by hand";
+        return Err(CliError::bad_input(format!("{}: {why}", args.file.display())));
+    }
     Ok(())
 }
 

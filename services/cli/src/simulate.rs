@@ -74,7 +74,12 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         }
         return simulate_rig::run(programme, args.seed, &args.out, args.format.ending());
     }
-    let scenario = Scenario::load(&args.scenario, Path::new("")).map_err(of_scenario)?;
+    let scenario = Scenario::load(&args.scenario, Path::new("")).map_err(|error| match error {
+        ScenarioError::Unknown { .. } => {
+            CliError::bad_input(format!("{error}, or of a rig: {}", RigProgramme::NAMES))
+        }
+        error => of_scenario(error),
+    })?;
     if let Some(beyond) = scenario.wagon.iter().find(|wagon| wagon.number > scenario.train.wagons) {
         return Err(CliError::bad_input(format!(
             "{}: [[wagon]] number {} is beyond the {} wagons of the train",

@@ -88,6 +88,11 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     match &args.command {
         Command::Add(args) => {
             let file = args.place.file()?;
+            if args.expires.0 == Some(0) {
+                return Err(CliError::bad_input(
+                    "--expires 0s: the token would never be valid; allowed is 1s or more",
+                ));
+            }
             let end = args.expires.0.map(|s| now_s().saturating_add(s));
             // Only the secret goes to the standard output, so that it can be piped into a file.
             say(&tokens::add(&file, &args.name, args.role, end)?);
@@ -121,6 +126,9 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
 
 fn list(args: &List) -> Result<(), CliError> {
     let file = args.place.file()?;
+    if args.place.file.is_some() && !file.exists() {
+        return Err(CliError::bad_input(format!("{}: there is no such file", file.display())));
+    }
     let tokens = tokens::read(&file)?;
     let now_s = now_s();
     if args.json {

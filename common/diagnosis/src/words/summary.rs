@@ -22,7 +22,7 @@ pub fn summary(report: &Report, detail: &Detail) -> String {
 }
 
 fn write(text: &mut String, report: &Report, detail: &Detail) -> std::fmt::Result {
-    writeln!(text, "# {}: {}\n", detail.case, report.verdict.name())?;
+    writeln!(text, "# {}: {}\n", detail.case, t(report.verdict.name()))?;
     writeln!(text, "**{}**\n\n{}\n", headline(report), evidence(report).concat())?;
     writeln!(text, "{}: {}\n", t("How sure"), certainty(report).join(" "))?;
     writeln!(text, "{}:", t("What to do"))?;

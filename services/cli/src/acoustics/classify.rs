@@ -65,7 +65,12 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
             classify(&file, &mut ear, args.speed, &mut lines)?;
         }
     }
-    show(args, &lines)
+    show(args, &lines)?;
+    if lines.iter().all(|line| line.wet_probability.is_none()) {
+        let state = lines.first().map_or("no window", |line| line.state);
+        return Err(CliError::bad_input(format!("nothing could be judged ({state})")));
+    }
+    Ok(())
 }
 
 fn classify(

@@ -60,6 +60,8 @@ pub(super) struct Expression {
     sources: Vec<Source>,
 }
 
+/// Most characters of one expression.
+const MOST_CHARACTERS: usize = 4096;
 /// Most variables of one expression.
 const MOST_VARIABLES: usize = 24;
 
@@ -69,7 +71,10 @@ impl Expression {
     /// # Errors
     /// What is wrong with it; of a name that does not exist, which ones do.
     pub(super) fn parse(text: &str, scope: &Scope<'_>) -> Result<Self, String> {
-        let flat = Flat::parse(text).map_err(|error| format!("{text:?}: {error}"))?;
+        if text.len() > MOST_CHARACTERS {
+            return Err(format!("{} characters, at most {MOST_CHARACTERS}", text.len()));
+        }
+        let flat = Flat::parse(text).map_err(|error| format!("{text:?} cannot be read: {error}"))?;
         let sources = flat
             .var_names()
             .iter()

@@ -26,6 +26,7 @@
 mod error;
 mod expression;
 mod law;
+mod trial;
 
 pub use error::OwnEffectError;
 pub use expression::QUANTITIES;
@@ -145,6 +146,17 @@ pub fn register(file: &OwnEffects) -> Result<(), OwnEffectError> {
     if file.schema != 1 {
         return Err(OwnEffectError::Schema { found: file.schema });
     }
+    for effect in &file.effects {
+        let there = |id: &String| {
+            CATALOGUE.iter().any(|(spec, _)| spec.id == id)
+                || known().iter().any(|(spec, _)| spec.id == id)
+                || file.effects.iter().any(|other| other.id == *id && *id != effect.id)
+        };
+        if let Some(id) = effect.twins.iter().find(|id| !there(id)) {
+            let problem = format!("no effect is called {id:?}; `railgrip gap effects` lists them");
+            return Err(OwnEffectError::Effect { id: effect.id.clone(), what: "twins", problem });
+        }
+    }
     let laws = file.effects.iter().map(compile).collect::<Result<Vec<_>, _>>()?;
     let mut known = KNOWN.write().unwrap_or_else(PoisonError::into_inner);
     let mut fresh: Vec<(OwnEffect, Compiled)> = Vec::new();
@@ -206,6 +218,16 @@ fn compile(effect: &OwnEffect) -> Result<Compiled, OwnEffectError> {
         }
         None => None,
     };
+    let start = state.as_ref().map_or(0.0, |(start, _)| *start);
+    let values: Vec<[f64; 3]> = effect.parameters.values().map(|p| [p.default, p.lower, p.upper]).collect();
+    if !trial::gives_a_number(law, &value, &values, start) {
+        return Err(of("expression", trial::NEVER.to_owned()));
+    }
+    if let Some((start, rate)) = &state
+        && !trial::gives_a_number(law, rate, &values, *start)
+    {
+        return Err(of("state.rate", trial::NEVER.to_owned()));
+    }
     Ok(Compiled { law, term, wheelset: effect.wheelset.map(|number| number - 1), value, state })
 }
 
