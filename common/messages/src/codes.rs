@@ -195,7 +195,7 @@ codes! {
         GradeChanged = 8, "grade changed";
         /// Samples are missing; values: how many, seconds.
         SamplesMissed = 9, "samples missed";
-        /// A source of samples began again or ended; values: runs so far.
+        /// A recording that is played once has ended: what stays away from now on is not missing.
         SourceChanged = 10, "source changed";
         /// The filter started anew or resumed from a snapshot; values: age of the snapshot in s.
         FilterRestarted = 11, "filter restarted";

@@ -112,6 +112,9 @@ pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), Ingest
         }
     }
     let why = if ended { "the source has ended" } else { "ingest was asked to stop" };
+    if ended && played {
+        reporter.event(EventKind::SourceChanged, "the recording has ended")?;
+    }
     reporter.event(EventKind::Stopped, why)?;
     let Counters { received, rejected, late, published } = reporter.counters;
     tracing::info!(received, rejected, late, published, "{why}");

@@ -87,6 +87,7 @@ impl Watch {
                 | EventKind::FilterRestarted
                 | EventKind::ModelMismatch
                 | EventKind::HearingChanged
+                | EventKind::SourceChanged
         );
         let before = shows.then(|| self.told.insert((event.kind, event.wagon), event.text))?;
         let lasts = matches!(kind, EventKind::UnitsImplausible | EventKind::ClockDrifts);

@@ -25,6 +25,8 @@ pub(super) struct Received {
     pub sources: BTreeMap<u32, SourceState>,
     /// What the source of samples says is wrong with a wagon, by what it is and wagon: units, clock; and when it said so last.
     pub told: BTreeMap<(EventKind, u32), (String, Stamp)>,
+    /// When the recording that is played had ended.
+    pub ended: Option<Stamp>,
     /// Data are stale from this age on, s.
     pub stale_after_s: f64,
     /// What was not taken.
@@ -72,6 +74,7 @@ impl Received {
             heartbeats: BTreeMap::new(),
             sources: BTreeMap::new(),
             told: BTreeMap::new(),
+            ended: None,
             stale_after_s: settings.http.stale_after_s,
             refused: Refused::default(),
         }
@@ -154,6 +157,9 @@ impl Received {
 
     /// Takes what a process tells of a wagon: something that is wrong with what its source sends, or that it is over.
     pub fn take_event(&mut self, event: Validated<'_, Event>) {
+        if event.kind() == Some(EventKind::SourceChanged) {
+            self.ended = Some(event.stamp);
+        }
         let Some(kind @ (EventKind::UnitsImplausible | EventKind::ClockDrifts)) = event.kind() else {
             return;
         };
@@ -169,6 +175,12 @@ impl Received {
         self.heartbeats.retain(|_, beat| beat.stamp.age_s(now.monotonic_ns) < PROCESS_GONE_S);
         self.sources.retain(|_, state| state.stamp.age_s(now.monotonic_ns) < PROCESS_GONE_S);
         self.told.retain(|_, (_, said)| said.age_s(now.monotonic_ns) < PROCESS_GONE_S);
+    }
+
+    /// Whether what a wagon said last was the end of its recording.
+    pub fn played_out(&self, last: Stamp) -> bool {
+        let before = |ended: Stamp| ended.monotonic_ns.checked_sub(last.monotonic_ns);
+        self.ended.and_then(before).is_some_and(|ns| ns as f64 * 1e-9 <= self.stale_after_s)
     }
 
     /// What a wagon said last, unless that is stale.

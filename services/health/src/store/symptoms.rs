@@ -31,7 +31,8 @@ pub(super) fn judge(
         book.judge(of_wagon("units"), graded(units, Grade::Act), units, now);
         book.judge(of_wagon("source_clock"), graded(clock, Grade::Watch), clock, now);
         // Nothing comes of a wagon whose samples are withheld: that alert says why.
-        let (grade, reason) = match stale && units.is_empty() {
+        let missing = stale && units.is_empty() && !received.played_out(last);
+        let (grade, reason) = match missing {
             true => (Grade::Act, no_data(received, wagon, last)),
             false => (Grade::Ok, String::new()),
         };

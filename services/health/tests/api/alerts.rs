@@ -186,3 +186,44 @@ async fn what_is_well_again_is_worth_a_look_until_its_alert_is_over() {
     let (_, _, well) = get(&serve(&mut sound_train(), NOW).0, "/").await;
     assert!(well.contains("All wagons are well"));
 }
+
+/// A recording that was played to its end once raised "no data, act" for every wagon.
+#[tokio::test]
+async fn a_recording_that_has_ended_is_not_missing() {
+    let silent = |ended: Option<f64>| async move {
+        let mut store = sound_train();
+        let play = |store: &mut Store, from: f64, until: f64, wagons: std::ops::RangeInclusive<u32>| {
+            for tenth in (from * 10.0) as u32..(until * 10.0) as u32 {
+                let now = later(f64::from(tenth) * 0.1);
+                for wagon in wagons.clone() {
+                    store.receive_health(wagon, &health(wagon, now), now).unwrap();
+                }
+                let _ = store.snapshot(now);
+            }
+        };
+        play(&mut store, 0.0, 20.0, 1..=8);
+        // One wagon stays away before the others.
+        play(&mut store, 20.0, 40.0, 1..=7);
+        if let Some(at_s) = ended {
+            let event = Event {
+                stamp: later(at_s),
+                kind: EventKind::SourceChanged.code(),
+                grade: Grade::Unknown.code(),
+                wagon: railgrip_messages::NO_WAGON,
+                wheelset: NO_WHEELSET,
+                text: Text::new("the recording has ended"),
+                ..Event::default()
+            };
+            assert!(store.receive_event(&event, later(at_s)).is_some());
+        }
+        play(&mut store, 40.0, 60.0, 1..=0);
+        let (router, _) = serve(&mut store, later(60.0));
+        let alerts = get_json(&router, "/api/v1/alerts?state=active").await["alerts"].clone();
+        let of = alerts.as_array().unwrap().iter().filter(|alert| alert["cause"] == "silent");
+        of.flat_map(|alert| alert["wagons"].as_array().unwrap().clone())
+            .map(|w| w.to_string())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(silent(Some(40.2)).await, ["8"], "only what was missing before the end");
+    assert_eq!(silent(None).await.len(), 8, "a source that stops without a word is missing");
+}
