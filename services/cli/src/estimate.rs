@@ -150,6 +150,13 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     if without * 20 > recorded.rows() {
         text.push_str(&format!("; {without} rows without one, most of them {}", counted.most_said()));
     }
+    // Of recordings in their units it is none, whatever effects are at work.
+    if counted.diverged * 50 > recorded.rows() {
+        text.push_str(&format!(
+            "; in {} rows the model does not explain the data (diverged): are the forces in N, and is the vehicle file its own?",
+            counted.diverged
+        ));
+    }
     say(&text);
     Ok(())
 }

@@ -23,6 +23,8 @@ pub(crate) struct Counted {
     pub(crate) told: usize,
     /// Rows without.
     pub(crate) silent: usize,
+    /// Rows whose data the model does not explain.
+    pub(crate) diverged: usize,
     said: BTreeMap<&'static str, usize>,
 }
 
@@ -54,6 +56,7 @@ impl Sheet {
                 Cell::Word(word) => words.push(word),
             }
         }
+        self.counted.diverged += usize::from(estimate.state() == Some(EstimateState::Diverged));
         if told {
             self.counted.told += 1;
         } else {

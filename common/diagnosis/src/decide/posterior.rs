@@ -8,8 +8,8 @@
 //! # The model
 //! * A named effect is right with the probability 1 / (1 + exp(−w·x)) (logistic regression), where x are its grounds: one, its
 //!   score (log-odds of [`confidence`](crate::decide::confidence)), by how much the effects shrink the gap of runs that were
-//!   not fitted, how many parameters it has to imitate others with, and whether all that is named acts elsewhere than where
-//!   freeing a place gains most.
+//!   not fitted, how many parameters it has to imitate others with, whether all that is named acts elsewhere than where
+//!   freeing a place gains most, how near the next candidate comes to it, and by how much the gap grows without it.
 //! * Where it is wrong, one of its rivals is at work in its place, or nothing, or something that is not listed, with shares
 //!   counted on the cases. Rivals share theirs by the square of how near they came.
 //! * A verdict says with counted frequency that the truth holds none, known effects only, or an unknown one, and the evidence of
@@ -29,7 +29,11 @@ const CANDIDATES: usize = 3;
 
 /// What the probability of a name follows from, and how many figures that are.
 pub type Grounds = SVector<f64, GROUNDS>;
-const GROUNDS: usize = 5;
+const GROUNDS: usize = 7;
+/// A rival that gains this share of what the name gains counts nothing, one that gains so much counts whole.
+const RIVAL: [f64; 2] = [0.5, 0.9];
+/// Growth of the gap without a name, in sensor sigmas, within which it counts.
+const GROWTH: [f64; 2] = [0.03, 3.0];
 
 /// The grounds of a name in its report.
 pub fn grounds(report: &Report, effect: &FoundEffect) -> Option<Grounds> {
@@ -41,7 +45,12 @@ pub fn grounds(report: &Report, effect: &FoundEffect) -> Option<Grounds> {
     let carried = if carried.is_finite() { carried.clamp(-0.5, 1.0) } else { 0.0 };
     let freedom = (effect.parameters.len().max(1) as f64).ln();
     let elsewhere = report.evidence.is_some_and(|evidence| !evidence.at_likely_place);
-    Some(Grounds::from([1.0, effect.score?, carried, freedom, f64::from(u8::from(elsewhere))]))
+    let nearest =
+        effect.rivals.iter().map(|rival| rival.share).filter(|share| share.is_finite()).fold(0.0, f64::max);
+    let rival = ((nearest - RIVAL[0]) / (RIVAL[1] - RIVAL[0])).clamp(0.0, 1.0);
+    let shows = effect.gap_grows_without.map_or(0.0, |gap| gap.clamp(GROWTH[0], GROWTH[1]).ln());
+    let elsewhere = f64::from(u8::from(elsewhere));
+    Some(Grounds::from([1.0, effect.score?, carried, freedom, elsewhere, rival, shows]))
 }
 
 /// From the grounds of a name to a probability.
@@ -61,16 +70,24 @@ pub struct Scaling {
     /// Log-odds where nothing that is named acts where freeing a place gains most.
     #[serde(default)]
     pub elsewhere: f64,
+    /// Log-odds where the nearest rival gains nine tenths of what it gains, or more.
+    #[serde(default)]
+    pub rival: f64,
+    /// Log-odds for each factor of e by which the gap grows without it, in sensor sigmas.
+    #[serde(default)]
+    pub shows: f64,
 }
 
 impl Scaling {
     /// The score as it is.
-    pub const PLAIN: Self = Self { offset: 0.0, slope: 1.0, carries: 0.0, freedom: 0.0, elsewhere: 0.0 };
+    pub const PLAIN: Self =
+        Self { offset: 0.0, slope: 1.0, carries: 0.0, freedom: 0.0, elsewhere: 0.0, rival: 0.0, shows: 0.0 };
     /// Widths of the prior around [`Self::PLAIN`], which keeps it sensible where there are few cases.
-    const WIDTHS: [f64; GROUNDS] = [2.0, 0.5, 3.0, 1.5, 1.0];
+    const WIDTHS: [f64; GROUNDS] = [2.0, 0.5, 3.0, 1.5, 1.0, 1.0, 0.5];
 
     fn weights(&self) -> Grounds {
-        Grounds::from([self.offset, self.slope, self.carries, self.freedom, self.elsewhere])
+        let Self { offset, slope, carries, freedom, elsewhere, rival, shows } = *self;
+        Grounds::from([offset, slope, carries, freedom, elsewhere, rival, shows])
     }
 
     /// Probability on these grounds.
@@ -102,7 +119,15 @@ impl Scaling {
             (gradient, curvature)
         };
         let at = newton::least(prior, cost, slopes);
-        Self { offset: at[0], slope: at[1], carries: at[2], freedom: at[3], elsewhere: at[4] }
+        Self {
+            offset: at[0],
+            slope: at[1],
+            carries: at[2],
+            freedom: at[3],
+            elsewhere: at[4],
+            rival: at[5],
+            shows: at[6],
+        }
     }
 }
 
@@ -385,14 +410,14 @@ pub(crate) mod tests {
         let names: Vec<(Grounds, bool)> = (0..4000)
             .map(|_| {
                 let [score, carried] = [6.0, 1.0].map(|size| size * random.random::<f64>());
-                let grounds = Grounds::from([1.0, score - 1.0, carried, 0.0, 0.0]);
+                let grounds = Grounds::from([1.0, score - 1.0, carried, 0.0, 0.0, 0.0, 0.0]);
                 (grounds, random.random::<f64>() < truth.probability(&grounds))
             })
             .collect();
         let found = Scaling::fit(&names);
         println!("{found:?}");
         for (score, carried) in [(-1.0, 0.0), (1.0, 1.0), (3.0, 0.0), (3.0, 0.8)] {
-            let grounds = Grounds::from([1.0, score, carried, 0.0, 0.0]);
+            let grounds = Grounds::from([1.0, score, carried, 0.0, 0.0, 0.0, 0.0]);
             let (found, truth) = (found.probability(&grounds), truth.probability(&grounds));
             assert!((found - truth).abs() < 0.05, "{score}, {carried}: {found} instead of {truth}");
         }
