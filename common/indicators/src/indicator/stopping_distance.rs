@@ -54,6 +54,10 @@ fn judge(train: &Capability) -> Indicator {
         }
         _ if low > ACT_RATIO => (Grade::Act, "needs far longer than nominal"),
         _ if low > WATCH_RATIO => (Grade::Watch, "needs longer than nominal"),
+        _ if value > WATCH_RATIO && low > 1.0 => (
+            Grade::Ok,
+            "needs longer than nominal; the interval does not tell whether far enough for a warning",
+        ),
         _ if value > WATCH_RATIO => {
             (Grade::Ok, "may need longer than nominal, but the interval is too wide to tell")
         }
