@@ -205,9 +205,8 @@ impl InputWatch {
                     && self.released()
                     && motion.v_m_s > 4.0 * STANDSTILL_M_S)
         });
-        // Where nothing at all is measured, nothing says that the load is zero.
-        let nothing = sample.load_n.is_nan() && torque_dead && load_cell_dead;
-        if !Self::loaded(parameters, sample) && !nothing {
+        // A load that is not measured counts as none: neither adhesion nor slip is told then, whatever else is missing.
+        if !Self::loaded(parameters, sample) {
             BogieInputState::ZeroLoad
         } else if self.swapped {
             BogieInputState::ForcesSwapped
