@@ -144,6 +144,15 @@ fn selectors(dbc: &Dbc, message: &can_dbc::Message, signal: &Signal) -> Result<V
     Err("its switches select each other".to_owned())
 }
 
+/// Bits of an identifier that say what kind of frame it is: a request, an error.
+const KIND_BITS: u32 = 0x6000_0000;
+
+/// The key of a CAN frame in its catalogue, from the identifier as the kernel writes it.
+#[must_use]
+pub const fn key_of(id_word: u32) -> u32 {
+    id_word & !KIND_BITS
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

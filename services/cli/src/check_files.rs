@@ -6,6 +6,7 @@ use std::path::Path;
 
 use railgrip_acoustics::wav;
 use railgrip_diagnosis::data::units;
+use railgrip_fieldbus::dbc;
 use railgrip_filter::PlantKind;
 use railgrip_mqtt::Authorities;
 use railgrip_recording::{BogieRecording, MotorRecording, Recording, Strictness};
@@ -16,8 +17,6 @@ use socketcan::Frame;
 
 /// Lines of a CAN log that are looked at: enough to see that it is one.
 const LINES: usize = 100_000;
-/// Bits of an identifier that say what kind of frame it is: a request, an error.
-const KIND_BITS: u32 = 0x6000_0000;
 /// A secret is no longer than this, bytes.
 const LONGEST_SECRET: u64 = 64 << 10;
 
@@ -115,7 +114,7 @@ fn can_log(file: &Path, wanted: &[u32]) -> Result<(), String> {
     let mut others = 0_usize;
     for _ in 0..LINES {
         match reader.next_record() {
-            Ok(Some(record)) if wanted.contains(&(record.frame.id_word() & !KIND_BITS)) => return Ok(()),
+            Ok(Some(record)) if wanted.contains(&dbc::key_of(record.frame.id_word())) => return Ok(()),
             Ok(Some(_)) => others += 1,
             Ok(None) if others == 0 => {
                 return Err(said("holds no frame in the form of `candump -L`".to_owned()));

@@ -30,9 +30,9 @@ const CANDIDATES: usize = 3;
 /// What the probability of a name follows from, and how many figures that are.
 pub type Grounds = SVector<f64, GROUNDS>;
 const GROUNDS: usize = 7;
-/// A rival that gains this share of what the name gains counts nothing, one that gains so much counts whole.
+/// A rival that gains this share of what the name gains counts nothing, one that gains so much counts whole; set by hand.
 const RIVAL: [f64; 2] = [0.5, 0.9];
-/// Growth of the gap without a name, in sensor sigmas, within which it counts.
+/// Growth of the gap without a name, in sensor sigmas, within which it counts; set by hand.
 const GROWTH: [f64; 2] = [0.03, 3.0];
 
 /// The grounds of a name in its report.

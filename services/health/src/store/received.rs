@@ -157,7 +157,7 @@ impl Received {
 
     /// Takes what a process tells of a wagon: something that is wrong with what its source sends, or that it is over.
     pub fn take_event(&mut self, event: Validated<'_, Event>) {
-        if event.kind() == Some(EventKind::SourceChanged) {
+        if event.kind() == Some(EventKind::SourceChanged) && event.wagon == NO_WAGON {
             self.ended = Some(event.stamp);
         }
         let Some(kind @ (EventKind::UnitsImplausible | EventKind::ClockDrifts)) = event.kind() else {

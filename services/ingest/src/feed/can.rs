@@ -3,7 +3,7 @@
 use super::overrun::{self, Overruns};
 use super::{Inlet, InputError, Tally};
 use railgrip_bus::monotonic_ns;
-use railgrip_fieldbus::Gathering;
+use railgrip_fieldbus::{Gathering, dbc};
 use railgrip_messages::SourceCount;
 use railgrip_settings::{CanLog, CanSource};
 use socketcan::dump::{ParseError, Reader};
@@ -19,8 +19,6 @@ const PAUSE: Duration = Duration::from_secs(1);
 const LONGEST_GAP_S: f64 = 10.0;
 /// A stamp of the kernel that is older than this is not believed.
 const OLDEST: Duration = Duration::from_secs(1);
-/// Bits of an identifier that say what kind of frame it is: a request, an error.
-const KIND_BITS: u32 = 0x6000_0000;
 
 /// Starts to read the buses or the log.
 ///
@@ -71,7 +69,7 @@ impl Frames {
         };
         let mut open = true;
         let inlet = &self.inlet;
-        let key = frame.id_word() & !KIND_BITS;
+        let key = dbc::key_of(frame.id_word());
         let taken = self.gathering.take(lane, key, data, at_s, &mut |wagon, row| {
             open &= inlet.sample(wagon, row, arrived_ns);
         });
