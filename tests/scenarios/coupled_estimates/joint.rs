@@ -154,7 +154,8 @@ pub(crate) fn filter(folders: &[std::path::PathBuf]) -> Vec<Pads> {
             }
         }
         told.push(Pads {
-            t_s: times[k],
+            // The slope reaches ahead of the step; so much later it was known.
+            t_s: times[k + REACH] + STEP_S,
             friction: x.iter().take(pads).copied().collect(),
             sigma: (0..pads).map(|i| p[(i, i)].max(0.0).sqrt()).collect(),
         });
