@@ -10,7 +10,7 @@ use super::{
     motion::Integrator,
     noise::Noise,
     plant::{Build, FamilyPlant, FamilyRun},
-    programme::{self, FamilyOrder},
+    programme::{self, FamilyOrder, NextRun},
     reference::gap,
     sheet::{FamilySheet, Needs},
     wagon::{FamilyNuisances, FamilyWagon},
@@ -91,6 +91,33 @@ impl FamilyCase {
             plant: Some(vehicle.describe(recipe, &runs)),
         };
         Ok(Self { sheet: vehicle.sheet, nuisances: vehicle.nuisances, runs, twin, label })
+    }
+}
+
+impl FamilyCase {
+    /// One run more by the vehicle of a case, effects and all, under this name; with the sheet that its recording is written by.
+    ///
+    /// # Errors
+    /// An effect or a form that does not exist.
+    pub fn one_more(
+        recipe: &FamilyRecipe,
+        name: &str,
+        wanted: &NextRun,
+    ) -> Result<(FamilySheet, FamilyRun), RecipeError> {
+        let chosen = choose(recipe)?;
+        let mut vehicle = Vehicle::draw(recipe, &chosen);
+        let (sheet, seed, protected) = (&vehicle.sheet, vehicle.seed, vehicle.build.protected);
+        let order = match wanted {
+            NextRun::Asked(run) => programme::asked(run, sheet, seed, protected),
+            NextRun::Any(longest_s) => {
+                programme::another(sheet, &vehicle.orders, seed, protected, *longest_s)
+            }
+        };
+        // What the earlier runs did to the vehicle is there.
+        let last = vehicle.orders.len();
+        vehicle.orders.push(FamilyOrder { name: name.to_owned(), ..order });
+        let run = vehicle.drive(&chosen).swap_remove(last);
+        Ok((vehicle.sheet, run))
     }
 }
 

@@ -39,7 +39,7 @@ pub use moment::{Departure, Departures, Moment, Sensed};
 pub use motion::{Action, Integrator, Motion, Stepped, step};
 pub use noise::{Channel, Noise};
 pub use plant::{Build, FamilyPlant, FamilyRow, FamilyRun, FamilyTruth};
-pub use programme::{FamilyOrder, orders};
+pub use programme::{AskedRun, FamilyOrder, NextRun, orders};
 pub use reference::windows;
 pub use set::{FormSet, Forms};
 pub use sheet::{FamilySheet, Needs};

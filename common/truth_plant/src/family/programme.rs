@@ -103,15 +103,81 @@ pub fn orders(sheet: &FamilySheet, seed: u64, low_rail: bool, protected: bool) -
     plan.into_iter().enumerate().map(order).collect()
 }
 
+/// A run after the programme.
+#[derive(Debug, Clone, PartialEq)]
+pub enum NextRun {
+    /// What somebody asks the driver for.
+    Asked(AskedRun),
+    /// Any other of the programme, of this length, s.
+    Any(f64),
+}
+
+/// A test that somebody asks the driver for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AskedRun {
+    /// Rail class.
+    pub rail: Rail,
+    /// Speed at the start, m/s.
+    pub start_m_s: f64,
+    /// Until when (s) which share of full braking and of full traction is asked; one after the other.
+    pub phases: Vec<(f64, f64, f64)>,
+}
+
+/// The order that a driver makes of what is asked: no more than the rail surely holds where nothing protects the wheels.
+pub(super) fn asked(asked: &AskedRun, sheet: &FamilySheet, seed: u64, protected: bool) -> FamilyOrder {
+    let (brake, traction) = (most_brake(sheet, asked.rail, protected), most_drive(sheet, asked.rail));
+    let from_s = |index: usize| if index == 0 { 0.0 } else { asked.phases[index - 1].0 };
+    let phases = || asked.phases.iter().enumerate();
+    let pulls = phases().filter(|(_, (_, _, share))| *share > 0.0);
+    FamilyOrder {
+        name: String::new(),
+        rail: asked.rail,
+        holdout: false,
+        start_m_s: asked.start_m_s,
+        demand: phases().map(|(index, (_, share, _))| (from_s(index), share * brake)).collect(),
+        drive: pulls
+            .map(|(index, (until_s, _, share))| (from_s(index), *until_s, share * traction))
+            .collect(),
+        to_standstill: false,
+        longest_s: asked.phases.last().map_or(0.0, |(until_s, ..)| *until_s),
+        line: Line::draw(&mut Stream::new(seed, "asked", 0)),
+    }
+}
+
+/// Another run of the programme, on a rail that it has met, of this length; it ends where its brake stops it.
+pub(super) fn another(
+    sheet: &FamilySheet,
+    met: &[FamilyOrder],
+    seed: u64,
+    protected: bool,
+    longest_s: f64,
+) -> FamilyOrder {
+    let mut stream = Stream::new(seed, "another", 0);
+    let kinds = [Kind::Stop, Kind::Partial, Kind::Steps, Kind::Hold, Kind::Mixed, Kind::Coast];
+    let kind = kinds[stream.below(kinds.len())];
+    let rail = met[stream.below(met.len())].rail;
+    let order = order(kind, rail, sheet, protected, &mut stream);
+    FamilyOrder { to_standstill: false, longest_s, ..order }
+}
+
+/// Share of full braking that is asked for at most: without slide protection nobody brakes harder than the rail surely holds.
+fn most_brake(sheet: &FamilySheet, rail: Rail, protected: bool) -> f64 {
+    if protected { 1.0 } else { (0.75 * sheet.rail_friction(rail) / sheet.full_brake_ratio).min(1.0) }
+}
+
+/// Share of full traction that is asked for at most.
+fn most_drive(sheet: &FamilySheet, rail: Rail) -> f64 {
+    let ratio = sheet.drive_nm * sheet.wheelsets as f64 / (sheet.mass_kg * GRAVITY_M_S2 * sheet.radius_m);
+    (0.6 * sheet.rail_friction(rail) / ratio).min(1.0)
+}
+
 fn order(kind: Kind, rail: Rail, sheet: &FamilySheet, protected: bool, stream: &mut Stream) -> FamilyOrder {
     let top = match rail {
         Rail::Dry => sheet.top_speed_m_s,
         Rail::Wet => sheet.top_speed_m_s.min(32.0),
         Rail::Low => sheet.top_speed_m_s.min(24.0),
     };
-    let peak = sheet.rail_friction(rail);
-    // Without slide protection nobody brakes harder than the rail surely holds.
-    let most = if protected { 1.0 } else { (0.75 * peak / sheet.full_brake_ratio).min(1.0) };
+    let most = most_brake(sheet, rail, protected);
     let share = |stream: &mut Stream, low: f64, high: f64| most * stream.uniform(low, high);
     let onset_s = stream.uniform(2.0, 6.0);
     let mut demand = match kind {
@@ -133,8 +199,7 @@ fn order(kind: Kind, rail: Rail, sheet: &FamilySheet, protected: bool, stream: &
     };
     let mut drive = Vec::new();
     if driven {
-        let ratio = sheet.drive_nm * sheet.wheelsets as f64 / (sheet.mass_kg * GRAVITY_M_S2 * sheet.radius_m);
-        let most = (0.6 * peak / ratio).min(1.0);
+        let most = most_drive(sheet, rail);
         let (from_s, until_s) = (stream.uniform(1.5, 4.0), stream.uniform(14.0, 20.0));
         let change_s = stream.uniform(from_s + 3.0, until_s);
         drive.push((from_s, change_s, most * stream.uniform(0.6, 1.0)));

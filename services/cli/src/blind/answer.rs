@@ -38,6 +38,10 @@ pub(super) struct Answer {
     pub unexplained_term: Option<String>,
     /// Effects, strongest first.
     pub effects: Vec<Named>,
+    /// Probability of the likeliest set of effects; not a number in reports without a posterior.
+    pub most_p: f64,
+    /// Entropy of the sets that are listed, nats.
+    pub entropy: f64,
     /// Holdout gaps of the calibrated and the extended model.
     pub calibrated: f64,
     /// The same of the extended model.
@@ -61,14 +65,23 @@ impl Answer {
                 .unwrap_or_default(),
             parameters: parameters(effect),
         };
+        let sets = list("posterior");
+        let sets: Vec<f64> = sets.iter().filter_map(|set| set.get("p").and_then(Value::as_f64)).collect();
         Self {
             verdict: text(report, "verdict").unwrap_or_default(),
             term: report.pointer("/where/term").and_then(Value::as_str).map(str::to_owned),
             unexplained_term: report.pointer("/unexplained/term").and_then(Value::as_str).map(str::to_owned),
             effects: list("effects").iter().map(named).collect(),
+            most_p: sets.iter().copied().fold(f64::NAN, f64::max),
+            entropy: -sets.iter().filter(|p| **p > 0.0).map(|p| p * p.ln()).sum::<f64>(),
             calibrated: number("/gap/holdout/calibrated"),
             extended: number("/gap/holdout/extended"),
         }
+    }
+
+    /// How probable it says that it is right: the first name, else the likeliest set.
+    pub(super) fn stated(&self) -> f64 {
+        self.effects.first().map_or(self.most_p, |effect| effect.confidence)
     }
 
     /// The word for the confusion matrix.
@@ -103,9 +116,12 @@ mod tests {
             "verdict": "effects+unknown", "where": {"term": "adhesion"}, "unexplained": {"gap": 2.0, "term": "inertia"},
             "effects": [{"id": "sanding", "term": "adhesion", "confidence": 0.9, "equivalent": ["self_cleaning"],
                          "parameters": {"gain": {"value": 0.3, "ci95": [0.2, 0.4]}}}],
+            "posterior": [{"effects": ["sanding"], "unknown": true, "p": 0.5}, {"effects": [], "unknown": false, "p": 0.5}],
             "gap": {"holdout": {"calibrated": 8.0, "extended": 2.0}}
         });
         let answer = Answer::read(&report);
+        assert_eq!((answer.stated(), answer.most_p), (0.9, 0.5));
+        assert!((answer.entropy - 2.0_f64.ln()).abs() < 1e-12);
         assert_eq!(answer.word(), "sanding + unknown");
         assert!(answer.effects[0].is("self_cleaning") && !answer.effects[0].is("brake_lag"));
         assert_eq!(answer.effects[0].parameters["gain"], (0.3, 0.2, 0.4));

@@ -39,6 +39,10 @@ pub struct Args {
     /// Longest diagnosis of one case, s; a longer one counts as failed
     #[arg(long, default_value_t = 600)]
     pub(super) time_limit: u64,
+    /// Of so many cases that are left in doubt let the vehicle make the run that `gap plan` designs, and any other beside it, and
+    /// see which of them settles the doubt
+    #[arg(long, value_name = "CASES", default_value_t = 0, conflicts_with = "make_only")]
+    pub(super) next_runs: usize,
     /// Begin no diagnosis after this many minutes, and score those that are done; the same command continues later
     #[arg(long)]
     pub(super) minutes: Option<f64>,

@@ -45,12 +45,31 @@ struct Circumstances {
     without: Vec<String>,
 }
 
+/// What a child is to do with a case.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Task {
+    Diagnose,
+    /// Design the next run.
+    Plan,
+}
+
 /// Circumstances, and how it went.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct Visit {
+pub(super) struct Visit {
     circumstances: Circumstances,
-    seconds: f64,
+    /// How long it took, s.
+    pub(super) seconds: f64,
     failure: Option<String>,
+}
+
+impl Task {
+    /// The subcommand.
+    fn word(self) -> &'static str {
+        match self {
+            Self::Diagnose => "diagnose",
+            Self::Plan => "plan",
+        }
+    }
 }
 
 impl Surgery {
@@ -70,14 +89,15 @@ impl Surgery {
         let name = &made.label.case;
         let folder = case_folder(&self.out, name);
         let without: Vec<String> = made.withheld.iter().cloned().collect();
-        let (visit, report) = self.visit(&folder, name, &made.recordings_sha256, &without)?;
+        let (visit, report) = self.visit(Task::Diagnose, &folder, name, &made.recordings_sha256, &without)?;
         let floor = match self.floor {
             _ if made.label.effects.is_empty() => None,
             Floor::Plant => Some(made.label.gap_without_the_effect.holdout),
             Floor::Diagnosis => {
                 let twin = twin_folder(&self.out, name);
                 let digest = digest::digest_of_folder(&twin)?;
-                let (_, report) = self.visit(&twin, &format!("{name}.twin"), &digest, &self.ids)?;
+                let (_, report) =
+                    self.visit(Task::Diagnose, &twin, &format!("{name}.twin"), &digest, &self.ids)?;
                 report.and_then(|report| report.pointer("/gap/holdout/calibrated").and_then(Value::as_f64))
             }
         };
@@ -119,9 +139,15 @@ impl Surgery {
         self.out.join("predictions").join(name)
     }
 
-    /// One diagnosis, or the one that an interrupted run left under the same circumstances.
-    fn visit(
+    /// Folder of everything.
+    pub(super) fn out(&self) -> &Path {
+        &self.out
+    }
+
+    /// What a child answers, or answered before an interruption under the same circumstances.
+    pub(super) fn visit(
         &self,
+        task: Task,
         folder: &Path,
         name: &str,
         recordings_sha256: &str,
@@ -138,7 +164,7 @@ impl Surgery {
         let visit = match before {
             Some(visit) if visit.circumstances == circumstances => visit,
             _ => {
-                let visit = self.examine(folder, name, circumstances)?;
+                let visit = self.examine(task, folder, name, circumstances)?;
                 write(&minutes, &serde_json::to_string_pretty(&visit).map_err(CliError::failed)?)?;
                 visit
             }
@@ -151,23 +177,25 @@ impl Surgery {
     }
 
     /// Copies the case to a folder of its own and runs the child there.
-    fn examine(&self, folder: &Path, name: &str, circumstances: Circumstances) -> Result<Visit, CliError> {
+    fn examine(
+        &self,
+        task: Task,
+        folder: &Path,
+        name: &str,
+        circumstances: Circumstances,
+    ) -> Result<Visit, CliError> {
         static ROOMS: AtomicUsize = AtomicUsize::new(0);
         let number = ROOMS.fetch_add(1, Ordering::Relaxed);
         let room = std::env::temp_dir().join(format!("railgrip-blind-{}-{number}", std::process::id()));
         let case = room.join("case");
         copy(folder, &case)?;
         let mut command = Command::new(&self.program);
-        command.current_dir(&room).args([
-            "gap",
-            "diagnose",
-            "case",
-            "--json",
-            "report.json",
-            "--predictions",
-        ]);
         // The seed of the cases determines their labels: the child draws from its own default.
-        command.args(["predictions", "--threads", "1"]);
+        command.current_dir(&room).args(["gap", task.word(), "case", "--json", "report.json"]);
+        command.args(["--threads", "1"]);
+        if task == Task::Diagnose {
+            command.args(["--predictions", "predictions"]);
+        }
         for id in &circumstances.without {
             command.args(["--without", id]);
         }
@@ -176,7 +204,10 @@ impl Surgery {
         let seconds = start.elapsed().as_secs_f64();
         let failure = failure.or_else(|| {
             let report = fs::copy(room.join("report.json"), prepared(&self.report(name)));
-            let predictions = copy(&room.join("predictions"), &self.predictions(name));
+            let predictions = match task {
+                Task::Diagnose => copy(&room.join("predictions"), &self.predictions(name)),
+                Task::Plan => Ok(()),
+            };
             report
                 .map_err(|error| error.to_string())
                 .err()
@@ -238,7 +269,8 @@ fn prepared(path: &Path) -> &Path {
     path
 }
 
-fn copy(from: &Path, to: &Path) -> Result<(), CliError> {
+/// Copies a folder with all that is in it.
+pub(super) fn copy(from: &Path, to: &Path) -> Result<(), CliError> {
     fs::create_dir_all(to).map_err(|error| cannot_write(to, &error))?;
     let entries =
         fs::read_dir(from).map_err(|error| CliError::failed(format!("{}: {error}", from.display())))?;

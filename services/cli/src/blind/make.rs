@@ -26,7 +26,8 @@ const NEVER_WITHHELD: [&str; 2] = ["headwind", "running_resistance"];
 
 /// A case to be made.
 pub(super) struct Order {
-    recipe: FamilyRecipe,
+    /// What is wrong with which vehicle.
+    pub(super) recipe: FamilyRecipe,
     withheld: Option<String>,
 }
 

@@ -15,6 +15,7 @@ mod args;
 mod belief;
 mod diagnose;
 mod make;
+mod next_run;
 mod outcome;
 mod rankings;
 mod salt;
@@ -75,6 +76,21 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     bar.finish_and_clear();
     let outcomes: Vec<Outcome> = outcomes.into_iter().collect::<Result<_, CliError>>()?;
 
+    let in_doubt: Vec<&Outcome> = outcomes.iter().filter(|outcome| next_run::is_in_doubt(outcome)).collect();
+    let in_doubt = &in_doubt[..args.next_runs.min(in_doubt.len())];
+    let orders = make::orders(args.cases, salt::seed(sealed.salt(), args.seed), args.forms.forms());
+    let bar = progress("next runs", in_doubt.len());
+    let next = parallel(threads, in_doubt.len(), in_time, |index| {
+        let outcome = in_doubt[index];
+        let order = orders.iter().find(|order| order.recipe.name == outcome.made.label.case);
+        let next = order.map_or(Ok(None), |order| next_run::of(&surgery, outcome, order));
+        bar.inc(1);
+        next
+    });
+    bar.finish_and_clear();
+    let next: Vec<Option<next_run::Next>> = next.into_iter().collect::<Result<_, CliError>>()?;
+    let next: Vec<next_run::Next> = next.into_iter().flatten().collect();
+
     // While cases are left, their labels stay sealed.
     if outcomes.len() == made.len() {
         sealed.open(&args.out)?;
@@ -82,9 +98,9 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     let score = score::Score::of(&outcomes);
     let head =
         table::Head { cases: args.cases, seed: args.seed, forms: args.forms.word(), digest: sealed.digest() };
-    let markdown = table::markdown(&score, &outcomes, &head);
+    let markdown = table::markdown(&score, &outcomes, &head) + &next_run::markdown(&next);
     write(&args.out.join("score.md"), &markdown)?;
-    write(&args.out.join("score.json"), &table::json(&score, &outcomes, &head)?)?;
+    write(&args.out.join("score.json"), &table::json(&score, &outcomes, &next, &head)?)?;
     crate::output::say(&markdown);
     Ok(())
 }

@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, fmt::Write as _};
 
 use serde_json::json;
 
+use super::next_run::Next;
 use super::outcome::{Outcome, Rate};
 use super::score::Score;
 use super::slices;
@@ -101,7 +102,12 @@ pub(super) fn markdown(score: &Score, outcomes: &[Outcome], head: &Head) -> Stri
 }
 
 /// The score for machines, with every case.
-pub(super) fn json(score: &Score, outcomes: &[Outcome], head: &Head) -> Result<String, CliError> {
+pub(super) fn json(
+    score: &Score,
+    outcomes: &[Outcome],
+    next: &[Next],
+    head: &Head,
+) -> Result<String, CliError> {
     let matrix: Vec<_> = confusion(outcomes.iter())
         .into_iter()
         .map(|((truth, answer), times)| json!({"truth": truth, "answer": answer, "times": times}))
@@ -109,7 +115,7 @@ pub(super) fn json(score: &Score, outcomes: &[Outcome], head: &Head) -> Result<S
     let all = json!({
         "schema": "railgrip.gap.blind/1", "cases": head.cases, "scored": outcomes.len(), "seed": head.seed,
         "forms": head.forms, "sealed_sha256": head.digest, "slices": slices::tables(outcomes),
-        "score": score, "confusion": matrix, "outcomes": outcomes,
+        "score": score, "confusion": matrix, "outcomes": outcomes, "next_runs": next,
     });
     serde_json::to_string_pretty(&all).map_err(CliError::failed)
 }

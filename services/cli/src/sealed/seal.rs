@@ -40,6 +40,11 @@ impl Sealed {
         Ok(Self::of(read(&folder.join(SALT))?, read(&folder.join(LABELS))?))
     }
 
+    /// The salt, for whoever made the labels.
+    pub(crate) fn salt(&self) -> &str {
+        &self.salt
+    }
+
     /// The published hash.
     pub(crate) fn digest(&self) -> &str {
         &self.digest
