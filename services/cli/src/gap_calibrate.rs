@@ -6,16 +6,20 @@ use std::path::{Path, PathBuf};
 use railgrip_diagnosis::answer::schema::Report;
 use railgrip_diagnosis::decide::learning::{self, Truth};
 use railgrip_diagnosis::decide::posterior::Calibration;
+use railgrip_truth_plant::label::Gaps;
+use railgrip_vehicle::effects;
+use serde::Deserialize;
+use serde_json::Value;
 
 use crate::CliError;
-use crate::blind::Made;
+use crate::blind::{Made, VISIBLE};
 use crate::output::say;
 use crate::sealed::files::write;
 
 /// Arguments of `railgrip gap calibrate`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Opened labels of simulated cases, as `gap blind --open-labels` writes them; may be repeated
+    /// Opened labels of cases, as `gap blind --open-labels` writes them or as lists of `case`, `effects` and gaps; may be repeated
     #[arg(long, value_name = "FILE", required = true)]
     labels: Vec<PathBuf>,
     /// Folder with a report NAME.json for each of these cases, in the order of the labels; may be repeated
@@ -54,14 +58,16 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     }
     let agreement = learning::agreement(&cases);
     say(&format!(
-        "{} cases, {} names: calibration error {:.3}, verdict sets hold the truth in {:.1} %, mean size {:.2}, \
-         area of unknown {:.2}{}",
+        "{} cases, {} names: calibration error {:.3}, log loss {}, area of right names {}; verdict sets hold the truth in {:.1} %, \
+         mean size {:.2}, area of unknown {}{}",
         cases.len(),
         agreement.names,
         agreement.calibration_error,
+        told(agreement.log_loss),
+        told(agreement.names_area),
         100.0 * agreement.sets_hold,
         agreement.mean_size,
-        agreement.unknown_area,
+        told(agreement.unknown_area),
         if args.out.is_some() { " (on the cases that it was learnt from)" } else { "" },
     ));
     if let Some(out) = &args.out {
@@ -82,14 +88,73 @@ fn read(labels: &Path, reports: &Path, cases: &mut Vec<(Report, Truth)>) -> Resu
         CliError::bad_input(format!("{}: {error}", path.display()))
     };
     let file = File::open(labels).map_err(|error| bad(labels, &error))?;
-    let made: Vec<Made> =
+    let listed: Vec<Value> =
         serde_json::from_reader(std::io::BufReader::new(file)).map_err(|error| bad(labels, &error))?;
-    for made in &made {
-        let path = reports.join(format!("{}.json", made.label.case));
+    for (index, label) in listed.into_iter().enumerate() {
+        let (case, truth) = truth(label)
+            .map_err(|error| bad(labels, &format!("label {} from the top: {error}", index + 1)))?;
+        let path = reports.join(format!("{case}.json"));
         let Ok(file) = File::open(&path) else { continue };
         let report: Report =
             serde_json::from_reader(std::io::BufReader::new(file)).map_err(|error| bad(&path, &error))?;
-        cases.push((report, made.truth()));
+        cases.push((report, truth));
     }
     Ok(())
+}
+
+/// A label that says no more than what was at work and how far it showed.
+#[derive(Debug, Deserialize)]
+struct Plain {
+    case: String,
+    effects: Vec<String>,
+    #[serde(default)]
+    unknown: bool,
+    gap_calibrated: Gaps,
+    gap_without_the_effect: Gaps,
+}
+
+/// Name of a labelled case, and what was at work.
+fn truth(label: Value) -> Result<(String, Truth), serde_json::Error> {
+    if label.get("label").is_some() {
+        let made: Made = serde_json::from_value(label)?;
+        return Ok((made.label.case.clone(), made.truth()));
+    }
+    let plain: Plain = serde_json::from_value(label)?;
+    let salience = plain.gap_calibrated.fit / plain.gap_without_the_effect.fit;
+    let (known, nameless): (Vec<String>, Vec<String>) =
+        plain.effects.into_iter().partition(|id| effects::find(id).is_some());
+    let unknown = plain.unknown || !nameless.is_empty();
+    let visible = (unknown || !known.is_empty()) && salience >= VISIBLE;
+    Ok((plain.case, Truth { effects: known, unknown, visible }))
+}
+
+/// A figure; a dash where there is nothing to tell it from.
+fn told(value: f64) -> String {
+    if value.is_finite() { format!("{value:.2}") } else { "–".to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn plain_labels_tell_known_unknown_and_what_cannot_be_seen() {
+        let label = |effects: &[&str], fit: f64| {
+            json!({"case": "case07", "effects": effects, "gap_calibrated": {"fit": fit, "holdout": 3.0},
+                   "gap_without_the_effect": {"fit": 2.0, "holdout": 2.0}})
+        };
+        let (case, one) = truth(label(&["brake_lag"], 4.0)).unwrap();
+        assert_eq!(
+            (case.as_str(), one.effects, one.unknown),
+            ("case07", vec!["brake_lag".to_owned()], false)
+        );
+        assert!(one.visible);
+        let (_, other) = truth(label(&["of_no_catalogue"], 2.1)).unwrap();
+        assert!(other.unknown && other.effects.is_empty() && !other.visible);
+        assert!(!truth(label(&[], 2.0)).unwrap().1.visible);
+        let complaint = truth(json!({"case": "case07"})).unwrap_err().to_string();
+        assert!(complaint.contains("effects"), "{complaint}");
+    }
 }

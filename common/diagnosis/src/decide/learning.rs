@@ -125,6 +125,11 @@ pub struct Agreement {
     pub names: usize,
     /// Expected calibration error of their probabilities: mean distance between stated and observed, in five bins.
     pub calibration_error: f64,
+    /// Mean negative logarithm of the probability of what turned out, of names stated, nats; NaN without names. Probabilities
+    /// are held a thousandth away from 0 and 1.
+    pub log_loss: f64,
+    /// How well their probabilities sort right names from wrong ones: the share of pairs in the right order; NaN without both.
+    pub names_area: f64,
     /// Share of verdict sets that hold the truth.
     pub sets_hold: f64,
     /// Mean number of sets in a verdict set.
@@ -138,9 +143,11 @@ pub struct Agreement {
 pub fn agreement(cases: &[(Report, Truth)]) -> Agreement {
     const BINS: usize = 5;
     let mut bins = [(0.0, 0.0, 0.0); BINS];
+    let (mut right_names, mut wrong_names) = (Vec::new(), Vec::new());
     for (report, truth) in cases {
         for effect in &report.effects {
             let right = truth.effects.iter().any(|id| *id == effect.id || effect.equivalent.contains(id));
+            if right { &mut right_names } else { &mut wrong_names }.push(effect.confidence);
             let bin = &mut bins[((effect.confidence * BINS as f64) as usize).min(BINS - 1)];
             *bin = (bin.0 + 1.0, bin.1 + effect.confidence, bin.2 + f64::from(u8::from(right)));
         }
@@ -154,6 +161,8 @@ pub fn agreement(cases: &[(Report, Truth)]) -> Agreement {
     Agreement {
         names: names as usize,
         calibration_error: error / names.max(1.0),
+        log_loss: log_loss(&right_names, &wrong_names),
+        names_area: area(&right_names, &wrong_names),
         sets_hold: holds.count() as f64 / number,
         mean_size: cases.iter().map(|(report, _)| report.verdict_set.len()).sum::<usize>() as f64 / number,
         unknown_area: unknown_area(cases),
@@ -168,11 +177,24 @@ fn unknown_area(cases: &[(Report, Truth)]) -> f64 {
         let held = cases.iter().filter(move |(_, truth)| (truth.unknown && truth.visible) == unknown);
         held.map(|(report, _)| stated(report)).collect::<Vec<f64>>()
     };
-    let (with, without) = (of(true), of(false));
+    area(&of(true), &of(false))
+}
+
+/// Share of pairs of one of each in which that of `with` is larger; ties count half; NaN without both.
+fn area(with: &[f64], without: &[f64]) -> f64 {
     let above = |p: &f64| -> f64 {
         without.iter().map(|other| if p > other { 1.0 } else { 0.5 * f64::from(u8::from(p == other)) }).sum()
     };
     with.iter().map(above).sum::<f64>() / (with.len() * without.len()) as f64
+}
+
+/// See [`Agreement::log_loss`].
+fn log_loss(right: &[f64], wrong: &[f64]) -> f64 {
+    const AWAY: f64 = 1e-3;
+    let held = |p: f64| p.clamp(AWAY, 1.0 - AWAY);
+    let sum: f64 = right.iter().map(|p| -held(*p).ln()).sum::<f64>()
+        + wrong.iter().map(|p| -(1.0 - held(*p)).ln()).sum::<f64>();
+    sum / (right.len() + wrong.len()) as f64
 }
 
 #[cfg(test)]
@@ -181,6 +203,17 @@ mod tests {
     use crate::decide::posterior::tests::{named, report};
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
+
+    #[test]
+    fn log_loss_and_area_are_those_of_the_book() {
+        let (right, wrong) = ([0.9, 0.5], [0.5, 0.2]);
+        let by_hand = -(0.9_f64.ln() + 0.5_f64.ln() + 0.5_f64.ln() + 0.8_f64.ln()) / 4.0;
+        assert!((log_loss(&right, &wrong) - by_hand).abs() < 1e-12);
+        // Of four pairs three are in order and one is a tie.
+        assert_eq!(area(&right, &wrong), 0.875);
+        assert!((log_loss(&[], &[1.0]) + 0.001_f64.ln()).abs() < 1e-9, "certain and wrong is not infinite");
+        assert!(log_loss(&[], &[]).is_nan() && area(&right, &[]).is_nan());
+    }
 
     /// A score that overstates is brought down to how often it was right, and the verdict sets then hold the truth.
     #[test]

@@ -18,7 +18,7 @@ use crate::CliError;
 use crate::sealed::{digest::digest_of_folder, files::cannot_write};
 
 /// Salience from which an effect can be seen at all.
-pub(super) const VISIBLE: f64 = 1.1;
+pub(crate) const VISIBLE: f64 = 1.1;
 /// Share of all cases whose id is taken out of the library.
 const WITHHELD_SHARE: f64 = 0.12;
 /// Each spans the model of the other, so that taking one out leaves the right answer in the library.

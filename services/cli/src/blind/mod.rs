@@ -34,7 +34,7 @@ use crate::sealed::{
     parallel::{parallel, progress, threads},
     seal::Sealed,
 };
-pub(crate) use make::Made;
+pub(crate) use make::{Made, VISIBLE};
 use outcome::Outcome;
 
 /// Most cases of one run.
