@@ -124,6 +124,8 @@ pub(crate) struct Braked {
     pub trend: Change,
     /// κ by this application alone.
     pub alone: Change,
+    /// What drive and electric brake did, over what the pads did.
+    pub driven: f64,
 }
 
 /// How a roll differed from the past.
@@ -269,7 +271,7 @@ impl Creepage {
             value: self.before.0[1] + level.value,
             variance: level.variance - quadratic(&row, &self.before.1) + quadratic(&others, &self.before.1),
         };
-        Some(Braked { level, trend, alone })
+        Some(Braked { level, trend, alone, driven: row[2].abs() })
     }
 
     /// A roll is over, or has lasted long enough.

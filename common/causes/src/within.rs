@@ -43,7 +43,7 @@ pub(crate) fn beside(creeps: &Creeps, is_trusted: &[bool]) -> Creeps {
 mod tests {
     use super::*;
     use crate::creepage::{Belief, Creepage};
-    use crate::grip::Grip;
+    use crate::grip::{Grip, Usual};
 
     /// A wagon that is moved to and fro by its couplers: what that does to creepage is no change of its wheelsets.
     #[test]
@@ -98,7 +98,7 @@ mod tests {
                     }
                 }
             }
-            (strongest, rest.lost(3, 0.02).expect("rolls"))
+            (strongest, rest.lost(3, Usual::radii(0.02)).expect("rolls"))
         };
         let (strongest, since) = told(1.5e-4);
         assert!(strongest > -4.0, "each roll by itself: {strongest}");

@@ -1,5 +1,7 @@
 //! Every threshold of the verdict, with where it comes from.
 
+use crate::grip::Usual;
+
 /// Share of values missing; a loose contact loses more, a healthy line a thousandth.
 pub(super) const MISSING: f64 = 0.012;
 /// Nothing from a wheelset for so long is more than a gap, s.
@@ -91,6 +93,9 @@ pub(super) const PADS: (f64, f64) = (-0.13, -3.7);
 /// No pads of a wagon lose more than this of nominal while they press: what seems so is couplers. Of one wheelset beside its wagon,
 /// where couplers have no part, nobody says by how much it exceeds this.
 pub(super) const PADS_GONE: f64 = -0.55;
+/// Wagons so near on either side have come to grip less as well, by this share, and so many sigmas: couplers hold that part of the train
+/// back. Hand-set.
+pub(super) const NEIGHBOURS: (usize, f64, f64) = (2, 0.4, -1.5);
 /// Of three wheelsets or more, one that has come to creep more by this share of what another has come to creep less: one of four that
 /// slips makes a third as much of each of the others, one whose pads are glazed makes the others creep more by a third.
 pub(super) const SLIPS: f64 = 0.8;
@@ -106,7 +111,7 @@ pub(super) const AHEAD: f64 = 2.0;
 /// Where each roll says too little: so many must say it together.
 pub(super) const HELD_ROLLS: usize = 3;
 /// Creepage at rest beside the others before the first roll, one sigma: radii differ by percents.
-pub(super) const REST_UNKNOWN: f64 = 0.02;
+pub(super) const REST_UNKNOWN: Usual = Usual::radii(0.02);
 /// Resistance of a wagon that runs alone, over its weight, and so many sigmas.
 pub(super) const DRAGS_ALONE: (f64, f64) = (-1.5e-3, -5.0);
 

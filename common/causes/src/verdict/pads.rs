@@ -1,12 +1,13 @@
 //! Pads and drag, from creepage against its own past and beside the others.
 
 use super::limits::{
-    AHEAD, ALONE, DRAGS, DRAGS_ALONE, DRAGS_BEYOND, HELD_ROLLS, PADS, PADS_GONE, REST_UNKNOWN, SLIPS,
+    AHEAD, ALONE, DRAGS, DRAGS_ALONE, DRAGS_BEYOND, HELD_ROLLS, NEIGHBOURS, PADS, PADS_GONE, REST_UNKNOWN,
+    SLIPS,
 };
 use super::{deviation, shift, without_strongest};
 use crate::cause::{Cause, Grade};
 use crate::creepage::{Braked, Change};
-use crate::grip::{self, NEW_BETWEEN, NEW_WITHIN, Since};
+use crate::grip::{self, NEW_BETWEEN, NEW_WITHIN, Since, Usual};
 use crate::robust::spread;
 use crate::watch::{TrainWatch, Wagon};
 
@@ -119,24 +120,25 @@ impl TrainWatch {
     }
 
     /// How far pads of the train lie from one another: most are well.
-    fn usual_pads(&self) -> Usual {
+    fn usual_pads(&self) -> Apart {
         let wheels = self.wagons.iter().flat_map(|wagon| &wagon.wheel);
-        Usual {
+        Apart {
             between: grip::apart(self.wagons.iter().map(|wagon| &wagon.grip), 4).max(NEW_BETWEEN),
             within: grip::apart(wheels.map(|wheel| &wheel.grip), 8).max(NEW_WITHIN),
         }
     }
 
-    fn pads_of(&self, index: usize, usual: &Usual) -> Option<Accusation> {
+    fn pads_of(&self, index: usize, usual: &Apart) -> Option<Accusation> {
         let wagon = &self.wagons[index];
         let stands_out = |since: &Since| {
             since.change.value < PADS.0 && since.sigmas() < PADS.1 && since.without < 0.5 * PADS.1
         };
         let couplers_did = |since: &Since| since.level.min(since.change.value) <= PADS_GONE;
         // Load presses the contact flat and stiff, so that an unknown load looks like other pads.
-        let new = (0.67 * wagon.file.mass_sigma).hypot(usual.between);
-        let whole = wagon.grip.lost(2, new).filter(stands_out).filter(|since| !couplers_did(since));
-        let within = usual.within;
+        let new = Usual::pads((0.67 * wagon.file.mass_sigma).hypot(usual.between));
+        let whole = wagon.grip.lost(2, new).filter(stands_out);
+        let whole = whole.filter(|since| !couplers_did(since) && !self.neighbours_as_well(index, since, new));
+        let within = Usual::pads(usual.within);
         let lost = |k: usize| wagon.wheel[k].grip.lost(2, within);
         let single = |k: usize| {
             let since = lost(k).filter(stands_out)?;
@@ -163,6 +165,16 @@ impl TrainWatch {
         }
         whole.map(|since| low(wagon, &since))
     }
+
+    /// Whether the wagons next to one have come to grip less in as many applications, too.
+    fn neighbours_as_well(&self, index: usize, since: &Since, usual: Usual) -> bool {
+        let (reach, share, sigmas) = NEIGHBOURS;
+        let near = index.saturating_sub(reach)..(index + reach + 1).min(self.wagons.len());
+        let others = near.filter(|other| *other != index);
+        let changes = others.filter_map(|other| self.wagons[other].grip.latest(since.count, usual));
+        weighted(changes)
+            .is_some_and(|near| near.value < share * since.change.value && near.sigmas() < sigmas)
+    }
 }
 
 /// What may be wrong with the pads of a wagon.
@@ -180,7 +192,7 @@ struct Accusation {
 /// Spread of pads: of wagons beside the train and of wheelsets beside their wagon, relative: load, couplers, the rail and all
 /// that nobody knows.
 #[derive(Debug, Clone, Copy)]
-struct Usual {
+struct Apart {
     between: f64,
     within: f64,
 }

@@ -114,18 +114,26 @@ impl TrainWatch {
         let wagons = grip::beside_train(&known);
         let mut wheels = Vec::new();
         for (index, wagon) in self.wagons.iter_mut().enumerate() {
+            let mut looks: Vec<(usize, Change)> = Vec::new();
             for (k, wheel) in wagon.wheel.iter_mut().enumerate() {
                 let Some(braked) = wheel.beside.end_of_braking() else { continue };
                 wheel.beside.settle(true);
                 if wheel.trusted && braked.alone.variance < LEAST_TELLING {
                     // Of what pads do on this rail: where all creep more, what one lacks makes more creepage, too.
                     let usual = (wheel.creepage.friction().value + alike).max(0.5);
+                    // A rail that makes pads creep more does so with motors.
+                    let wet = wet * (1.0 + braked.driven);
                     let Change { value, variance } = braked.alone;
-                    let variance = (variance + wet * wet) / (usual * usual);
-                    // No pad grips less than not at all.
-                    let value = (value / usual).max(-1.0);
-                    wheels.push((index, k, Change { value, variance }));
+                    looks.push((
+                        k,
+                        Change { value: value / usual, variance: (variance + wet * wet) / (usual * usual) },
+                    ));
                 }
+            }
+            // No pad grips less than not at all: one of the others slips, and nothing is known of any.
+            if looks.iter().all(|(_, look)| look.value > -1.0 - look.variance.sqrt()) {
+                let no_less = |look: Change| Change { value: look.value.max(-1.0), ..look };
+                wheels.extend(looks.into_iter().map(|(k, look)| (index, k, no_less(look))));
             }
         }
         let past = |index: usize, k: usize| self.wagons[index].wheel[k].grip.mean().map(|mean| mean.value);
