@@ -114,6 +114,9 @@ impl TrainWatch {
             // Along a long train speeds change one after another: it must be late beside its own wheels, too.
             let wheels_s = self.wheels_lag_s(index);
             let late = late.filter(|lag_s| wheels_s.is_some_and(|wheels_s| lag_s - wheels_s > LATE_SPEED_S));
+            // And beside its neighbours.
+            let beside_s = self.neighbours_lag_s(index);
+            let late = late.filter(|lag_s| lag_s - beside_s > LATE_SPEED_S);
             // What is wrong with its scale is so whether or not a lag is allowed for: where a wagon mostly brakes while nothing drives
             // it, as a locomotive, the line through its lag is drawn far beyond what was seen.
             let plain = speed.plain();
@@ -217,18 +220,27 @@ impl TrainWatch {
             return;
         }
         for (index, speed_s) in speeds.iter().enumerate() {
-            let Some(lag_s) = speed_s.filter(|lag_s| *lag_s > LATE_CLOCK_S.0) else { continue };
+            // An end of the train is held on one side only: slack moves it by itself.
+            let is_end = index == 0 || index + 1 == speeds.len();
+            let least_s = if is_end { 2.0 * LATE_CLOCK_S.0 } else { LATE_CLOCK_S.0 };
+            let Some(lag_s) = speed_s.filter(|lag_s| *lag_s > least_s) else { continue };
             let alike =
                 |wheel: &Wheel| told(wheel).1.is_some_and(|own_s| (own_s - lag_s).abs() < 0.4 * lag_s);
-            // Along a long train speeds change one after another, from neighbour to neighbour.
-            let beside = [index.wrapping_sub(1), index + 1];
-            let beside_s = beside.iter().filter_map(|other| *speeds.get(*other)?).fold(0.0, f64::max);
-            if self.wagons[index].wheel.iter().all(alike) && lag_s - beside_s > LATE_CLOCK_S.0 {
+            let beside_s = self.neighbours_lag_s(index);
+            if self.wagons[index].wheel.iter().all(alike) && lag_s - beside_s > least_s {
                 let reason = format!("everything of this wagon comes {lag_s:.2} s later than the train's");
                 let instead = [(Cause::SpeedSensor, 0.1)];
                 self.suspect(Cause::Clock, (index, vec![]), (Grade::Watch, 0.85, 3), &instead, reason);
             }
         }
+    }
+
+    /// The larger lag of the speeds of the wagons next to one, s, if they have any: along a long train speeds change one after another,
+    /// from neighbour to neighbour.
+    fn neighbours_lag_s(&self, index: usize) -> f64 {
+        let beside = [index.wrapping_sub(1), index + 1];
+        let lags = beside.iter().filter_map(|other| self.wagons.get(*other)?.speed.errors(false).1);
+        lags.fold(0.0, f64::max)
     }
 
     /// Lag of the wheels of a wagon behind the train, s.
