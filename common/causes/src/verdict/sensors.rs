@@ -6,7 +6,7 @@ use super::limits::{
 };
 use crate::cause::{Cause, Grade};
 use crate::robust::{median, spread};
-use crate::watch::{MANY_WHEELSETS, TrainWatch, Wheel};
+use crate::watch::{MANY_WHEELSETS, TrainWatch, Wagon, Wheel};
 
 impl TrainWatch {
     pub(crate) fn judge_sensors(&mut self) {
@@ -109,18 +109,14 @@ impl TrainWatch {
     fn judge_speed_sensors(&mut self) {
         let wrong = |index: usize| -> Option<String> {
             let speed = self.wagons[index].speed;
-            let (scale, lag_s) = speed.errors(false);
-            let late = lag_s.filter(|lag_s| *lag_s > LATE_SPEED_S);
+            let late = speed.errors(false).1.filter(|lag_s| *lag_s > LATE_SPEED_S);
             // Along a long train speeds change one after another: it must be late beside its own wheels, too.
             let wheels_s = self.wheels_lag_s(index);
             let late = late.filter(|lag_s| wheels_s.is_some_and(|wheels_s| lag_s - wheels_s > LATE_SPEED_S));
             // And beside its neighbours.
             let beside_s = self.neighbours_lag_s(index);
             let late = late.filter(|lag_s| lag_s - beside_s > LATE_SPEED_S);
-            // What is wrong with its scale is so whether or not a lag is allowed for: where a wagon mostly brakes while nothing drives
-            // it, as a locomotive, the line through its lag is drawn far beyond what was seen.
-            let plain = speed.plain();
-            let scale = if scale * plain > 0.0 { least(scale, plain) } else { 0.0 };
+            let scale = self.scale_beside(index);
             let off = scale.abs() > SPEED_SCALE || late.is_some();
             (off && speed.seconds > 60.0).then(|| match late {
                 Some(lag_s) => format!("speed comes {lag_s:.2} s later than the train's"),
@@ -233,6 +229,22 @@ impl TrainWatch {
                 self.suspect(Cause::Clock, (index, vec![]), (Grade::Watch, 0.85, 3), &instead, reason);
             }
         }
+    }
+
+    /// Scale error of a speed against the train's, less what a neighbour has of it: what is at one place of a train's slack is alike.
+    fn scale_beside(&self, index: usize) -> f64 {
+        // What is wrong with its scale is so whether or not a lag is allowed for: where a wagon mostly brakes while nothing drives
+        // it, as a locomotive, the line through its lag is drawn far beyond what was seen.
+        let scale = |wagon: &Wagon| {
+            let (scale, plain) = (wagon.speed.errors(false).0, wagon.speed.plain());
+            if scale * plain > 0.0 { least(scale, plain) } else { 0.0 }
+        };
+        let own = scale(&self.wagons[index]);
+        let beside = [index.wrapping_sub(1), index + 1];
+        let seen =
+            beside.iter().filter_map(|other| self.wagons.get(*other).filter(|it| it.speed.seconds > 60.0));
+        let alike = seen.map(|other| scale(other) * own.signum());
+        own.signum() * (own.abs() - alike.fold(0.0, f64::max)).max(0.0)
     }
 
     /// The larger lag of the speeds of the wagons next to one, s, if they have any: along a long train speeds change one after another,
