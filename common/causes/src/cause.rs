@@ -109,11 +109,19 @@ impl Cause {
         )
     }
 
-    /// Whether it explains what another was blamed for: a sensor that is wrong speaks louder than what it showed.
+    /// Whether it is an error of scale, which stays what it is: where it has been learnt, creepage tells as much as ever.
+    #[must_use]
+    pub(crate) const fn is_of_scale(self) -> bool {
+        matches!(self, Self::WheelDiameter | Self::SpeedSensor)
+    }
+
+    /// Whether it explains what another was blamed for: a sensor that is wrong speaks louder than what it showed, and one wheelset of
+    /// which it has shown than all of its wagon.
     #[must_use]
     pub(crate) const fn outranks(self, other: Self) -> bool {
         let by_creepage = matches!(other, Self::Dragging | Self::PadLow | Self::PadUneven | Self::BrakeFade);
-        self.is_of_wheel_speeds() && by_creepage
+        (self.is_of_wheel_speeds() && by_creepage)
+            || (matches!(self, Self::PadUneven) && matches!(other, Self::PadLow))
     }
 
     /// Whether it shows in pressing forces.
@@ -130,15 +138,18 @@ impl Cause {
 
     /// Whether `other` on the same wagon is no alert of its own while this one is open, because it may be what this one shows. A wrong
     /// entry of the payload changes what pads and rail seem to give; a brake that drags, cylinders and sensors it leaves alone. What
-    /// measures wheel speeds says nothing of pressing forces, unless all of the wagon comes late.
+    /// measures wheel speeds says nothing of pressing forces, unless all of the wagon comes late; a wrong scale hides nothing of pads and
+    /// drag once it is known.
     #[must_use]
     pub(crate) const fn explains(self, other: Self) -> bool {
         let by_weight = matches!(
             other,
             Self::Payload | Self::PadLow | Self::PadUneven | Self::BrakeFade | Self::LowAdhesion
         );
+        let by_creepage = matches!(other, Self::Dragging | Self::PadLow | Self::PadUneven | Self::BrakeFade);
         match self {
             Self::Payload => by_weight,
+            Self::WheelDiameter | Self::SpeedSensor if by_creepage => false,
             Self::Clock => true,
             _ => !(self.is_of_wheel_speeds() && other.is_of_pressure()),
         }

@@ -39,6 +39,8 @@ pub(crate) struct Pressure {
     /// Whether an electric brake took part in this application, and whether it does now.
     pub electric: bool,
     pub electric_now: bool,
+    /// Whether its pads owe nothing now, because others may brake for it.
+    pub excused: bool,
     /// Orders of the latest seconds, and what pads and electric brake did.
     orders: Vec<(f64, f64)>,
     /// Force of the pads, and what the electric brake does instead of them, at a full order, N; and how many seconds told it.
@@ -139,7 +141,7 @@ impl Pressure {
             *count = (*count + 1.0).min(60.0);
             *mean_n += (now_n - *mean_n) / *count;
         }
-        if least * *mean_n - electric_n > OWED * *mean_n {
+        if !self.excused && least * *mean_n - electric_n > OWED * *mean_n {
             self.owed = (self.owed.0 + SECOND_S, self.owed.1.max(middle_n));
         }
     }

@@ -23,9 +23,23 @@ pub(crate) struct Tachometer {
     /// Seconds in which it rolled and could be judged.
     pub seconds: f64,
     silent_s: f64,
+    /// For how long it has shown a wheelset that stands while the train runs and nothing brakes, s.
+    pub stands_s: f64,
 }
 
+/// Speed at the rim below which a wheelset stands, and of the train above which it should not, m/s.
+const STANDS_M_S: (f64, f64) = (0.3, 4.0);
+
 impl Tachometer {
+    /// Takes whether the wheelset stands while the train runs; in braking it may, and nothing is said.
+    pub(crate) fn follow_standing(&mut self, rim_m_s: f64, v_m_s: f64, released: bool) {
+        if rim_m_s.abs() > STANDS_M_S.0 {
+            self.stands_s = 0.0;
+        } else if rim_m_s.is_finite() && released && v_m_s > STANDS_M_S.1 {
+            self.stands_s += 1.0;
+        }
+    }
+
     pub(crate) fn take(
         &mut self,
         wheel: &WheelSecond,

@@ -73,3 +73,66 @@ fn a_brake_that_comes_late_in_an_application_that_never_ends_is_there() {
     let alerts = never_released(|braking_s| if braking_s < 10.0 { 0.0 } else { 1.0 });
     assert!(alerts.iter().all(|alert| alert.cause != Cause::Isolated), "{alerts:?}");
 }
+
+/// Noise of coarse encoders, one sigma, rad/s.
+const ROUGH: f64 = 0.12;
+
+/// Alerts of a railcar of four wheelsets that stops every 150 s, and whose pads grip with these shares from the sixth stop on.
+fn gripping(shares: [f64; 4]) -> Vec<Alert> {
+    // Coarse encoders: the wagon as a whole is known better than the differences within it.
+    let file = WagonFile { wheelsets: 4, mass_kg: 44e3, wheel_speed_sigma_rad_s: ROUGH, ..file() };
+    let mut watch = TrainWatch::new(vec![file]);
+    let mut seed = 7_u64;
+    // Even noise of one sigma that repeats.
+    let mut noise = |sigma: f64| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        3.46 * sigma * ((seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5)
+    };
+    let (mut v_m_s, mut press_n) = (0.0_f64, 0.0_f64);
+    for step in 0..(2400.0 / DT_S) as usize {
+        let t = step as f64 * DT_S;
+        let braking_s = t % STOP_S - BRAKES_AT_S;
+        // No two stops are alike.
+        let order =
+            if (0.0..38.0).contains(&braking_s) { 0.5 + 0.1 * (t / STOP_S).floor().sin() } else { 0.0 };
+        let drive_m_s2 = if braking_s < -60.0 { 0.45 } else { 0.0 };
+        press_n += DT_S / CYLINDER_S * (order * FULL_N - press_n);
+        let pads_n: [f64; 4] = shares.map(|share| {
+            let share = if t > 5.0 * STOP_S { share } else { 1.0 };
+            0.35 * share * press_n * 0.25 / RADIUS_M
+        });
+        let a_m_s2 = match v_m_s > 0.0 || drive_m_s2 > 0.0 {
+            true => {
+                let resistance_n = 500.0 + 5.0 * v_m_s + 2.0 * v_m_s * v_m_s;
+                (44e3 * drive_m_s2 - pads_n.iter().sum::<f64>() - resistance_n)
+                    / (44e3 + 4.0 * 100.0 / (RADIUS_M * RADIUS_M))
+            }
+            false => 0.0,
+        };
+        v_m_s = (v_m_s + DT_S * a_m_s2).max(0.0);
+        let mut reading =
+            Reading { v_m_s: v_m_s + noise(0.03), grade_rad: 0.0, brake_demand: order, ..Reading::default() };
+        for k in 0..4 {
+            let drive_n = 0.25 * 44e3 * drive_m_s2;
+            let turning_n = 100.0 * a_m_s2 / (RADIUS_M * RADIUS_M);
+            let creepage = (drive_n - turning_n - pads_n[k]) * 1.7e-7 + 1e-3 * (k as f64 * 1.7).sin();
+            reading.wheel_speed_rad_s[k] = v_m_s / RADIUS_M * (1.0 + creepage) + noise(ROUGH);
+            reading.pressing_force_n[k] = press_n;
+            reading.drive_torque_nm[k] = drive_n * RADIUS_M;
+        }
+        watch.take(t, &[reading]);
+    }
+    watch.alerts().to_vec()
+}
+
+/// The pads of one wheelset make the whole railcar brake less: that wheelset is named, and the set only where all of it has lost.
+#[test]
+fn whether_one_wheelset_or_all_pads_of_a_railcar_have_lost_is_told() {
+    let told = |shares| {
+        let alerts = gripping(shares);
+        alerts.into_iter().map(|alert| (alert.cause, alert.wheelsets)).collect::<Vec<_>>()
+    };
+    assert_eq!(told([1.0; 4]), []);
+    assert_eq!(told([1.0, 0.2, 1.0, 1.0]), [(Cause::PadUneven, vec![1])]);
+    assert_eq!(told([0.65; 4]), [(Cause::PadLow, vec![])]);
+}

@@ -195,6 +195,32 @@ fn a_wheelset_that_turns_faster_makes_no_drag_of_the_others() {
     assert_eq!(named, [(Cause::WheelDiameter, &vec![2], &vec![1])]);
 }
 
+/// A tachometer that shows nothing but zeros from the fourth stop on is dead, and neither late nor a wheelset that slides.
+#[test]
+fn a_tachometer_that_shows_zeros_is_dead() {
+    let watch = day_that_says(Wrong::Nothing, &[], |step, readings| {
+        if step as f64 * DT_S > 500.0 {
+            readings[2].wheel_speed_rad_s[1] = 0.0;
+        }
+    });
+    let [alert] = watch.alerts() else { panic!("{:?}", watch.alerts()) };
+    assert_eq!((alert.cause, &alert.wheelsets[..]), (Cause::TachometerDropout, &[1][..]), "{alert:?}");
+    assert!(alert.raised_t_s < 560.0 && alert.reason.contains("stands"), "{alert:?}");
+}
+
+/// A wheel that is larger than its file says is so until somebody corrects the file: it hides neither pads nor a brake that drags.
+#[test]
+fn a_wrong_diameter_hides_neither_pads_nor_drag() {
+    let named = |wrong: Wrong| {
+        let watch = day_that_says(wrong, &[], |_, readings| readings[2].wheel_speed_rad_s[1] *= 0.988);
+        watch.alerts().iter().map(|alert| (alert.cause, alert.wheelsets.clone())).collect::<Vec<_>>()
+    };
+    let diameter = (Cause::WheelDiameter, vec![1]);
+    assert_eq!(named(Wrong::Nothing), vec![diameter.clone()]);
+    assert_eq!(named(Wrong::Pads(0.35)), vec![diameter.clone(), (Cause::PadUneven, vec![1])]);
+    assert_eq!(named(Wrong::Drags(1500.0)), vec![diameter, (Cause::Dragging, vec![1])]);
+}
+
 /// Wheels that are worn by a few thousandths each, as their files do not say: none of them is wrong by more than wear. One that is
 /// four percent smaller is.
 #[test]
@@ -293,6 +319,29 @@ fn pads_beside_an_electric_brake_do_not_drag_where_no_order_is_known() {
     });
     let drag = watch.alerts().iter().filter(|alert| alert.cause == Cause::Dragging);
     assert_eq!(drag.collect::<Vec<_>>(), Vec::<&Alert>::new());
+}
+
+/// From the fourth stop on two motor cars brake electrically for the whole train at most stops, until shortly before it stands: the pads
+/// of the others owe nothing meanwhile, and one wagon that has no brake then is told when the others press.
+#[test]
+fn pads_owe_nothing_while_others_brake_electrically_for_them() {
+    let isolated = |wrong: Wrong| {
+        let watch = day_that_says(wrong, &[], |step, readings| {
+            let t = step as f64 * DT_S;
+            let (stop, t_s) = ((t / 150.0) as usize, t % 150.0);
+            let electric = stop > 1 && stop % 3 != 2 && (105.0..133.0).contains(&t_s);
+            for (index, reading) in readings.iter_mut().enumerate().filter(|_| electric) {
+                let motor_car = index < 2;
+                reading.drive_torque_nm =
+                    if motor_car { [-2.5 * 0.35 * 0.25 * 0.6 * FULL_N; 4] } else { [0.0; 4] };
+                reading.pressing_force_n = [0.0; 4];
+            }
+        });
+        let isolated = watch.alerts().iter().filter(|alert| alert.cause == Cause::Isolated);
+        isolated.map(|alert| alert.wagons.clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(isolated(Wrong::Nothing), Vec::<Vec<usize>>::new());
+    assert_eq!(isolated(Wrong::Wagon), vec![vec![2]]);
 }
 
 /// A transducer without clipping that reads a tenth too little shows less than none when the brake is released: it is named, and not

@@ -18,6 +18,9 @@ pub(super) const RINGS_DOUBTFUL: f64 = 12.0;
 pub(super) const LATE_WHEEL_S: f64 = 0.06;
 /// From here on a late wheel is not asked what holds it back, s.
 pub(super) const LATE_DOUBTFUL_S: f64 = 0.03;
+/// A wrong scale is known when the latest roll shows the same creepage at rest as all that was learnt, within this; hand-set, an eighth of
+/// [`RADIUS`].
+pub(super) const KNOWN: f64 = 6e-4;
 /// A speed later than the train's, s.
 pub(super) const LATE_SPEED_S: f64 = 0.075;
 /// The same where the wagon runs alone, so that its wheels are all there is beside it: they slip.
@@ -93,6 +96,9 @@ pub(super) const PADS: (f64, f64) = (-0.13, -3.7);
 /// No pads of a wagon lose more than this of nominal while they press: what seems so is couplers. Of one wheelset beside its wagon,
 /// where couplers have no part, nobody says by how much it exceeds this.
 pub(super) const PADS_GONE: f64 = -0.55;
+/// The pads of a wagon have lost: by how much likelier (natural logarithm) the differences within it are if one wheelset did it until that
+/// one is named. Hand-set, one in twenty.
+pub(super) const ONE_DID: f64 = 3.0;
 /// Wagons so near on either side have come to grip less as well, by this share, and so many sigmas: couplers hold that part of the train
 /// back. Hand-set.
 pub(super) const NEIGHBOURS: (usize, f64, f64) = (2, 0.4, -1.5);

@@ -115,14 +115,19 @@ impl TrainWatch {
     /// Whether the tachometer of a wheelset can be trusted with what creepage says.
     pub(crate) fn trusts(&self, wagon: usize, k: usize) -> bool {
         let wheel = &self.wagons[wagon].wheel[k];
-        let open = self.book.open(wagon).any(Cause::is_of_wheel_speeds);
+        let lag_s = wheel.rim.errors(false).1.map(|lag_s| lag_s - self.usual_lag_s());
+        // A wrong scale that is known, and nothing that comes late, is no reason to ask no more.
+        let known =
+            || wheel.at_rest.is_some_and(|at_rest| (at_rest - wheel.creepage.radius()).abs() < limits::KNOWN);
+        let in_time = || lag_s.is_some_and(|lag_s| lag_s.abs() < limits::LATE_DOUBTFUL_S);
+        let hides =
+            |cause: Cause| cause.is_of_wheel_speeds() && !(cause.is_of_scale() && known() && in_time());
+        let open = self.book.open(wagon).any(hides);
         // A late tachometer shows too little speed while the train gathers it, as a dragging wheelset does.
-        let late = wheel
-            .rim
-            .errors(false)
-            .1
-            .is_some_and(|lag_s| lag_s - self.usual_lag_s() > limits::LATE_DOUBTFUL_S);
-        let whole = wheel.tachometer.missing < 0.3 && wheel.tachometer.largest < limits::RINGS_DOUBTFUL;
+        let late = lag_s.is_some_and(|lag_s| lag_s > limits::LATE_DOUBTFUL_S);
+        let whole = wheel.tachometer.missing < 0.3
+            && wheel.tachometer.stands_s <= 0.0
+            && wheel.tachometer.largest < limits::RINGS_DOUBTFUL;
         !open && !late && whole
     }
 

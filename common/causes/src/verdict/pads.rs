@@ -1,8 +1,8 @@
 //! Pads and drag, from creepage against its own past and beside the others.
 
 use super::limits::{
-    AHEAD, ALONE, DRAGS, DRAGS_ALONE, DRAGS_BEYOND, HELD_ROLLS, NEIGHBOURS, PADS, PADS_GONE, REST_UNKNOWN,
-    SLIPS,
+    AHEAD, ALONE, DRAGS, DRAGS_ALONE, DRAGS_BEYOND, HELD_ROLLS, NEIGHBOURS, ONE_DID, PADS, PADS_GONE,
+    REST_UNKNOWN, SLIPS,
 };
 use super::{deviation, shift, without_strongest};
 use crate::cause::{Cause, Grade};
@@ -103,7 +103,10 @@ impl TrainWatch {
     pub(crate) fn judge_pads(&mut self) {
         let usual = self.usual_pads();
         let accused: Vec<(usize, Accusation)> = (0..self.wagons.len())
-            .filter(|index| self.book.open(*index).next().is_none())
+            .filter(|index| {
+                // Whose pads of a wagon they are may still be told.
+                self.book.open(*index).all(|cause| cause == Cause::PadLow || !cause.explains(Cause::PadLow))
+            })
             .filter(|index| (0..self.wagons[*index].wheel.len()).all(|k| self.trusts(*index, k)))
             .filter_map(|index| Some((index, self.pads_of(index, &usual)?)))
             .collect();
@@ -157,13 +160,32 @@ impl TrainWatch {
         };
         let worst =
             (0..wagon.wheel.len()).filter_map(single).min_by(|a, b| a.1.sigmas().total_cmp(&b.1.sigmas()));
-        // A wagon grips less also where one wheelset does.
-        if let Some((k, since)) =
-            worst.filter(|(_, since)| whole.is_none_or(|whole| since.sigmas() < whole.sigmas()))
-        {
+        // A wagon grips less also where one wheelset does: what that does not explain is its own.
+        let count = wagon.wheel.len() as f64;
+        let own = |whole: &Since, one: &Since| {
+            let own = Change {
+                value: whole.change.value - one.change.value / count,
+                variance: whole.change.variance + one.change.variance / (count * count),
+            };
+            own.value < PADS.0 && own.sigmas() < PADS.1
+        };
+        if let Some((k, since)) = worst.filter(|(_, since)| whole.is_none_or(|whole| !own(&whole, since))) {
             return Some(uneven(k, &since));
         }
-        whole.map(|since| low(wagon, &since))
+        let whole = whole?;
+        // Whether a loss of all of them explains how they differ, or that of one.
+        let one_did = |k: &usize| {
+            let Some(seen) = wagon.wheel[*k].grip.lost(1, within) else { return false };
+            let lost = (count * whole.change.value).max(-1.0);
+            let off = |expected: f64| (seen.change.value - expected).powi(2) / seen.change.variance;
+            0.5 * (off(0.0) - off(lost)) > ONE_DID
+        };
+        let told_apart = |k: usize| wagon.wheel[k].grip.lost(1, within).map_or(0.0, |seen| seen.sigmas());
+        let first = (0..wagon.wheel.len()).min_by(|a, b| told_apart(*a).total_cmp(&told_apart(*b)));
+        match first.filter(one_did).filter(|_| count > 1.0) {
+            Some(k) => Some(uneven_by(k, count, &whole)),
+            None => Some(low(wagon, &whole)),
+        }
     }
 
     /// Whether the wagons next to one have come to grip less in as many applications, too.
@@ -214,6 +236,19 @@ fn uneven(k: usize, since: &Since) -> Accusation {
         instead: (Cause::PadLow, 0.1),
         sigmas: since.sigmas(),
         reason,
+    }
+}
+
+/// The pads of a wagon have lost so much, which those of one wheelset have done of its `count`.
+fn uneven_by(k: usize, count: f64, whole: &Since) -> Accusation {
+    let percent = -100.0 * (count * whole.change.value).max(-1.0);
+    Accusation {
+        cause: Cause::PadUneven,
+        wheelsets: vec![k],
+        how: (Grade::Watch, 0.7, 1),
+        instead: (Cause::PadLow, 0.25),
+        sigmas: whole.sigmas(),
+        reason: format!("the wagon grips less than it used to, as if this wheelset did by {percent:.0} %"),
     }
 }
 

@@ -45,6 +45,21 @@ impl TrainWatch {
                 self.suspect(Cause::TachometerDropout, (index, vec![k]), how, &[], reason);
                 continue;
             }
+            if seen.stands_s > SILENT_WHEEL_S {
+                let reason = format!(
+                    "shows that the wheelset stands while the train runs, for {:.0} s: look whether it turns",
+                    seen.stands_s
+                );
+                let instead = [(Cause::Dragging, 0.05)];
+                self.suspect(
+                    Cause::TachometerDropout,
+                    (index, vec![k]),
+                    (Grade::Act, 0.9, 1),
+                    &instead,
+                    reason,
+                );
+                continue;
+            }
             if seen.missing > MISSING {
                 let reason = format!("{:.1} % of the wheel speeds are missing", 100.0 * seen.missing);
                 let how = (Grade::Watch, 0.97, 3);

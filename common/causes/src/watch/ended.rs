@@ -130,11 +130,7 @@ impl TrainWatch {
                     ));
                 }
             }
-            // No pad grips less than not at all: one of the others slips, and nothing is known of any.
-            if looks.iter().all(|(_, look)| look.value > -1.0 - look.variance.sqrt()) {
-                let no_less = |look: Change| Change { value: look.value.max(-1.0), ..look };
-                wheels.extend(looks.into_iter().map(|(k, look)| (index, k, no_less(look))));
-            }
+            wheels.extend(possible(looks).into_iter().map(|(k, look)| (index, k, look)));
         }
         let past = |index: usize, k: usize| self.wagons[index].wheel[k].grip.mean().map(|mean| mean.value);
         let within = grip::scatter(wheels.iter().map(|(index, k, look)| (look.value, past(*index, *k))), 8);
@@ -215,6 +211,25 @@ impl TrainWatch {
     }
 }
 
+/// Looks of one wagon as pads can make them: none grips less than not at all. Where one of several seems to, creepage grows that much
+/// faster with force than it should, for all of the wagon. Where one creeps more by as much, or where of two it is not told which, one
+/// slips and nothing is known of any.
+fn possible(mut looks: Vec<(usize, Change)>) -> Vec<(usize, Change)> {
+    let values = || looks.iter().map(|(_, look)| look.value);
+    let (least, most) = (values().fold(0.0, f64::min), values().fold(0.0, f64::max));
+    let beyond = |(_, look): &(usize, Change)| look.value < -1.0 - look.variance.sqrt();
+    let one_slips = looks.len() < 3 || most > -least;
+    if one_slips && looks.iter().any(beyond) {
+        return Vec::new();
+    }
+    let steeper = if looks.len() < 3 { 1.0 } else { (-least).max(1.0) };
+    for (_, look) in &mut looks {
+        look.value = (look.value / steeper).max(-1.0);
+        look.variance /= steeper * steeper;
+    }
+    looks
+}
+
 /// What all wheelsets do alike; nothing where there are too few to tell.
 fn common(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
@@ -226,4 +241,26 @@ fn keep<T>(list: &mut Vec<T>, item: T) {
         list.remove(0);
     }
     list.push(item);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(values: &[f64]) -> Vec<f64> {
+        let looks = values.iter().map(|value| Change { value: *value, variance: 0.04 }).enumerate().collect();
+        possible(looks).into_iter().map(|(_, look)| look.value).collect()
+    }
+
+    #[test]
+    fn a_pad_that_seems_to_grip_less_than_not_at_all_shows_how_steep_the_curve_is() {
+        assert_eq!(told(&[0.6, -1.8, 0.5, 0.7]), [0.6 / 1.8, -1.0, 0.5 / 1.8, 0.7 / 1.8]);
+        assert_eq!(told(&[0.1, -0.3, 0.1, 0.1]), [0.1, -0.3, 0.1, 0.1]);
+    }
+
+    #[test]
+    fn beside_one_that_slips_nothing_is_known() {
+        assert!(told(&[4.2, -1.4, -1.4, -1.4]).is_empty() && told(&[1.6, -1.6]).is_empty());
+        assert_eq!(told(&[1.1, -1.1]), [1.1, -1.0]);
+    }
 }

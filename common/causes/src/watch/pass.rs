@@ -22,9 +22,14 @@ const DRIVEN: f64 = 1.2e-3;
 /// their loads, one sigma; both hand-set.
 const ELECTRIC: f64 = 2.5e-3;
 const BENDS: f64 = 0.03;
+/// Farther from the speed of the train than this a wheel tells neither its size nor a lag: it spins, or is not measured.
+const NO_MEASURE: f64 = 0.5;
 /// So long after a slide the rail is still taken for the same, s; and so many wheelsets must have slid, as for a low rail.
 const SLID_LATELY_S: f64 = 10.0;
 const SLID_WHEELSETS: usize = 2;
+/// Torque of an electric brake that works, N m, and share of the largest force from which on pads press.
+const ELECTRIC_NM: f64 = 150.0;
+const PRESSES: f64 = 0.1;
 /// Torque of a wheelset that drives the train, N m.
 const DRIVES_NM: f64 = 500.0;
 
@@ -80,7 +85,9 @@ impl TrainWatch {
             slippery: self.slid_lately() >= SLID_WHEELSETS,
         };
         self.before_m_s = v_m_s;
-        for (wagon, second) in self.wagons.iter_mut().zip(seconds) {
+        let excused = self.excused(seconds);
+        for ((wagon, second), excused) in self.wagons.iter_mut().zip(seconds).zip(excused) {
+            wagon.pressure.excused = excused;
             wagon.follow(second, &pass);
         }
         if pass.rolls() {
@@ -94,6 +101,22 @@ impl TrainWatch {
 }
 
 impl TrainWatch {
+    /// Whose pads owe nothing, wagon by wagon: an electric brake elsewhere works, and no pads elsewhere press. It may brake for the whole
+    /// train, as one that is blended train-wide does.
+    fn excused(&self, seconds: &[WagonSecond]) -> Vec<bool> {
+        let wheels = |index: usize| &seconds[index].wheel[..self.wagons[index].wheel.len()];
+        let electric = |index: &usize| wheels(*index).iter().any(|wheel| wheel.drive_nm < -ELECTRIC_NM);
+        let presses = |index: &usize| {
+            let least_n = PRESSES * self.wagons[*index].pressure.full_n.max(1000.0);
+            wheels(*index).iter().any(|wheel| wheel.press_n > least_n)
+        };
+        let all = 0..seconds.len();
+        let electric: Vec<usize> = all.clone().filter(electric).collect();
+        let presses: Vec<usize> = all.clone().filter(presses).collect();
+        let elsewhere = |of: &[usize], own: usize| of.iter().any(|index| *index != own);
+        all.map(|own| elsewhere(&electric, own) && !elsewhere(&presses, own)).collect()
+    }
+
     /// Wheelsets that slid lately, those left out whose tachometer only seems to.
     fn slid_lately(&self) -> usize {
         let wheels = self.wagons.iter().flat_map(|wagon| &wagon.wheel);
@@ -191,7 +214,9 @@ impl Wheel {
         self.tachometer.take(seen, file.radius_m, v_m_s, file.wheel_speed_sigma_rad_s, coasts);
         self.slid_ago_s += SECOND_S;
         let creepage = seen.omega.mean * file.radius_m / v_m_s - 1.0;
-        if !pass.rolls() || !creepage.is_finite() {
+        let released = since_s.is_none() && pass.quiet;
+        self.tachometer.follow_standing(seen.omega.mean * file.radius_m, v_m_s, released);
+        if !pass.rolls() || !creepage.is_finite() || self.tachometer.stands_s > 0.0 {
             return turned;
         }
         turned.slides = (creepage - self.idle) * v_m_s < -(0.4 + 0.03 * v_m_s);
@@ -209,7 +234,8 @@ impl Wheel {
         }
         let creep = creep(seen, file, pass, creepage);
         turned.driven = creep.drive.abs() >= DRIVEN;
-        if !turned.driven && self.slid_ago_s > SLID_LATELY_S && !pass.slippery {
+        let measured = creepage.abs() < NO_MEASURE;
+        if !turned.driven && self.slid_ago_s > SLID_LATELY_S && !pass.slippery && measured {
             let forced = creep.drive - creep.brake;
             self.rim.take(creepage - forced, creep.rate, forced);
         }

@@ -239,9 +239,14 @@ impl TrainSpec {
     }
 }
 
-/// Seeds and faults of `count` trains: healthy ones and every kind of fault equally often, in random order.
+/// Seeds and faults of `count` trains: healthy ones and every kind of fault, or of `only` those, equally often, in random order.
 #[must_use]
-pub fn deck(count: usize, seed: u64, coupled: Option<bool>) -> Vec<(u64, FaultWish<'static>)> {
+pub fn deck(
+    count: usize,
+    seed: u64,
+    coupled: Option<bool>,
+    only: &[&'static FaultKind],
+) -> Vec<(u64, FaultWish<'static>)> {
     let mut stream = Stream::new(seed, "deck of trains", 0);
     let mut wishes = vec![FaultWish::None; (HEALTHY_SHARE * count as f64).round() as usize];
     let mut kinds: Vec<&'static FaultKind> = Vec::new();
@@ -249,7 +254,10 @@ pub fn deck(count: usize, seed: u64, coupled: Option<bool>) -> Vec<(u64, FaultWi
         if kinds.is_empty() {
             // A part of a train to cut off is only sure to exist where all trains are coupled.
             let fits = |kind: &&FaultKind| coupled == Some(true) || kind.acts_on != ActsOn::RearPart;
-            kinds = FAULTS.iter().filter(fits).collect();
+            kinds = match only.is_empty() {
+                true => FAULTS.iter().filter(fits).collect(),
+                false => only.to_vec(),
+            };
             stream.shuffle(&mut kinds);
         }
         wishes.extend(kinds.pop().map(|kind| FaultWish::Of(kind.id)));

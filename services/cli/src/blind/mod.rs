@@ -70,10 +70,10 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     let in_time = || args.minutes.is_none_or(|minutes| started.elapsed().as_secs_f64() < 60.0 * minutes);
     let outcomes = parallel(threads, made.len(), in_time, |index| {
         let outcome = surgery.outcome(&made[index]);
-        bar.inc(1);
+        bar.inc();
         outcome
     });
-    bar.finish_and_clear();
+    bar.finish();
     let outcomes: Vec<Outcome> = outcomes.into_iter().collect::<Result<_, CliError>>()?;
 
     let in_doubt: Vec<&Outcome> = outcomes.iter().filter(|outcome| next_run::is_in_doubt(outcome)).collect();
@@ -84,10 +84,10 @@ pub fn run(args: &Args) -> Result<(), CliError> {
         let outcome = in_doubt[index];
         let order = orders.iter().find(|order| order.recipe.name == outcome.made.label.case);
         let next = order.map_or(Ok(None), |order| next_run::of(&surgery, outcome, order));
-        bar.inc(1);
+        bar.inc();
         next
     });
-    bar.finish_and_clear();
+    bar.finish();
     let next: Vec<Option<next_run::Next>> = next.into_iter().collect::<Result<_, CliError>>()?;
     let next: Vec<next_run::Next> = next.into_iter().flatten().collect();
 
@@ -116,11 +116,11 @@ fn make_all(args: &Args, threads: usize, seed: u64) -> Result<Vec<Made>, CliErro
         || true,
         |index| {
             let made = make::make(&args.out, &orders[index], with_twin);
-            bar.inc(1);
+            bar.inc();
             made
         },
     );
-    bar.finish_and_clear();
+    bar.finish();
     let made = made.into_iter().collect::<Result<Vec<Made>, CliError>>()?;
     if made.len() != orders.len() {
         return Err(CliError::failed("a thread that made cases ended early"));

@@ -40,11 +40,11 @@ pub(super) fn run(args: &Args) -> Result<(), CliError> {
         || true,
         |index| {
             let made = make(&args.out, &format!("train{index:04}"), specs[index].clone());
-            bar.inc(1);
+            bar.inc();
             made
         },
     );
-    bar.finish_and_clear();
+    bar.finish();
     let trains = made.into_iter().collect::<Result<Vec<Made>, CliError>>()?;
     if trains.len() != specs.len() {
         return Err(CliError::failed("a thread that made trains ended early"));

@@ -1,6 +1,6 @@
 //! Which trains are wanted: the options that making trains and driving them share.
 
-use railgrip_truth_plant::train::{FaultWish, TrainOrder, TrainSpec, deck};
+use railgrip_truth_plant::train::{FaultWish, OrderError, TrainOrder, TrainSpec, deck, faults::FaultKind};
 
 use crate::CliError;
 
@@ -25,9 +25,17 @@ pub(super) struct Order {
     /// Samples a second: 20, 25, 50, 100 or 200. On disk a bogie wagon takes about 18 MB an hour at 50
     #[arg(long, default_value_t = 50.0)]
     rate: f64,
+    /// Faults of these kinds only, beside the trains without one (default: every kind equally often)
+    #[arg(long, value_name = "KIND", value_delimiter = ',', value_parser = kind)]
+    fault: Vec<&'static FaultKind>,
     /// Trains at the same time (default: one a core)
     #[arg(long)]
     pub(super) threads: Option<usize>,
+}
+
+/// The kind of fault of a name.
+fn kind(name: &str) -> Result<&'static FaultKind, String> {
+    FaultKind::of(name).ok_or_else(|| OrderError::Fault(name.to_owned()).to_string())
 }
 
 /// Most trains of one order.
@@ -54,7 +62,7 @@ impl Order {
             let given = self.trains;
             return Err(CliError::bad_input(format!("--trains {given}: allowed is 1 to {MOST_TRAINS}")));
         }
-        Ok(deck(self.trains, self.seed, self.kind()))
+        Ok(deck(self.trains, self.seed, self.kind(), &self.fault))
     }
 
     /// The train of a card.
@@ -80,6 +88,12 @@ impl Order {
             Some(false) => " --free",
             None => "",
         };
-        format!("--trains {trains} --hours {hours} --seed {seed} --rate {rate}{kind}")
+        let fault = match self.fault.is_empty() {
+            true => String::new(),
+            false => {
+                format!(" --fault {}", self.fault.iter().map(|kind| kind.id).collect::<Vec<_>>().join(","))
+            }
+        };
+        format!("--trains {trains} --hours {hours} --seed {seed} --rate {rate}{kind}{fault}")
     }
 }

@@ -43,7 +43,7 @@ pub(super) fn run(args: &Args) -> Result<(), CliError> {
         || true,
         |index| {
             let driven = args.order.draw(deck[index]).and_then(|spec| one(index, spec, args.most_wagons));
-            bar.inc(1);
+            bar.inc();
             let mut score = score.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             match (driven, &mut *score) {
                 (Ok(Some(driven)), Ok((score, lines))) => {
@@ -55,7 +55,7 @@ pub(super) fn run(args: &Args) -> Result<(), CliError> {
             }
         },
     );
-    bar.finish_and_clear();
+    bar.finish();
     let (score, lines) = score.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner)?;
     let command = format!("railgrip drill {} --most-wagons {}", args.order.words(), args.most_wagons);
     let text = markdown(&score, &command);

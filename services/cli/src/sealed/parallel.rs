@@ -36,11 +36,38 @@ pub(crate) fn parallel<T: Send>(
     all.into_iter().map(|(_, result)| result).collect()
 }
 
-/// A bar for so many pieces of work.
-pub(crate) fn progress(what: &'static str, count: usize) -> ProgressBar {
+/// How far so many pieces of work are: a bar where somebody looks on, else a line a tenth.
+#[derive(Debug)]
+pub(crate) struct Progress {
+    bar: ProgressBar,
+    what: &'static str,
+    count: usize,
+}
+
+impl Progress {
+    /// One piece is done.
+    pub(crate) fn inc(&self) {
+        self.bar.inc(1);
+        let done = self.bar.position() as usize;
+        let tenths = |done: usize| 10 * done / self.count.max(1);
+        if self.bar.is_hidden() && tenths(done) > tenths(done.saturating_sub(1)) {
+            let minutes = self.bar.elapsed().as_secs_f64() / 60.0;
+            crate::output::note(&format!("{}: {done} of {} after {minutes:.1} min", self.what, self.count));
+        }
+    }
+
+    /// All is done; the bar goes.
+    pub(crate) fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// Progress of so many pieces of work.
+pub(crate) fn progress(what: &'static str, count: usize) -> Progress {
     let style = ProgressStyle::with_template("{msg:14} {bar:40} {pos}/{len}  {elapsed} + {eta}")
         .unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(count as u64).with_style(style).with_message(what)
+    let bar = ProgressBar::new(count as u64).with_style(style).with_message(what);
+    Progress { bar, what, count }
 }
 
 /// As many threads as were asked for, else one a core.
