@@ -16,6 +16,9 @@ pub(crate) const NEW_BETWEEN: f64 = 0.1;
 /// six healthy wagons were accused because they had differed by 0.3 to 1.0 all day, and then did so by half of it more or less.
 const VARIES: f64 = 0.5;
 
+/// Pads of a train grip at least so much, over nominal.
+const LEAST_GRIP: f64 = 0.3;
+
 /// What pads differ by in good health, one sigma each.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Usual {
@@ -156,9 +159,19 @@ pub(crate) fn beside_train(known: &[(usize, usize, Change)]) -> Vec<(usize, Chan
         (of_wagon[0].0, change)
     };
     let mut wagons: Vec<(usize, Change)> = known.chunk_by(|a, b| a.0 == b.0).map(whole).collect();
-    let train = median(&mut wagons.iter().map(|(_, one)| one.value).collect()).max(0.3);
-    for (_, one) in &mut wagons {
-        *one = Change { value: one.value / train - 1.0, variance: one.variance / (train * train) };
+    let middle = median(&mut wagons.iter().map(|(_, one)| one.value).collect());
+    // Of two, each is held against the other, which is not known better than itself.
+    let beside = match wagons[..] {
+        [(_, first), (_, second)] => vec![second, first],
+        _ => vec![Change { value: middle, variance: 0.0 }; wagons.len()],
+    };
+    for ((_, one), beside) in wagons.iter_mut().zip(beside) {
+        let train = beside.value.max(LEAST_GRIP);
+        let value = one.value / train;
+        *one = Change {
+            value: value - 1.0,
+            variance: (one.variance + value * value * beside.variance) / (train * train),
+        };
     }
     wagons
 }
@@ -231,6 +244,14 @@ mod tests {
         let near = grip(&[-0.09; 6], 0.03).lost(2, Usual::pads(NEW_WITHIN)).expect("looks");
         let far = grip(&[-0.4; 6], 0.03).lost(2, Usual::pads(NEW_WITHIN)).expect("looks");
         assert!(near.sigmas() > -2.0 && far.sigmas() < -5.0 && far.past == 0, "{near:?} {far:?}");
+    }
+
+    #[test]
+    fn of_two_wagons_each_is_held_against_the_other() {
+        let one = |wagon, value| (wagon, 0, Change { value, variance: 0.01 });
+        let beside = beside_train(&[one(1, 0.6), one(3, 1.0)]);
+        assert!((beside[0].1.value + 0.4).abs() < 1e-9 && (beside[1].1.value - 0.667).abs() < 1e-3);
+        assert!(beside[0].1.variance > 0.01 && beside[1].1.variance > beside[0].1.variance);
     }
 
     #[test]

@@ -136,9 +136,17 @@ pub(crate) struct Timing {
     /// Evidence for a late distributor and for a slow cylinder: natural logarithm of what the looks so far make of the odds.
     pub late: f64,
     pub slow: f64,
+    /// The same for a late distributor by what pads and electric brake do together: where the electric brake hears the order by another
+    /// way, that says nothing against what the pads do.
+    pub late_together: f64,
 }
 
 impl Timing {
+    /// All evidence for a late distributor, and for a slow cylinder.
+    pub(crate) const fn evidence(&self) -> (f64, f64) {
+        (self.late + self.late_together, self.slow)
+    }
+
     /// Takes a value of the traces: the order, and the force of the middle wheelset with what the electric brake does instead of
     /// it; `full_n` is the largest ever, `electric` whether an electric brake takes part now.
     pub(crate) fn trace(

@@ -83,19 +83,29 @@ fn day_with(wrong: Wrong, successions_s: &[f64]) -> TrainWatch {
 fn day_that_says(
     wrong: Wrong,
     successions_s: &[f64],
+    spoils: impl FnMut(usize, &mut [Reading]),
+) -> TrainWatch {
+    day_of(WAGONS, wrong, successions_s, spoils)
+}
+
+/// The same of a train of so many wagons.
+fn day_of(
+    wagons: usize,
+    wrong: Wrong,
+    successions_s: &[f64],
     mut spoils: impl FnMut(usize, &mut [Reading]),
 ) -> TrainWatch {
-    let mut watch = TrainWatch::new(vec![file(); WAGONS]);
+    let mut watch = TrainWatch::new(vec![file(); wagons]);
     let mut noise = Noise(7);
     let (mut v_m_s, mut angle_rad) = (4.0_f64, 0.0_f64);
-    let mut force_n = [[0.0_f64; 4]; WAGONS];
+    let mut force_n = vec![[0.0_f64; 4]; wagons];
     for step in 0..(1900.0 / DT_S) as usize {
         let t = step as f64 * DT_S;
         let (a_m_s2, order) = timetable(t);
         v_m_s = (v_m_s + a_m_s2 * DT_S).max(4.0);
         angle_rad += v_m_s / RADIUS_M * DT_S;
         let faulty = t > 450.0;
-        let mut readings = vec![Reading::default(); WAGONS];
+        let mut readings = vec![Reading::default(); wagons];
         for (index, reading) in readings.iter_mut().enumerate() {
             let here = index == 2 && faulty;
             let behind_s = if let Wrong::Clock(lag_s) = wrong
@@ -149,7 +159,7 @@ fn day_that_says(
             }
         }
         if successions_s.iter().any(|at_s| (t - at_s).abs() < 0.5 * DT_S) {
-            watch = successor(&watch, &vec![file(); WAGONS]).expect("of the same wagons");
+            watch = successor(&watch, &vec![file(); wagons]).expect("of the same wagons");
         }
         spoils(step, &mut readings);
         watch.take(t, &readings);
@@ -219,6 +229,43 @@ fn a_wrong_diameter_hides_neither_pads_nor_drag() {
     assert_eq!(named(Wrong::Nothing), vec![diameter.clone()]);
     assert_eq!(named(Wrong::Pads(0.35)), vec![diameter.clone(), (Cause::PadUneven, vec![1])]);
     assert_eq!(named(Wrong::Drags(1500.0)), vec![diameter, (Cause::Dragging, vec![1])]);
+}
+
+/// Of two speeds that differ the one is wrong with which all wheels disagree, be it of the first wagon or of the second.
+#[test]
+fn of_two_speeds_the_one_is_wrong_that_no_wheel_follows() {
+    for wrong in [0, 1] {
+        let watch = day_of(2, Wrong::Nothing, &[], |_, readings| readings[wrong].v_m_s *= 1.02);
+        let [alert] = watch.alerts() else { panic!("{:?}", watch.alerts()) };
+        assert_eq!((alert.cause, &alert.wagons[..]), (Cause::SpeedSensor, &[wrong][..]), "{alert:?}");
+    }
+    assert_eq!(day_of(2, Wrong::Nothing, &[], |_, _| {}).alerts(), []);
+}
+
+/// Driven wagons whose electric brake hears the order by another way than the distributor: that it comes in time says nothing
+/// against pads that let go late.
+#[test]
+fn a_late_distributor_is_told_by_pads_though_the_electric_brake_is_in_time() {
+    let mut letting_go = std::collections::VecDeque::new();
+    let watch = day_that_says(Wrong::Nothing, &[], |step, readings| {
+        let t = step as f64 * DT_S;
+        let electric = (105.0..125.0).contains(&(t % 150.0));
+        for reading in &mut *readings {
+            for k in (0..4).filter(|_| electric) {
+                reading.drive_torque_nm[k] = -0.35 * 0.25 * reading.pressing_force_n[k];
+                reading.pressing_force_n[k] = 0.0;
+            }
+        }
+        letting_go.push_back(readings[2].pressing_force_n);
+        if letting_go.len() > (3.0 / DT_S) as usize {
+            let late_n = letting_go.pop_front().expect("three seconds of them");
+            if t > 450.0 {
+                readings[2].pressing_force_n = late_n;
+            }
+        }
+    });
+    let late = watch.alerts().iter().filter(|alert| alert.cause == Cause::LateDistributor);
+    assert_eq!(late.map(|alert| &alert.wagons[..]).collect::<Vec<_>>(), [&[2][..]]);
 }
 
 /// Wheels that are worn by a few thousandths each, as their files do not say: none of them is wrong by more than wear. One that is

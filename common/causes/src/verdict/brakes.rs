@@ -245,10 +245,12 @@ impl TrainWatch {
             let timing = &mut self.wagons[index].timing;
             let alone = later.filter(|_| !several);
             if let Some(later) = alone {
-                timing.late = (timing.late + later.late).max(0.0);
+                let late = if end == End::Blended { &mut timing.late_together } else { &mut timing.late };
+                *late = (*late + later.late).max(0.0);
                 timing.slow = (timing.slow + later.slow).max(0.0);
             }
-            if !later.as_ref().is_some_and(accuses) || (several && timing.late.max(timing.slow) < 1.0) {
+            if !later.as_ref().is_some_and(accuses) || (several && timing.evidence().0.max(timing.slow) < 1.0)
+            {
                 timing.usual(end).remember(own);
             }
             if let Some(later) = alone {
@@ -258,7 +260,7 @@ impl TrainWatch {
     }
 
     fn tell_later(&mut self, index: usize, later: &Later, falls: bool) {
-        let (late, slow) = (self.wagons[index].timing.late, self.wagons[index].timing.slow);
+        let (late, slow) = self.wagons[index].timing.evidence();
         if late.max(slow) < TOLD_LATER || later.late.max(later.slow) <= 0.0 {
             return;
         }

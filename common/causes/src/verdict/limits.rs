@@ -36,6 +36,8 @@ pub(super) const RADII_BEYOND: f64 = 3.5;
 pub(super) const NEVER_COASTED: f64 = 0.0024;
 /// Scale error of a speed.
 pub(super) const SPEED_SCALE: f64 = 0.0042;
+/// Of two speeds one is wrong when the wheels disagree with it by so many times what is usual, and what they do with the other. Hand-set.
+pub(super) const TWO_SPEEDS: f64 = 2.0;
 /// Load over what was entered, less one, beyond what both are worth.
 pub(super) const LOAD: f64 = 0.085;
 
@@ -49,6 +51,9 @@ pub(super) const LOAD_ALONE: f64 = 0.075;
 pub(super) const PRESSED_APART: f64 = 0.03;
 pub(super) const LOAD_PRESSED: (f64, f64) = (0.105, 3.5);
 
+/// For so long, s, pads must have stayed off while an electric brake elsewhere did what was ordered, until a train counts as blended
+/// train-wide: how hard its driven wagons press for their mass then says nothing of it. Hand-set.
+pub(super) const BLENDED_S: f64 = 20.0;
 /// Wagons that drive are locomotives where they are fewer than this share of the train; hand-set.
 pub(super) const LOCOMOTIVES: f64 = 0.3;
 
@@ -99,6 +104,11 @@ pub(super) const PADS_GONE: f64 = -0.55;
 /// The pads of a wagon have lost: by how much likelier (natural logarithm) the differences within it are if one wheelset did it until that
 /// one is named. Hand-set, one in twenty.
 pub(super) const ONE_DID: f64 = 3.0;
+/// Where there is no past, radii are learnt from the same applications: so many must agree. Hand-set.
+pub(super) const WITHOUT_PAST: usize = 3;
+/// Of a wagon that runs alone: at least this must be missing in its balance of forces, relative, over its wheelsets. What creepage says
+/// of the size counts for nothing on a steep curve; hand-set, somewhat less than [`PADS`] of what can be told at all.
+pub(super) const SHOWS: f64 = -0.2;
 /// Wagons so near on either side have come to grip less as well, by this share, and so many sigmas: couplers hold that part of the train
 /// back. Hand-set.
 pub(super) const NEIGHBOURS: (usize, f64, f64) = (2, 0.4, -1.5);
@@ -120,6 +130,9 @@ pub(super) const HELD_ROLLS: usize = 3;
 pub(super) const REST_UNKNOWN: Usual = Usual::radii(0.02);
 /// Resistance of a wagon that runs alone, over its weight, and so many sigmas.
 pub(super) const DRAGS_ALONE: (f64, f64) = (-1.5e-3, -5.0);
+
+/// By so many sigmas one wheelset must be held back more than the next until it alone is named; hand-set.
+pub(super) const CLEARER: f64 = 3.0;
 
 /// Wheelsets that must slide within some seconds until it is the rail and not a wheelset.
 pub(super) const SLIDING_WHEELSETS: usize = 2;

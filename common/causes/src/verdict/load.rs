@@ -1,6 +1,6 @@
 //! Load: by its sensors, by acceleration of a wagon that runs alone, and by brakes that press as the load asks.
 
-use super::limits::{LOAD, LOAD_ALONE, LOAD_PRESSED, LOCOMOTIVES, PRESSED_APART};
+use super::limits::{BLENDED_S, LOAD, LOAD_ALONE, LOAD_PRESSED, LOCOMOTIVES, PRESSED_APART};
 use crate::cause::{Cause, Grade};
 use crate::robust::{median, spread};
 use crate::watch::{TrainWatch, Wagon};
@@ -34,7 +34,7 @@ impl TrainWatch {
             .wagons
             .iter()
             .enumerate()
-            .filter(|(_, wagon)| !(locomotives && wagon.drives))
+            .filter(|(_, wagon)| !((locomotives || self.blended_s > BLENDED_S) && wagon.drives))
             .filter_map(pressed)
             .collect();
         // A few wagons say little of what is usual.

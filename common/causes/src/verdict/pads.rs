@@ -1,8 +1,8 @@
 //! Pads and drag, from creepage against its own past and beside the others.
 
 use super::limits::{
-    AHEAD, ALONE, DRAGS, DRAGS_ALONE, DRAGS_BEYOND, HELD_ROLLS, NEIGHBOURS, ONE_DID, PADS, PADS_GONE,
-    REST_UNKNOWN, SLIPS,
+    AHEAD, ALONE, CLEARER, DRAGS, DRAGS_ALONE, DRAGS_BEYOND, HELD_ROLLS, NEIGHBOURS, ONE_DID, PADS,
+    PADS_GONE, REST_UNKNOWN, SHOWS, SLIPS, WITHOUT_PAST,
 };
 use super::{deviation, shift, without_strongest};
 use crate::cause::{Cause, Grade};
@@ -51,10 +51,14 @@ impl TrainWatch {
             if let Some(alone) = alone.filter(|it| it.value < DRAGS_ALONE.0 && deviation(it) < DRAGS_ALONE.1)
             {
                 let most = |k: &usize| shifts[*k].as_ref().map_or(0.0, deviation);
-                let first = (0..wagon.wheel.len()).min_by(|a, b| most(a).total_cmp(&most(b))).unwrap_or(0);
+                let mut likely: Vec<usize> = (0..wagon.wheel.len()).collect();
+                likely.sort_by(|a, b| most(a).total_cmp(&most(b)));
+                // The balance tells of the wagon only; where creepage does not tell which, both are named.
+                let clear = likely.len() < 2 || most(&likely[0]) < most(&likely[1]) - CLEARER;
+                likely.truncate(if clear { 1 } else { 2 });
                 let force_n = -alone.value * 9.81 * wagon.file.mass_kg;
                 let reason = format!("rolls as if held back by {:.1} kN since lately", 1e-3 * force_n);
-                self.suspect(Cause::Dragging, (index, vec![first]), (Grade::Act, 0.8, 1), &[], reason);
+                self.suspect(Cause::Dragging, (index, likely), (Grade::Act, 0.8, 1), &[], reason);
             }
         }
         self.tell_held(&accused);
@@ -133,18 +137,30 @@ impl TrainWatch {
 
     fn pads_of(&self, index: usize, usual: &Apart) -> Option<Accusation> {
         let wagon = &self.wagons[index];
+        let alone = wagon.balance.is_some();
         let stands_out = |since: &Since| {
             since.change.value < PADS.0 && since.sigmas() < PADS.1 && since.without < 0.5 * PADS.1
         };
         let couplers_did = |since: &Since| since.level.min(since.change.value) <= PADS_GONE;
         // Load presses the contact flat and stiff, so that an unknown load looks like other pads.
         let new = Usual::pads((0.67 * wagon.file.mass_sigma).hypot(usual.between));
-        let whole = wagon.grip.lost(2, new).filter(stands_out);
+        // A driven wagon tells nothing of its own level, only of its change.
+        let known = |since: &Since| since.past > 0 || (since.count >= WITHOUT_PAST && !wagon.drives);
+        let whole = wagon.grip.lost(2, new).filter(stands_out).filter(|since| alone || known(since));
         let whole = whole.filter(|since| !couplers_did(since) && !self.neighbours_as_well(index, since, new));
         let within = Usual::pads(usual.within);
         let lost = |k: usize| wagon.wheel[k].grip.lost(2, within);
+        // One wheelset of a wagon that runs alone takes its share of the wagon's braking with it.
+        let count = wagon.wheel.len() as f64;
+        let shows_in_balance = |since: &Since| {
+            let seen = wagon.grip.latest(since.count, new).filter(|_| alone);
+            seen.is_none_or(|seen| seen.value < SHOWS / count)
+        };
         let single = |k: usize| {
             let since = lost(k).filter(stands_out)?;
+            if (since.past == 0 && since.count < WITHOUT_PAST) || !shows_in_balance(&since) {
+                return None;
+            }
             // Two wheelsets of a wagon that lose together are led by the rail: what is glazed is glazed alone.
             let alike = |it: &Since| it.level < 0.4 * since.level && it.sigmas() < -2.5;
             let others = || (0..wagon.wheel.len()).filter(|other| *other != k);
@@ -160,16 +176,17 @@ impl TrainWatch {
         };
         let worst =
             (0..wagon.wheel.len()).filter_map(single).min_by(|a, b| a.1.sigmas().total_cmp(&b.1.sigmas()));
-        // A wagon grips less also where one wheelset does: what that does not explain is its own.
-        let count = wagon.wheel.len() as f64;
-        let own = |whole: &Since, one: &Since| {
+        // A wagon grips less also where one wheelset does: what that does not explain, of the same applications, is its own.
+        let own = |whole: &Since, (k, since): &(usize, Since)| {
+            let lately = wagon.wheel[*k].grip.latest(whole.count, within).filter(|_| since.past == 0);
+            let one = lately.unwrap_or(since.change);
             let own = Change {
-                value: whole.change.value - one.change.value / count,
-                variance: whole.change.variance + one.change.variance / (count * count),
+                value: whole.change.value - one.value / count,
+                variance: whole.change.variance + one.variance / (count * count),
             };
             own.value < PADS.0 && own.sigmas() < PADS.1
         };
-        if let Some((k, since)) = worst.filter(|(_, since)| whole.is_none_or(|whole| !own(&whole, since))) {
+        if let Some((k, since)) = worst.filter(|one| whole.is_none_or(|whole| !own(&whole, one))) {
             return Some(uneven(k, &since));
         }
         let whole = whole?;
@@ -184,7 +201,9 @@ impl TrainWatch {
         let first = (0..wagon.wheel.len()).min_by(|a, b| told_apart(*a).total_cmp(&told_apart(*b)));
         match first.filter(one_did).filter(|_| count > 1.0) {
             Some(k) => Some(uneven_by(k, count, &whole)),
-            None => Some(low(wagon, &whole)),
+            None => {
+                Some(low(wagon, &whole, first.is_some_and(|k| wagon.wheel[k].grip.lost(1, within).is_some())))
+            }
         }
     }
 
@@ -253,7 +272,8 @@ fn uneven_by(k: usize, count: f64, whole: &Since) -> Accusation {
 }
 
 /// All pads of a wagon have changed: for good, or the more the longer it brakes.
-fn low(wagon: &Wagon, since: &Since) -> Accusation {
+/// `told_apart`: its wheelsets tell how they differ.
+fn low(wagon: &Wagon, since: &Since, told_apart: bool) -> Accusation {
     let braked: Vec<Braked> = match wagon.balance.is_some() {
         true => wagon.balance_braked.clone(),
         false => wagon.wheel.iter().flat_map(|wheel| wheel.braked.iter().rev().take(3)).copied().collect(),
@@ -263,12 +283,16 @@ fn low(wagon: &Wagon, since: &Since) -> Accusation {
     let fades = trend.is_some_and(|trend| deviation(&trend) < -3.5 && 12.0 * trend.value < 0.5 * change);
     let percent = -100.0 * change;
     let (cause, other, how) = match fades {
+        false if !told_apart => (Cause::PadLow, (Cause::PadUneven, 0.25), (Grade::Watch, 0.7, 1)),
         true => (Cause::BrakeFade, (Cause::PadLow, 0.3), (Grade::Watch, 0.65, 1)),
         false => (Cause::PadLow, (Cause::BrakeFade, 0.25), (Grade::Watch, 0.7, 1)),
     };
     let reason = match (fades, since.past) {
         (true, _) => format!("grips {percent:.0} % less than it used to, the longer the less"),
         (_, 0) => format!("all pads grip {:.0} % of what those of the train do", 100.0 * (1.0 + since.level)),
+        _ if !told_apart => format!(
+            "the pads grip {percent:.0} % less than they used to; an application without the electric brake would tell which"
+        ),
         _ => format!("all pads grip {percent:.0} % less than they used to"),
     };
     Accusation { cause, wheelsets: vec![], how, instead: other, sigmas: since.sigmas(), reason }

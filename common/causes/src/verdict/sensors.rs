@@ -2,7 +2,7 @@
 
 use super::limits::{
     LATE_CLOCK_S, LATE_SPEED_ALONE_S, LATE_SPEED_S, LATE_WHEEL_S, MISSING, NEVER_COASTED, ONCE_A_TURN,
-    RADII_BEYOND, RADIUS, RINGS, SILENT_WAGON_S, SILENT_WHEEL_S, SPEED_SCALE,
+    RADII_BEYOND, RADIUS, RINGS, SILENT_WAGON_S, SILENT_WHEEL_S, SPEED_SCALE, TWO_SPEEDS,
 };
 use crate::cause::{Cause, Grade};
 use crate::robust::{median, spread};
@@ -91,6 +91,8 @@ impl TrainWatch {
         self.judge_clocks();
         if many {
             self.judge_speed_sensors();
+        } else if self.wagons.len() == 2 && self.judge_two_speeds() {
+            return;
         }
         let errors: Vec<Vec<(f64, Option<f64>)>> =
             self.wagons.iter().map(|wagon| wagon.wheel.iter().map(told).collect()).collect();
@@ -118,6 +120,32 @@ impl TrainWatch {
             }
         }
         self.judge_wheels(few);
+    }
+
+    /// Two speeds that differ: the one with which the wheels of both wagons disagree is wrong. Whether one was found.
+    fn judge_two_speeds(&mut self) -> bool {
+        let speeds = [self.wagons[0].speed, self.wagons[1].speed];
+        if speeds.iter().any(|speed| speed.seconds < 60.0) {
+            return false;
+        }
+        let wheels = || self.wagons.iter().flat_map(|wagon| &wagon.wheel).map(told);
+        let scale = median(&mut wheels().map(|(scale, _)| scale).collect());
+        let lag_s = median(&mut wheels().filter_map(|(_, lag_s)| lag_s).collect());
+        let off = speeds.map(|speed| least(speed.errors(false).0, speed.plain()) - scale);
+        let late_s = speeds.map(|speed| speed.errors(false).1.unwrap_or(f64::NAN) - lag_s);
+        for (index, other) in [(0, 1), (1, 0)] {
+            let wrong = off[index].abs() > TWO_SPEEDS * SPEED_SCALE.max(off[other].abs());
+            let late = late_s[index] > TWO_SPEEDS * LATE_SPEED_S.max(late_s[other].abs());
+            if wrong || late {
+                let reason = match late {
+                    true => format!("speed comes {:.2} s later than all wheels", late_s[index]),
+                    false => format!("speed is {:+.1} % off all wheels", 100.0 * off[index]),
+                };
+                self.suspect(Cause::SpeedSensor, (index, vec![]), (Grade::Watch, 0.9, 3), &[], reason);
+                return true;
+            }
+        }
+        false
     }
 
     /// Speeds of wagons against that of the train.

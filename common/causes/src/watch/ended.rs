@@ -140,10 +140,11 @@ impl TrainWatch {
             let variance = look.variance.max(within * within);
             self.wagons[index].wheel[k].grip.take(Change { variance, ..look });
         }
-        if wagons.len() < 3 {
+        if wagons.len() < 2 {
             return;
         }
-        for (index, look) in wagons {
+        // No pads grip less than not at all: such a look is of something else.
+        for (index, look) in wagons.into_iter().filter(|(_, look)| look.value > -1.0 - look.variance.sqrt()) {
             let variance = look.variance.max(between * between) + wet * wet;
             self.wagons[index].grip.take(Change { variance, ..look });
         }

@@ -85,6 +85,8 @@ pub struct TrainWatch {
     pub(crate) time_s: f64,
     pub(crate) v_m_s: f64,
     pub(crate) most_order: f64,
+    /// For how long pads of wagons that are not driven have stayed off while others braked electrically, s.
+    pub(crate) blended_s: f64,
     samples: usize,
     begun_s: Option<f64>,
     last_s: f64,
@@ -124,6 +126,7 @@ impl TrainWatch {
             time_s: 0.0,
             v_m_s: f64::NAN,
             most_order: 0.0,
+            blended_s: 0.0,
             samples: 0,
             begun_s: None,
             last_s: f64::NAN,

@@ -27,6 +27,8 @@ const NO_MEASURE: f64 = 0.5;
 /// So long after a slide the rail is still taken for the same, s; and so many wheelsets must have slid, as for a low rail.
 const SLID_LATELY_S: f64 = 10.0;
 const SLID_WHEELSETS: usize = 2;
+/// Order from which on pads should do something.
+const ORDERED: f64 = 0.15;
 /// Torque of an electric brake that works, N m, and share of the largest force from which on pads press.
 const ELECTRIC_NM: f64 = 150.0;
 const PRESSES: f64 = 0.1;
@@ -86,6 +88,12 @@ impl TrainWatch {
         };
         self.before_m_s = v_m_s;
         let excused = self.excused(seconds);
+        let stays_off = |(index, second): (usize, &WagonSecond)| {
+            excused[index] && !self.wagons[index].drives && second.demand > ORDERED
+        };
+        if pass.since_s.is_some() && seconds.iter().enumerate().any(stays_off) {
+            self.blended_s += SECOND_S;
+        }
         for ((wagon, second), excused) in self.wagons.iter_mut().zip(seconds).zip(excused) {
             wagon.pressure.excused = excused;
             wagon.follow(second, &pass);
@@ -101,20 +109,24 @@ impl TrainWatch {
 }
 
 impl TrainWatch {
-    /// Whose pads owe nothing, wagon by wagon: an electric brake elsewhere works, and no pads elsewhere press. It may brake for the whole
-    /// train, as one that is blended train-wide does.
+    /// Whose pads owe nothing, wagon by wagon: an electric brake works somewhere, and no pads press of others of the same kind, driven
+    /// or not. It may brake for the whole train, with the pads of trailers before those of motor cars, as one that is blended train-wide
+    /// does. A wagon that runs alone has nobody who could.
     fn excused(&self, seconds: &[WagonSecond]) -> Vec<bool> {
         let wheels = |index: usize| &seconds[index].wheel[..self.wagons[index].wheel.len()];
-        let electric = |index: &usize| wheels(*index).iter().any(|wheel| wheel.drive_nm < -ELECTRIC_NM);
+        let electric = |index: usize| wheels(index).iter().any(|wheel| wheel.drive_nm < -ELECTRIC_NM);
         let presses = |index: &usize| {
             let least_n = PRESSES * self.wagons[*index].pressure.full_n.max(1000.0);
             wheels(*index).iter().any(|wheel| wheel.press_n > least_n)
         };
         let all = 0..seconds.len();
-        let electric: Vec<usize> = all.clone().filter(electric).collect();
+        if all.len() < 2 || !all.clone().any(electric) {
+            return vec![false; all.len()];
+        }
         let presses: Vec<usize> = all.clone().filter(presses).collect();
-        let elsewhere = |of: &[usize], own: usize| of.iter().any(|index| *index != own);
-        all.map(|own| elsewhere(&electric, own) && !elsewhere(&presses, own)).collect()
+        let drives = |index: usize| self.wagons[index].drives;
+        let peer = |own: usize, other: usize| other != own && drives(other) == drives(own);
+        all.map(|own| !presses.iter().any(|other| peer(own, *other))).collect()
     }
 
     /// Wheelsets that slid lately, those left out whose tachometer only seems to.

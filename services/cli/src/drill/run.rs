@@ -26,6 +26,9 @@ pub(super) struct Args {
     /// Leave out trains with more wagons, which take longest
     #[arg(long, default_value_t = 64)]
     most_wagons: usize,
+    /// Only the train of this number in alerts.txt, from 0, drawn as among all of them
+    #[arg(long, value_name = "NUMBER")]
+    only: Option<usize>,
     /// Folder for score.md, alerts.txt, delay.svg and confusion.svg
     #[arg(long)]
     out: Option<PathBuf>,
@@ -35,13 +38,19 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<(), CliError> {
     let Some(out) = &args.out else { return Err(CliError::bad_input("--out DIR is missing")) };
     let deck = args.order.deck()?;
-    let bar = progress("driving trains", deck.len());
+    let chosen: Vec<usize> =
+        (0..deck.len()).filter(|index| args.only.is_none_or(|only| only == *index)).collect();
+    if let Some(only) = args.only.filter(|_| chosen.is_empty()) {
+        return Err(CliError::bad_input(format!("--only {only}: there are {} trains, from 0", deck.len())));
+    }
+    let bar = progress("driving trains", chosen.len());
     let score = Mutex::new(Ok((Score::default(), String::new())));
     parallel(
         threads(args.order.threads),
-        deck.len(),
+        chosen.len(),
         || true,
-        |index| {
+        |place| {
+            let index = chosen[place];
             let driven = args.order.draw(deck[index]).and_then(|spec| one(index, spec, args.most_wagons));
             bar.inc();
             let mut score = score.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -57,7 +66,8 @@ pub(super) fn run(args: &Args) -> Result<(), CliError> {
     );
     bar.finish();
     let (score, lines) = score.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner)?;
-    let command = format!("railgrip drill {} --most-wagons {}", args.order.words(), args.most_wagons);
+    let only = args.only.map_or_else(String::new, |only| format!(" --only {only}"));
+    let command = format!("railgrip drill {} --most-wagons {}{only}", args.order.words(), args.most_wagons);
     let text = markdown(&score, &command);
     write(&out.join("score.md"), &text)?;
     write(&out.join("alerts.txt"), &lines)?;
