@@ -16,6 +16,10 @@ pub(crate) const NEW_BETWEEN: f64 = 0.1;
 /// six healthy wagons were accused because they had differed by 0.3 to 1.0 all day, and then did so by half of it more or less.
 const VARIES: f64 = 0.5;
 
+/// So many wheelsets at least tell how dry a rail is, and so many applications are kept, of which the driest quarter counts. Hand-set.
+const FEW_WHEELSETS: usize = 4;
+const RAILS_KEPT: usize = 24;
+
 /// Pads of a train grip at least so much, over nominal.
 const LEAST_GRIP: f64 = 0.3;
 
@@ -146,6 +150,36 @@ fn weighed(looks: &[Change]) -> Change {
     Change { value: sum / weight, variance: 1.0 / weight }
 }
 
+/// How much more wheelsets creep for their forces than on the driest rails of late: the nearer a rail is to its limit, the steeper its
+/// curve, and the more creepage exaggerates what forces differ by.
+#[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
+pub(crate) struct Rails {
+    /// Middle of all pad frictions over nominal as creepage shows them, application by application; latest last.
+    middles: Vec<f64>,
+}
+
+impl Rails {
+    /// Takes what creepage said of pads in one application; zero where too few say anything.
+    pub(crate) fn take(&mut self, mut frictions: Vec<f64>) -> f64 {
+        if frictions.len() < FEW_WHEELSETS {
+            return 0.0;
+        }
+        let now = median(&mut frictions);
+        if self.middles.len() == RAILS_KEPT {
+            self.middles.remove(0);
+        }
+        self.middles.push(now);
+        let mut driest = self.middles.clone();
+        driest.sort_by(f64::total_cmp);
+        (now - driest[(driest.len() - 1) / 4]).max(0.0)
+    }
+
+    /// Whether all numbers are.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.middles.iter().all(|middle| middle.is_finite())
+    }
+}
+
 /// Pad friction of wheelsets (wagon, wheelset, friction) in one application, those of one wagon in a row: of each wagon beside the
 /// train, relative.
 pub(crate) fn beside_train(known: &[(usize, usize, Change)]) -> Vec<(usize, Change)> {
@@ -252,6 +286,18 @@ mod tests {
         let beside = beside_train(&[one(1, 0.6), one(3, 1.0)]);
         assert!((beside[0].1.value + 0.4).abs() < 1e-9 && (beside[1].1.value - 0.667).abs() < 1e-3);
         assert!(beside[0].1.variance > 0.01 && beside[1].1.variance > beside[0].1.variance);
+    }
+
+    #[test]
+    fn a_rail_is_wet_beside_the_driest_and_few_wheelsets_tell_nothing() {
+        let mut rails = Rails::default();
+        for _ in 0..6 {
+            assert!(rails.take(vec![1.0, 0.9, 1.1, 1.02]) < 0.01);
+        }
+        // Rain that comes little by little and stays.
+        let wet: Vec<f64> = (1..=12).map(|n| rails.take(vec![1.0 + 0.1 * f64::from(n); 6])).collect();
+        assert!((wet[0] - 0.09).abs() < 1e-9 && wet[11] > 1.0, "{wet:?}");
+        assert_eq!(rails.take(vec![3.0; 3]), 0.0);
     }
 
     #[test]

@@ -350,6 +350,28 @@ fn driven_wagons_that_brake_for_the_others_are_not_heavier() {
     assert_eq!(said([1.0, 1.01, 1.0, 0.7, 0.99]), vec![vec![3]]);
 }
 
+/// On a steep curve the same wheelset of each wagon creeps less than the others for what a pitching body does to its load, of one wagon by
+/// most. That says nothing of pads; of one wagon alone it does.
+#[test]
+fn what_the_same_wheelset_of_each_wagon_does_is_not_its_pads() {
+    let uneven = |others: f64| {
+        let watch = day_that_says(Wrong::Nothing, &[], |step, readings| {
+            if step as f64 * DT_S < 450.0 {
+                return;
+            }
+            for (index, reading) in readings.iter_mut().enumerate() {
+                let less = if index == 2 { 0.5 } else { others };
+                let pads_n = 0.35 * reading.pressing_force_n[1] * 0.25 / RADIUS_M;
+                reading.wheel_speed_rad_s[1] += less * pads_n * COMPLIANCE_PER_N * reading.v_m_s / RADIUS_M;
+            }
+        });
+        let uneven = watch.alerts().iter().filter(|alert| alert.cause == Cause::PadUneven);
+        uneven.map(|alert| (alert.wagons.clone(), alert.wheelsets.clone())).collect::<Vec<_>>()
+    };
+    assert_eq!(uneven(0.28), []);
+    assert_eq!(uneven(0.0), [(vec![2], vec![1])]);
+}
+
 /// Most wagons brake electrically until shortly before they stand, the others with their pads, and nobody tells the order: pads that
 /// press meanwhile do not drag.
 #[test]

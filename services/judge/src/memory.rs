@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// First line of the file: its form. Changes whenever the layout of the state does.
-const FORM: &str = "railgrip judge 5";
+const FORM: &str = "railgrip judge 6";
 /// Kept at the latest so long after the last time, while nothing is found.
 const LONGEST: Duration = Duration::from_secs(60);
 /// Kept no sooner than that, whatever happens.

@@ -108,10 +108,13 @@ pub(super) const ONE_DID: f64 = 3.0;
 pub(super) const WITHOUT_PAST: usize = 3;
 /// Of a wagon that runs alone: at least this must be missing in its balance of forces, relative, over its wheelsets. What creepage says
 /// of the size counts for nothing on a steep curve; hand-set, somewhat less than [`PADS`] of what can be told at all.
-pub(super) const SHOWS: f64 = -0.2;
+/// And so many sigmas: without a past nobody knows how well its pads grip.
+pub(super) const SHOWS: (f64, f64) = (-0.2, -2.5);
 /// Wagons so near on either side have come to grip less as well, by this share, and so many sigmas: couplers hold that part of the train
 /// back. Hand-set.
 pub(super) const NEIGHBOURS: (usize, f64, f64) = (2, 0.4, -1.5);
+/// The same wheelset of wagons of its kind has come to creep less as well, by this share, and so many sigmas. Hand-set.
+pub(super) const PEERS: (f64, f64) = (0.4, -1.5);
 /// Of three wheelsets or more, one that has come to creep more by this share of what another has come to creep less: one of four that
 /// slips makes a third as much of each of the others, one whose pads are glazed makes the others creep more by a third.
 pub(super) const SLIPS: f64 = 0.8;

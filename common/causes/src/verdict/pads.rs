@@ -2,7 +2,7 @@
 
 use super::limits::{
     AHEAD, ALONE, CLEARER, DRAGS, DRAGS_ALONE, DRAGS_BEYOND, HELD_ROLLS, NEIGHBOURS, ONE_DID, PADS,
-    PADS_GONE, REST_UNKNOWN, SHOWS, SLIPS, WITHOUT_PAST,
+    PADS_GONE, PEERS, REST_UNKNOWN, SHOWS, SLIPS, WITHOUT_PAST,
 };
 use super::{deviation, shift, without_strongest};
 use crate::cause::{Cause, Grade};
@@ -154,7 +154,7 @@ impl TrainWatch {
         let count = wagon.wheel.len() as f64;
         let shows_in_balance = |since: &Since| {
             let seen = wagon.grip.latest(since.count, new).filter(|_| alone);
-            seen.is_none_or(|seen| seen.value < SHOWS / count)
+            seen.is_none_or(|seen| seen.value < SHOWS.0 / count && seen.sigmas() < SHOWS.1)
         };
         let single = |k: usize| {
             let since = lost(k).filter(stands_out)?;
@@ -172,7 +172,7 @@ impl TrainWatch {
             };
             let most = others().filter_map(more).fold(0.0, f64::max);
             let slips = wagon.wheel.len() > 2 && most > SLIPS * -since.change.value;
-            (alone && !slips).then_some((k, since))
+            (alone && !slips && !self.peers_as_well(index, k, &since, within)).then_some((k, since))
         };
         let worst =
             (0..wagon.wheel.len()).filter_map(single).min_by(|a, b| a.1.sigmas().total_cmp(&b.1.sigmas()));
@@ -215,6 +215,17 @@ impl TrainWatch {
         let changes = others.filter_map(|other| self.wagons[other].grip.latest(since.count, usual));
         weighted(changes)
             .is_some_and(|near| near.value < share * since.change.value && near.sigmas() < sigmas)
+    }
+
+    /// Whether the same wheelset of the other wagons that drive as this one does, or do not, has come to creep less as well: a body that
+    /// pitches and wheels that clean the rail for those behind do the same to each wagon, and on a wet rail it shows.
+    fn peers_as_well(&self, index: usize, k: usize, since: &Since, usual: Usual) -> bool {
+        let own = &self.wagons[index];
+        let alike = |it: &Wagon| it.drives == own.drives && it.wheel.len() == own.wheel.len();
+        let peers = self.wagons.iter().enumerate().filter(|(other, it)| *other != index && alike(it));
+        let (share, sigmas) = PEERS;
+        weighted(peers.filter_map(|(_, it)| it.wheel[k].grip.latest(since.count, usual)))
+            .is_some_and(|peers| peers.value < share * since.change.value && peers.sigmas() < sigmas)
     }
 }
 

@@ -110,7 +110,8 @@ impl TrainWatch {
             ended.iter().filter(tells).map(|(index, k, one)| (*index, *k, one.alone)).collect();
         // On a wet rail all creep more, the first wheelsets most: what differs then says little of pads.
         let alike = common(ended.iter().map(|(.., braked)| braked.level.value));
-        let wet = 0.7 * alike.abs();
+        let wetter = self.rails.take(known.iter().map(|(.., one)| one.value).collect());
+        let wet = 0.7 * alike.abs().max(wetter);
         let wagons = grip::beside_train(&known);
         let mut wheels = Vec::new();
         for (index, wagon) in self.wagons.iter_mut().enumerate() {

@@ -9,7 +9,7 @@ mod pass;
 use crate::book::{Alert, Book};
 use crate::braking::Braking;
 use crate::creepage::{Belief, Braked, Change, Creepage};
-use crate::grip::Grip;
+use crate::grip::{Grip, Rails};
 use crate::input::{MAX_WHEELSETS, Reading, WagonFile};
 use crate::pressure::Pressure;
 use crate::robust::median;
@@ -87,6 +87,7 @@ pub struct TrainWatch {
     pub(crate) most_order: f64,
     /// For how long pads of wagons that are not driven have stayed off while others braked electrically, s.
     pub(crate) blended_s: f64,
+    rails: Rails,
     samples: usize,
     begun_s: Option<f64>,
     last_s: f64,
@@ -127,6 +128,7 @@ impl TrainWatch {
             v_m_s: f64::NAN,
             most_order: 0.0,
             blended_s: 0.0,
+            rails: Rails::default(),
             samples: 0,
             begun_s: None,
             last_s: f64::NAN,
@@ -156,7 +158,12 @@ impl TrainWatch {
         };
         let same = self.wagons.iter().map(|wagon| &wagon.file).eq(files);
         let sound = self.wagons.iter().all(|wagon| wheels(wagon) && learnt(wagon));
-        if !same || !sound || !self.time_s.is_finite() || !self.book.is_sound(files.len()) {
+        if !same
+            || !sound
+            || !self.rails.is_sound()
+            || !self.time_s.is_finite()
+            || !self.book.is_sound(files.len())
+        {
             return None;
         }
         for wagon in &mut self.wagons {
