@@ -51,6 +51,8 @@ pub(super) const LOAD_ALONE: f64 = 0.075;
 pub(super) const PRESSED_APART: f64 = 0.03;
 pub(super) const LOAD_PRESSED: (f64, f64) = (0.105, 3.5);
 
+/// An entry that is worth no more than this is no claim: a load that nobody declared.
+pub(super) const LOAD_UNKNOWN: f64 = 0.1;
 /// For so long, s, pads must have stayed off while an electric brake elsewhere did what was ordered, until a train counts as blended
 /// train-wide: how hard its driven wagons press for their mass then says nothing of it. Hand-set.
 pub(super) const BLENDED_S: f64 = 20.0;

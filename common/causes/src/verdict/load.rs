@@ -1,6 +1,8 @@
 //! Load: by its sensors, by acceleration of a wagon that runs alone, and by brakes that press as the load asks.
 
-use super::limits::{BLENDED_S, LOAD, LOAD_ALONE, LOAD_PRESSED, LOCOMOTIVES, PRESSED_APART};
+use super::limits::{
+    ALONE, BESIDE, BLENDED_S, LOAD, LOAD_ALONE, LOAD_PRESSED, LOAD_UNKNOWN, LOCOMOTIVES, PRESSED_APART,
+};
 use crate::cause::{Cause, Grade};
 use crate::robust::{median, spread};
 use crate::watch::{TrainWatch, Wagon};
@@ -69,13 +71,19 @@ impl TrainWatch {
             let stands_out = sigmas(off, sigma).abs() > LOAD_PRESSED.1 * beyond;
             (off.abs() > LOAD_PRESSED.0 && stands_out).then_some((index, off, sigma))
         };
-        let Some((index, off, _)) = apart
+        let Some((index, off, sigma)) = apart
             .iter()
             .filter_map(far)
             .max_by(|a, b| sigmas(a.1, a.2).abs().total_cmp(&sigmas(b.1, b.2).abs()))
         else {
             return;
         };
+        // Where nobody knows the loads, several that stand out are how the train is loaded.
+        let rivals =
+            apart.iter().any(|one| one.0 != index && sigmas(one.1, one.2) / sigmas(off, sigma) > ALONE);
+        if rivals && self.wagons[index].file.mass_sigma > LOAD_UNKNOWN {
+            return;
+        }
         let reason =
             format!("its brakes press as if it weighed {:.0} % of what was entered", 100.0 * (1.0 + off));
         self.suspect(Cause::Payload, (index, vec![]), (Grade::Watch, 0.9, 2), &[], reason);
@@ -97,7 +105,51 @@ fn nearer(a: f64, b: f64) -> f64 {
 /// distributors.
 fn pressed((index, wagon): (usize, &Wagon)) -> Option<(usize, f64, f64)> {
     let file = &wagon.file;
+    // What one wheelset alone lacks is its cylinder's, and the mean of two lacks half of it.
+    let wheels = 0..wagon.wheel.len();
+    if wheels.filter_map(|k| wagon.pressure.beside(k)).any(|it| it.ratio < BESIDE.0 || it.ratio > BESIDE.1) {
+        return None;
+    }
     let force_n = wagon.pressure.per_order_n()? * wagon.wheel.len() as f64;
     let share = force_n * file.pad_friction * file.pad_radius_m / (file.radius_m * file.mass_kg);
     Some((index, share, file.mass_sigma.powi(2) + PRESSED_APART * PRESSED_APART))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::input::{Reading, WagonFile};
+
+    /// Of two wheelsets one loses a third of its pressure, which makes a sixth of what the wagon presses: that is its cylinder, and no
+    /// load.
+    #[test]
+    fn a_wheelset_that_lost_pressure_says_nothing_of_the_load() {
+        let file = WagonFile {
+            wheelsets: 2,
+            mass_kg: 20e3,
+            mass_sigma: 0.015,
+            radius_m: 0.45,
+            inertia_kg_m2: 100.0,
+            pad_radius_m: 0.25,
+            pad_friction: 0.35,
+            compliance_per_n: 1.7e-7,
+            resistance: [500.0, 5.0, 2.0],
+            speed_sigma_m_s: 0.03,
+            wheel_speed_sigma_rad_s: 0.03,
+        };
+        let share = |ratio: f64| {
+            let mut watch = TrainWatch::new(vec![file.clone()]);
+            for step in 0..300 {
+                let mut reading =
+                    Reading { v_m_s: 10.0, brake_demand: 0.6, grade_rad: 0.0, ..Reading::default() };
+                reading.pressing_force_n[..2].copy_from_slice(&[18e3, ratio * 18e3]);
+                reading.wheel_speed_rad_s[..2].fill(10.0 / 0.45);
+                watch.take(0.2 * f64::from(step), &[reading]);
+            }
+            pressed((0, &watch.wagons[0])).map(|(_, share, _)| share)
+        };
+        let whole = 2.0 * 30e3 * 0.35 * 0.25 / (0.45 * 20e3);
+        assert!(share(1.0).is_some_and(|share| (share / whole - 1.0).abs() < 0.02), "{:?}", share(1.0));
+        assert_eq!(share(0.66), None);
+    }
 }
