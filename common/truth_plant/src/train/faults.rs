@@ -81,8 +81,10 @@ pub enum ActsOn {
 pub enum Shows {
     /// In every brake application.
     Braking,
-    /// While a wheelset concerned slides in braking.
+    /// While a wheelset concerned slides in braking; of a fault of the rail any wheelset.
     Sliding,
+    /// While pads concerned press in braking and have faded by [`FADED`].
+    Fading,
     /// Whenever the train rolls.
     Rolling,
 }
@@ -151,7 +153,10 @@ const fn either_way(mut kind: FaultKind) -> FaultKind {
 
 use ActsOn::{Line, RearPart, Sander, Wagon, Wheelset};
 use Begins::{AtDeparture, AtPlace, OnTheWay};
-use Shows::{Braking, Rolling, Sliding};
+use Shows::{Braking, Fading, Rolling, Sliding};
+
+/// Share of friction that fade must take to count as seen: the smallest loss of the other faults of pads.
+pub const FADED: f64 = 0.15;
 
 /// All faults.
 #[rustfmt::skip]
@@ -172,7 +177,7 @@ pub const FAULTS: [FaultKind; 27] = [
         |size, k, wagon| wagon.wheelset[k].friction_lost = size),
     kind(("worn_pads", "pad_low"), (Wagon, Braking, OnTheWay), (0.15, 0.45, 0.25), "of pad friction lost",
         |size, _, wagon| wagon.wheelset.iter_mut().for_each(|one| one.friction_lost = size)),
-    kind(("brake_fade", "brake_fade"), (Wagon, Braking, OnTheWay), (0.10, 0.60, 0.30), "of pad friction lost a 100 K above 80 °C",
+    kind(("brake_fade", "brake_fade"), (Wagon, Fading, OnTheWay), (0.10, 0.60, 0.30), "of pad friction lost a 100 K above 80 °C",
         |size, _, wagon| wagon.wheelset.iter_mut().for_each(|one| one.fade = size)),
     kind(("slow_cylinder", "slow_cylinder"), (Wagon, Braking, OnTheWay), (0.6, 5.0, 1.5), "times the usual time, more",
         |size, _, wagon| wagon.slowness = size),
@@ -202,7 +207,7 @@ pub const FAULTS: [FaultKind; 27] = [
         |size, k, wagon| wagon.wheelset[k].pressure_offset = size)),
     kind(("sander_empty", "sander"), (Sander, Sliding, OnTheWay), (1.0, 1.0, 1.0), "empty",
         |_, _, wagon| wagon.sander_empty = true),
-    kind(("low_stretch", "low_adhesion"), (Line, Braking, AtPlace), (0.60, 0.90, 0.75), "of dry friction lost",
+    kind(("low_stretch", "low_adhesion"), (Line, Sliding, AtPlace), (0.60, 0.90, 0.75), "of dry friction lost",
         |_, _, _| {}),
     either_way(kind(("payload_entry", "payload"), (Wagon, Rolling, AtDeparture), (0.10, 0.45, 0.20), "of the mass in the file",
         |size, _, wagon| wagon.payload = size)),

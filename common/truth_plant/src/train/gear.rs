@@ -62,6 +62,8 @@ pub(crate) struct Gear {
     wander: [Wander; 4],
     /// Friction of the pads now.
     pub(crate) friction: PerWheelset,
+    /// Share of it that fade takes now.
+    pub(crate) faded: PerWheelset,
     /// Pad force that comes from the cylinders, N.
     pub(crate) pad_force_n: PerWheelset,
     /// Torque that the pads can exert, N m.
@@ -94,6 +96,7 @@ impl Gear {
             temperature_c: std::array::from_fn(|_| air_c + warm.uniform(0.0, 25.0)),
             wander: std::array::from_fn(wander),
             friction: plan.pads.friction,
+            faded: [0.0; 4],
             pad_force_n: [0.0; 4],
             capacity_nm: [0.0; 4],
             choked: [false; 4],
@@ -161,7 +164,9 @@ impl Gear {
         let level = pads.friction[k] * (1.0 + self.wander[k].advance()) * (1.0 - defect.friction_lost);
         let speed = 1.0 - pads.speed_loss * (rim_m_s / (rim_m_s + 18.0) - 0.5);
         let pressing = 1.0 - pads.pressing_loss * (self.cylinder[k].min(1.2) - 0.5);
-        let warm = (1.0 - pads.heat_loss * heat.min(4.0)) / (1.0 + defect.fade * heat);
+        let left = 1.0 / (1.0 + defect.fade * heat);
+        self.faded[k] = 1.0 - left;
+        let warm = (1.0 - pads.heat_loss * heat.min(4.0)) * left;
         self.friction[k] = level * speed * pressing * warm;
         self.pad_force_n[k] = full_n * self.cylinder[k];
         self.capacity_nm[k] =

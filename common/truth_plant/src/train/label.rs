@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    faults::{ActsOn, Fault, Shows},
+    faults::{ActsOn, FADED, Fault, Shows},
     journey::Journey,
     truth::Truth,
 };
@@ -108,6 +108,7 @@ impl Witness {
         self.follow_braking(journey, head);
         if self.counted {
             self.look_for_slides(journey, truths);
+            self.look_for_fade(journey, truths);
         }
     }
 
@@ -151,6 +152,18 @@ impl Witness {
         };
         if self.began_after_onset && fault.wagons(truths.len()).any(slides_here) {
             self.show(journey, Shows::Sliding);
+        }
+    }
+
+    fn look_for_fade(&mut self, journey: &Journey, truths: &[Truth]) {
+        let Some(fault) = journey.spec().fault.filter(|_| journey.onset_s().is_some()) else { return };
+        let fades_here = |wagon: usize| {
+            let truth = &truths[wagon];
+            let mut wheelsets = fault.wheelsets(journey.spec().wagons[wagon].wheelsets());
+            wheelsets.any(|k| truth.faded[k] >= FADED && truth.pad_friction[k].is_finite())
+        };
+        if self.began_after_onset && fault.wagons(truths.len()).any(fades_here) {
+            self.show(journey, Shows::Fading);
         }
     }
 

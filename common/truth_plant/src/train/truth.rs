@@ -22,6 +22,8 @@ pub struct Truth {
     pub rail: PerWheelset,
     /// Friction of the pads; NaN below 2 kN of pad force.
     pub pad_friction: PerWheelset,
+    /// Share of pad friction that fade takes.
+    pub faded: PerWheelset,
     /// Pad force from the cylinders, N.
     pub pad_force_n: PerWheelset,
     /// Torque of the pads against the rotation, N m.
@@ -62,6 +64,7 @@ impl Truth {
             rail: body.friction,
             pad_force_n: car.gear.pad_force_n,
             temperature_c: car.gear.temperature_c,
+            faded: car.gear.faded,
             sliding: car.protection.active(),
             ..Self::default()
         };

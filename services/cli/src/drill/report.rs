@@ -63,6 +63,8 @@ pub(super) fn markdown(score: &Score, command: &str) -> String {
     };
     let told: Vec<&Found> = score.found.iter().filter(|found| found.could_show()).collect();
     let gross: Vec<&Found> = told.iter().copied().filter(|found| found.fault.gross).collect();
+    let there: Vec<&Found> =
+        score.found.iter().filter(|found| found.was_there() && found.fault.gross).collect();
     let with: Vec<&Found> = told.iter().copied().filter(|found| found.first.is_some()).collect();
     let named: Vec<&Found> = told.iter().copied().filter(|found| found.right.is_some()).collect();
     let share = |part: usize, whole: usize| match whole {
@@ -86,6 +88,11 @@ pub(super) fn markdown(score: &Score, command: &str) -> String {
     row("false alarms of grade act per 1,000 healthy train-hours", rate(act), "≤ 1");
     row("false alarms of grade watch per 1,000 healthy train-hours", rate(watch), "≤ 10");
     row("gross faults found in time", of(&gross, &|found: &Found| found.in_time()), "≥ 0.95");
+    row(
+        "the same with fades and low stretches that never showed",
+        of(&there, &|found: &Found| found.in_time()),
+        "",
+    );
     row("first alert after the onset on the right wagon", of(&with, &first_at_place), "≥ 0.98");
     row(
         "right wheelset among at most two",

@@ -32,7 +32,7 @@ pub(crate) struct Found {
 pub(crate) struct Score {
     pub trains: usize,
     pub hours: f64,
-    /// Train-hours of trains without fault, and of others before their fault began.
+    /// Train-hours of trains without fault or with one that never showed, and of others before their fault began.
     pub healthy_hours: f64,
     /// False alarms in them: watch, act.
     pub false_alarms: [usize; 2],
@@ -56,14 +56,19 @@ impl Score {
         self.watch_s += driven.watch_s;
         self.plant_s += driven.plant_s;
         let onset_s = label.fault.as_ref().map_or(f64::INFINITY, |fault| fault.onset_s);
-        self.healthy_hours += (onset_s / 3600.0).min(label.hours);
+        // A fault that never showed leaves the train as good as healthy.
+        let unseen = label.fault.as_ref().is_some_and(|fault| fault.brakings_showing == 0);
+        self.healthy_hours += if unseen { label.hours } else { (onset_s / 3600.0).min(label.hours) };
+        let is_right = |alert: &Alert| {
+            label.fault.as_ref().is_some_and(|fault| at_place(alert, fault) && names(alert, fault))
+        };
         let excused = |alert: &Alert| {
             alert.cause == Cause::LowAdhesion
                 && driven.slides_s.iter().any(|(from, to)| (*from..*to).contains(&alert.raised_t_s))
         };
         let mut after = Vec::new();
         for alert in driven.alerts.iter().filter(|alert| !excused(alert) || low(label.fault.as_ref())) {
-            if alert.raised_t_s >= onset_s {
+            if alert.raised_t_s >= onset_s && (!unseen || is_right(alert)) {
                 after.push(alert.clone());
                 continue;
             }
@@ -138,6 +143,13 @@ impl Found {
         self.fault.brakings_showing > 0
     }
 
+    /// The same, or it was there in an application although nothing faded or slid.
+    pub(crate) fn was_there(&self) -> bool {
+        let quiet = [Cause::BrakeFade.word(), Cause::LowAdhesion.word()];
+        let there = quiet.contains(&self.fault.cause.as_str()) && self.fault.brakings_after_onset > 0;
+        there || self.could_show()
+    }
+
     /// Of a fault of one wheelset that was found: whether that is among at most two that are named.
     pub(crate) fn right_wheelset(&self) -> Option<bool> {
         let alert = self.right.as_ref()?;
@@ -145,5 +157,85 @@ impl Found {
             alert.wheelsets.len() <= 2
                 && alert.wheelsets.iter().any(|k| self.fault.wheelsets.contains(&(k + 1)))
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use railgrip_truth_plant::train::{
+        faults::{ActsOn, Shows},
+        label::Label,
+    };
+
+    /// Two hours with a fault of wagon 2 from half an hour on, and one alert after it.
+    fn scored(brakings_showing: usize, alert_wagon: usize) -> Score {
+        let fault = FaultLabel {
+            id: "brake_fade".to_owned(),
+            cause: "brake_fade".to_owned(),
+            acts_on: ActsOn::Wagon,
+            size: 0.4,
+            unit: String::new(),
+            gross: true,
+            onset_s: 1800.0,
+            wagons: vec!["2".to_owned()],
+            places: vec![2],
+            wheelsets: vec![1, 2],
+            shows: Shows::Fading,
+            brakings_after_onset: 12,
+            brakings_showing,
+            rolling_after_onset_s: 4000.0,
+        };
+        let label = Label {
+            train: "train0000".to_owned(),
+            family: "coaches".to_owned(),
+            seed: 1,
+            coupled: true,
+            wagons: ["1", "2", "3"].map(str::to_owned).to_vec(),
+            hours: 2.0,
+            rate_hz: 20.0,
+            way_km: 60.0,
+            brakings: 20,
+            brakings_with_slide: 0,
+            fault: Some(fault),
+        };
+        let alert = Alert {
+            raised_t_s: 3000.0,
+            cleared_t_s: None,
+            grade: Grade::Watch,
+            cause: Cause::BrakeFade,
+            wagons: vec![alert_wagon],
+            wheelsets: vec![],
+            probability: 0.8,
+            instead: vec![],
+            brakings_seen: 5,
+            reason: String::new(),
+        };
+        let mut score = Score::default();
+        score.take(&Driven {
+            label,
+            alerts: vec![alert],
+            brakings_s: vec![2000.0, 2500.0],
+            slides_s: vec![],
+            watch_s: 1.0,
+            plant_s: 1.0,
+        });
+        score
+    }
+
+    #[test]
+    fn where_a_fault_never_showed_an_alert_elsewhere_is_false() {
+        let score = scored(0, 0);
+        assert_eq!((score.false_alarms, score.healthy_hours), ([1, 0], 2.0));
+        assert!(score.found[0].first.is_none() && !score.found[0].could_show() && score.found[0].was_there());
+        let right = scored(0, 1);
+        assert_eq!((right.false_alarms, right.found[0].after_brakings), ([0, 0], Some(2)));
+    }
+
+    #[test]
+    fn where_it_showed_an_alert_elsewhere_names_the_wrong_place() {
+        let score = scored(4, 0);
+        assert_eq!((score.false_alarms, score.healthy_hours), ([0, 0], 0.5));
+        assert!(score.found[0].first.is_some() && score.found[0].right.is_none());
     }
 }

@@ -1,8 +1,9 @@
 //! Each fault shows where it should, and not before it begins.
 
 use super::super::{
-    FaultWish, TrainOrder, TrainSpec,
+    FaultWish, Journey, TrainOrder, TrainSpec,
     faults::{ActsOn, Begins, FAULTS, Fault, FaultKind, Shows},
+    label::Witness,
 };
 use super::{Sample, drawn, mean, on_rail, run};
 
@@ -34,7 +35,7 @@ fn pair(kind: &'static FaultKind) -> (TrainSpec, TrainSpec) {
     let prepared = |fault| {
         let spec = drawn(seed, &order(fault));
         let low = spec.line.low.clone();
-        let slippery = kind.shows == Shows::Sliding;
+        let slippery = kind.shows == Shows::Sliding && kind.acts_on != ActsOn::Line;
         let mut spec = on_rail(spec, if slippery { 0.03 } else { 0.3 });
         if slippery {
             // No wheelset cleans the rail for the next.
@@ -211,4 +212,36 @@ fn each_fault_shows_where_it_should_and_not_before_it_begins() {
         );
         assert!((sick - well).abs() >= least, "{}: {sick} against {well}", kind.id);
     }
+}
+
+/// Pads that stay cool do not fade, and on a stretch that is no lower than the rest nothing slides: the fault is there and cannot be seen.
+#[test]
+fn a_label_says_whether_a_fade_or_a_low_stretch_could_be_seen() {
+    let label = |spec: TrainSpec| {
+        let mut journey = Journey::new(spec);
+        let mut witness = Witness::default();
+        while journey.advance() {
+            witness.observe(&journey);
+        }
+        witness.label("train", &journey).fault.expect("it began")
+    };
+    let seen = |id: &str, prepare: &dyn Fn(&mut TrainSpec)| {
+        let (mut spec, _) = pair(FaultKind::of(id).expect("a kind"));
+        prepare(&mut spec);
+        let fault = label(spec);
+        assert!(fault.brakings_after_onset > 2, "{id}: {fault:?}");
+        fault.brakings_showing
+    };
+    let heat = |j_per_k: f64| {
+        move |spec: &mut TrainSpec| {
+            spec.wagons.iter_mut().for_each(|wagon| wagon.real.gear.pads.heat_j_per_k = j_per_k)
+        }
+    };
+    let (hot, cool) = (seen("brake_fade", &heat(2e4)), seen("brake_fade", &heat(1e7)));
+    assert!(hot > 0 && cool == 0, "{hot} {cool}");
+    let low = |friction: f64| {
+        move |spec: &mut TrainSpec| spec.line.low.iter_mut().for_each(|low| low.friction = friction)
+    };
+    let (slides, grips) = (seen("low_stretch", &low(0.02)), seen("low_stretch", &low(0.3)));
+    assert!(slides > 0 && grips == 0, "{slides} {grips}");
 }
