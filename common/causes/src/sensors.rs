@@ -81,6 +81,8 @@ pub(crate) struct SpeedSensor {
     products: [[f64; 3]; 3],
     /// Sums of products of the deviation with them.
     deviation: [f64; 3],
+    /// Sum of squares of the deviation.
+    square: f64,
     /// Seconds taken.
     pub seconds: f64,
 }
@@ -100,12 +102,23 @@ impl SpeedSensor {
         let keep = 1.0 - 1.0 / SPEED_MEMORY_S;
         self.seconds += 1.0;
         let row = [1.0, rate, creepage];
+        self.square = keep * self.square + deviation * deviation;
         for i in 0..3 {
             for j in 0..3 {
                 self.products[i][j] = keep * self.products[i][j] + row[i] * row[j];
             }
             self.deviation[i] = keep * self.deviation[i] + row[i] * deviation;
         }
+    }
+
+    /// Share of the variance of the deviation that a lag explains: nearly all of it if it is one. Wheels that slip are behind by now more,
+    /// now less.
+    pub(crate) fn explained(&self) -> f64 {
+        let n = self.products[0][0].max(1.0);
+        let with = self.deviation[1] - self.products[0][1] * self.deviation[0] / n;
+        let rates = self.products[1][1] - self.products[0][1] * self.products[0][1] / n;
+        let deviations = self.square - self.deviation[0] * self.deviation[0] / n;
+        if rates * deviations > 0.0 { with * with / (rates * deviations) } else { 0.0 }
     }
 
     /// Scale error of the latest minutes if there were no lag.

@@ -77,6 +77,15 @@ fn a_brake_that_comes_late_in_an_application_that_never_ends_is_there() {
 /// Noise of coarse encoders, one sigma, rad/s.
 const ROUGH: f64 = 0.12;
 
+/// Even noise of one sigma that repeats.
+fn even_noise() -> impl FnMut(f64) -> f64 {
+    let mut seed = 7_u64;
+    move |sigma| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        3.46 * sigma * ((seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5)
+    }
+}
+
 /// Alerts of a railcar of four wheelsets that stops every 150 s, and whose pads grip with these shares from the sixth stop on.
 fn gripping(shares: [f64; 4]) -> Vec<Alert> {
     gripping_since(5.0 * STOP_S, shares, [1.0; 4], ROUGH)
@@ -87,12 +96,7 @@ fn gripping_since(since_s: f64, shares: [f64; 4], steepness: [f64; 4], rough: f6
     // Coarse encoders: the wagon as a whole is known better than the differences within it.
     let file = WagonFile { wheelsets: 4, mass_kg: 44e3, wheel_speed_sigma_rad_s: rough, ..file() };
     let mut watch = TrainWatch::new(vec![file]);
-    let mut seed = 7_u64;
-    // Even noise of one sigma that repeats.
-    let mut noise = |sigma: f64| {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        3.46 * sigma * ((seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5)
-    };
+    let mut noise = even_noise();
     let (mut v_m_s, mut press_n) = (0.0_f64, 0.0_f64);
     for step in 0..(2400.0 / DT_S) as usize {
         let t = step as f64 * DT_S;
@@ -152,4 +156,55 @@ fn a_wheelset_that_creeps_less_does_not_grip_less_where_the_balance_shows_nothin
         alerts.into_iter().map(|alert| (alert.cause, alert.wheelsets)).collect::<Vec<_>>()
     };
     assert_eq!(told([0.9; 4], [1.6, 0.2, 1.6, 1.6]), []);
+}
+
+/// Whether the speed is told as late of a railcar of two wheelsets that stops every 150 s; from the sixth stop on its speed comes late by `late_s`, or its
+/// wheels slip in braking, and run behind it by up to twice `behind_m_s`.
+fn told_late(late_s: f64, behind_m_s: f64) -> bool {
+    let mut watch = TrainWatch::new(vec![file()]);
+    let mut noise = even_noise();
+    let (mut v_m_s, mut press_n) = (0.0_f64, 0.0_f64);
+    for step in 0..(1800.0 / DT_S) as usize {
+        let t = step as f64 * DT_S;
+        let (braking_s, wrong) = (t % STOP_S - BRAKES_AT_S, t > 5.0 * STOP_S);
+        let order = if (0.0..38.0).contains(&braking_s) { 0.6 } else { 0.0 };
+        let drive_m_s2 = if braking_s < -60.0 { 0.45 } else { 0.0 };
+        press_n += DT_S / CYLINDER_S * (order * FULL_N - press_n);
+        let pads_n = 0.35 * press_n * 0.25 / RADIUS_M;
+        let resistance_n = 500.0 + 5.0 * v_m_s + 2.0 * v_m_s * v_m_s;
+        let turning_kg = 100.0 / (RADIUS_M * RADIUS_M);
+        let a_m_s2 = match v_m_s > 0.0 || drive_m_s2 > 0.0 {
+            true => (24e3 * drive_m_s2 - 2.0 * pads_n - resistance_n) / (24e3 + 2.0 * turning_kg),
+            false => 0.0,
+        };
+        v_m_s = (v_m_s + DT_S * a_m_s2).max(0.0);
+        let slips = wrong && order > 0.0 && v_m_s > 2.0;
+        let behind_m_s = if slips { behind_m_s * (1.0 + (0.5 * t).sin()) } else { 0.0 };
+        let seen_m_s = if wrong { v_m_s - late_s * a_m_s2 } else { v_m_s };
+        let mut reading = Reading {
+            v_m_s: seen_m_s + noise(0.03),
+            grade_rad: 0.0,
+            brake_demand: order,
+            ..Reading::default()
+        };
+        for k in 0..2 {
+            let drive_n = 0.5 * 24e3 * drive_m_s2;
+            let creepage = (drive_n - pads_n - turning_kg * a_m_s2) * 1.7e-7;
+            let rim_m_s = (v_m_s * (1.0 + creepage) - behind_m_s).max(0.0);
+            reading.wheel_speed_rad_s[k] = rim_m_s / RADIUS_M + noise(0.03);
+            reading.pressing_force_n[k] = press_n;
+            reading.drive_torque_nm[k] = drive_n * RADIUS_M;
+        }
+        watch.take(t, &[reading]);
+    }
+    let mut alerts = watch.alerts().iter();
+    alerts.any(|alert| alert.cause == Cause::SpeedSensor && alert.reason.contains("later"))
+}
+
+/// Wheels that slip on a wet rail, now more, now less, look like a speed that is late.
+#[test]
+fn a_speed_is_not_late_where_wheels_slip() {
+    assert!(!told_late(0.0, 0.3));
+    assert!(told_late(0.5, 0.0));
+    assert!(!told_late(0.0, 0.0));
 }

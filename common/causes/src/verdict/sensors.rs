@@ -1,8 +1,8 @@
 //! Sensors, judged first.
 
 use super::limits::{
-    LATE_CLOCK_S, LATE_SPEED_ALONE_S, LATE_SPEED_S, LATE_WHEEL_S, MISSING, NEVER_COASTED, ONCE_A_TURN,
-    RADII_BEYOND, RADIUS, RINGS, SILENT_WAGON_S, SILENT_WHEEL_S, SPEED_SCALE, TWO_SPEEDS,
+    A_LAG_EXPLAINS, LATE_CLOCK_S, LATE_SPEED_ALONE_S, LATE_SPEED_S, LATE_WHEEL_S, MISSING, NEVER_COASTED,
+    ONCE_A_TURN, RADII_BEYOND, RADIUS, RINGS, SILENT_WAGON_S, SILENT_WHEEL_S, SPEED_SCALE, TWO_SPEEDS,
 };
 use crate::cause::{Cause, Grade};
 use crate::robust::{median, spread};
@@ -104,11 +104,15 @@ impl TrainWatch {
             // Wheels that all differ alike from the only speed there is: it is the speed.
             let alike = errors.iter().flatten().all(|(one, _)| (one - scale).abs() < 0.5 * scale.abs());
             let alike_late = lags.len() >= 2 && lags.iter().all(|one| (one - lag_s).abs() < 0.04);
-            // Wheels that drive seem early where the rail gives way by more than they should need.
+            // Wheels that drive seem early where the rail gives way by more than they should need, if it is known by how much.
             let free =
                 self.wagons.iter().flat_map(|wagon| &wagon.wheel).filter_map(|wheel| told_by(wheel, true).1);
-            let free_s = median(&mut free.collect());
-            let late = alike_late && -lag_s > LATE_SPEED_ALONE_S && -free_s > 0.5 * LATE_SPEED_ALONE_S;
+            let gives_way = median(&mut free.collect()) >= -0.5 * LATE_SPEED_ALONE_S;
+            // And wheels that slip are behind by now more, now less.
+            let wheels = self.wagons.iter().flat_map(|wagon| &wagon.wheel);
+            let explained = median(&mut wheels.map(|wheel| wheel.rim.explained()).collect());
+            let slips = explained < A_LAG_EXPLAINS;
+            let late = alike_late && -lag_s > LATE_SPEED_ALONE_S && !gives_way && !slips;
             if (alike && scale.abs() > SPEED_SCALE) || late {
                 let reason = match late {
                     true => format!("speed comes {:.2} s later than all wheels", -lag_s),
