@@ -208,3 +208,44 @@ fn a_speed_is_not_late_where_wheels_slip() {
     assert!(told_late(0.5, 0.0));
     assert!(!told_late(0.0, 0.0));
 }
+
+/// A hand brake holds a railcar so hard from the sixth stop on that its motors work whenever it rolls: both wheelsets are named.
+#[test]
+fn a_railcar_that_never_coasts_for_what_holds_it_is_told() {
+    let mut watch = TrainWatch::new(vec![file()]);
+    let mut noise = even_noise();
+    let (mut v_m_s, mut press_n) = (0.0_f64, 0.0_f64);
+    for step in 0..(1800.0 / DT_S) as usize {
+        let t = step as f64 * DT_S;
+        let (braking_s, held) = (t % STOP_S - BRAKES_AT_S, t > 5.0 * STOP_S);
+        let order = if (0.0..38.0).contains(&braking_s) { 0.6 } else { 0.0 };
+        let held_n = if held { 5e3 } else { 0.0 };
+        let drive_m_s2 = match held && (-100.0..0.0).contains(&braking_s) {
+            true if v_m_s < 14.0 => 0.9,
+            true => 2.0 * held_n / 24e3,
+            false if braking_s < -60.0 => 0.45,
+            false => 0.0,
+        };
+        press_n += DT_S / CYLINDER_S * (order * FULL_N - press_n);
+        let pads_n = 0.35 * press_n * 0.25 / RADIUS_M + held_n;
+        let resistance_n = 500.0 + 5.0 * v_m_s + 2.0 * v_m_s * v_m_s;
+        let turning_kg = 100.0 / (RADIUS_M * RADIUS_M);
+        let a_m_s2 = match v_m_s > 0.0 || drive_m_s2 > 0.0 {
+            true => (24e3 * drive_m_s2 - 2.0 * pads_n - resistance_n) / (24e3 + 2.0 * turning_kg),
+            false => 0.0,
+        };
+        v_m_s = (v_m_s + DT_S * a_m_s2).max(0.0);
+        let mut reading =
+            Reading { v_m_s: v_m_s + noise(0.03), grade_rad: 0.0, brake_demand: order, ..Reading::default() };
+        for k in 0..2 {
+            let drive_n = 0.5 * 24e3 * drive_m_s2;
+            let creepage = (drive_n - pads_n - turning_kg * a_m_s2) * 1.7e-7;
+            reading.wheel_speed_rad_s[k] = v_m_s * (1.0 + creepage) / RADIUS_M + noise(0.03);
+            reading.pressing_force_n[k] = press_n;
+            reading.drive_torque_nm[k] = drive_n * RADIUS_M;
+        }
+        watch.take(t, &[reading]);
+    }
+    let told: Vec<_> = watch.alerts().iter().map(|alert| (alert.cause, &alert.wheelsets[..])).collect();
+    assert_eq!(told, [(Cause::Dragging, &[0, 1][..])]);
+}

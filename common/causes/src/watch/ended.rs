@@ -17,9 +17,19 @@ const ROLLS_KEPT: usize = 30;
 const FALLS_S: f64 = 60.0;
 
 impl TrainWatch {
-    /// Rolls that are over become changes; what is common to all wheelsets is the speed's, not theirs.
-    pub(super) fn end_rolls(&mut self, interrupted: bool) {
+    /// What rolls that are over say: of all wheelsets, of each beside the others, and of the balance of a wagon that runs alone, which
+    /// tells also where one that is held hard never coasts.
+    pub(super) fn end_all_rolls(&mut self, interrupted: bool) {
+        let balanced = self.end_rolls(interrupted);
+        if self.end_rolls_beside(interrupted) || balanced {
+            self.judge_rolls();
+        }
+    }
+
+    /// Rolls that are over become changes; what is common to all wheelsets is the speed's, not theirs. Whether a balance of forces tells.
+    fn end_rolls(&mut self, interrupted: bool) -> bool {
         let mut ended: Vec<(usize, usize, Change)> = Vec::new();
+        let mut balanced = false;
         for (index, wagon) in self.wagons.iter_mut().enumerate() {
             for (k, wheel) in wagon.wheel.iter_mut().enumerate() {
                 let Some(Rolled { change, alone }) = wheel.creepage.end_of_roll(interrupted) else {
@@ -32,12 +42,13 @@ impl TrainWatch {
                 wagon.balance.as_mut().and_then(|of| of.end_of_roll(interrupted))
             {
                 keep(&mut wagon.balance_rolled, change);
+                balanced = true;
                 let small = change.value.abs() < 3.0 * change.variance.sqrt();
                 wagon.balance.iter_mut().for_each(|of| of.settle(small));
             }
         }
         if ended.is_empty() {
-            return;
+            return balanced;
         }
         let common = common(
             ended.iter().filter(|(.., change)| change.variance <= 1e-6).map(|(.., change)| change.value),
@@ -52,6 +63,7 @@ impl TrainWatch {
             let small = own.value.abs() < 4.0 * own.variance.sqrt() || wheel.applications < 1;
             wheel.creepage.settle(small);
         }
+        balanced
     }
 
     /// What wheelsets tell whose tachometers can be trusted; one that is late or rings says nothing of the others of its wagon
@@ -65,8 +77,8 @@ impl TrainWatch {
         trusted
     }
 
-    /// The same of each wheelset beside the others of its wagon.
-    pub(super) fn end_rolls_beside(&mut self, interrupted: bool) {
+    /// The same of each wheelset beside the others of its wagon; whether any tells.
+    fn end_rolls_beside(&mut self, interrupted: bool) -> bool {
         let mut any = false;
         for wheel in self.wagons.iter_mut().flat_map(|wagon| &mut wagon.wheel) {
             let Some(Rolled { change, alone }) = wheel.beside.end_of_roll(interrupted) else { continue };
@@ -79,9 +91,7 @@ impl TrainWatch {
             }
             wheel.beside.settle(small);
         }
-        if any {
-            self.judge_rolls();
-        }
+        any
     }
 
     pub(super) fn trust_wheels(&mut self) {

@@ -54,8 +54,7 @@ impl TrainWatch {
             Turn::Began => {
                 self.most_order = 0.0;
                 self.falls_due_s = self.falls_due_s.min(self.time_s);
-                self.end_rolls(true);
-                self.end_rolls_beside(true);
+                self.end_all_rolls(true);
             }
             Turn::Ended => self.end_application(),
             Turn::Same => {}
@@ -100,8 +99,7 @@ impl TrainWatch {
         }
         if pass.rolls() {
             if pass.since_s.is_none() {
-                self.end_rolls(false);
-                self.end_rolls_beside(false);
+                self.end_all_rolls(false);
             }
             self.judge_slides();
         }
