@@ -191,7 +191,7 @@ fn a_speed_is_not_late_where_wheels_slip() {
         let alerts = day(2, FINE, 1800.0, |t, v_m_s| match t > WRONG_FROM_S {
             true => {
                 // The harder it brakes, and it does so each third time, the more they slip.
-                let hard = (t / STOP_S) as usize % 3 == 0;
+                let hard = ((t / STOP_S) as usize).is_multiple_of(3);
                 let order = if Now::well(t).order > 0.0 { if hard { 0.9 } else { 0.5 } } else { 0.0 };
                 let slips = order > 0.0 && v_m_s > 2.0 && hard;
                 let slips_m_s = if slips { slips_m_s * (1.0 + (0.5 * t).sin()) } else { 0.0 };
