@@ -109,12 +109,9 @@ fn day_of(
         let mut readings = vec![Reading::default(); wagons];
         for (index, reading) in readings.iter_mut().enumerate() {
             let here = index == 2 && faulty;
-            let behind_s = if let Wrong::Clock(lag_s) = wrong
-                && here
-            {
-                lag_s
-            } else {
-                0.0
+            let behind_s = match wrong {
+                Wrong::Clock(lag_s) if here => lag_s,
+                _ => 0.0,
             };
             reading.v_m_s = v_m_s - behind_s * a_m_s2 + 0.03 * noise.next();
             reading.brake_demand = order;
@@ -168,8 +165,21 @@ fn day_of(
     watch
 }
 
-fn named(wrong: Wrong) -> Vec<(Cause, Vec<usize>, Vec<usize>)> {
-    day(wrong).into_iter().map(|alert| (alert.cause, alert.wagons, alert.wheelsets)).collect()
+fn named(alerts: &[Alert]) -> Vec<(Cause, Vec<usize>, Vec<usize>)> {
+    alerts.iter().map(|alert| (alert.cause, alert.wagons.clone(), alert.wheelsets.clone())).collect()
+}
+
+/// The wagons of each alert of a cause.
+fn wagons_of(watch: &TrainWatch, cause: Cause) -> Vec<Vec<usize>> {
+    let alerts = watch.alerts().iter().filter(|alert| alert.cause == cause);
+    alerts.map(|alert| alert.wagons.clone()).collect()
+}
+
+/// Makes each wagon press with a share of its force.
+fn press(readings: &mut [Reading], shares: &[f64]) {
+    for (reading, share) in readings.iter_mut().zip(shares) {
+        reading.pressing_force_n.iter_mut().for_each(|force_n| *force_n *= share);
+    }
 }
 
 #[test]
@@ -180,17 +190,17 @@ fn a_healthy_train_raises_nothing() {
 #[test]
 fn each_fault_raises_one_alert_with_its_cause_and_place() {
     let wheelset = |cause| vec![(cause, vec![2], vec![1])];
-    assert_eq!(named(Wrong::Pads(0.35)), wheelset(Cause::PadUneven));
-    assert_eq!(named(Wrong::Drags(1500.0)), wheelset(Cause::Dragging));
-    assert_eq!(named(Wrong::NoForce), wheelset(Cause::Isolated));
-    assert_eq!(named(Wrong::Wagon), vec![(Cause::Isolated, vec![2], vec![])]);
-    assert_eq!(named(Wrong::Late(0.3)), wheelset(Cause::TachometerLate));
-    assert_eq!(named(Wrong::Clock(0.3)), vec![(Cause::Clock, vec![2], vec![])]);
-    assert_eq!(named(Wrong::Wobbles(0.012)), wheelset(Cause::TachometerEccentric));
-    assert_eq!(named(Wrong::Missing), wheelset(Cause::TachometerDropout));
-    assert_eq!(named(Wrong::Slow(2.5)), vec![(Cause::SlowCylinder, vec![2], vec![])]);
-    assert_eq!(named(Wrong::LateDistributor(3.0)), vec![(Cause::LateDistributor, vec![2], vec![])]);
-    assert_eq!(named(Wrong::Leaks(0.03)), wheelset(Cause::SlowCylinder));
+    assert_eq!(named(&day(Wrong::Pads(0.35))), wheelset(Cause::PadUneven));
+    assert_eq!(named(&day(Wrong::Drags(1500.0))), wheelset(Cause::Dragging));
+    assert_eq!(named(&day(Wrong::NoForce)), wheelset(Cause::Isolated));
+    assert_eq!(named(&day(Wrong::Wagon)), vec![(Cause::Isolated, vec![2], vec![])]);
+    assert_eq!(named(&day(Wrong::Late(0.3))), wheelset(Cause::TachometerLate));
+    assert_eq!(named(&day(Wrong::Clock(0.3))), vec![(Cause::Clock, vec![2], vec![])]);
+    assert_eq!(named(&day(Wrong::Wobbles(0.012))), wheelset(Cause::TachometerEccentric));
+    assert_eq!(named(&day(Wrong::Missing)), wheelset(Cause::TachometerDropout));
+    assert_eq!(named(&day(Wrong::Slow(2.5))), vec![(Cause::SlowCylinder, vec![2], vec![])]);
+    assert_eq!(named(&day(Wrong::LateDistributor(3.0))), vec![(Cause::LateDistributor, vec![2], vec![])]);
+    assert_eq!(named(&day(Wrong::Leaks(0.03))), wheelset(Cause::SlowCylinder));
 }
 
 /// From the third stop on one wheelset turns faster, as if its wheel had become smaller: the others of its wagon do not drag.
@@ -201,9 +211,7 @@ fn a_wheelset_that_turns_faster_makes_no_drag_of_the_others() {
             readings[2].wheel_speed_rad_s[1] *= 1.01;
         }
     });
-    let named: Vec<_> =
-        watch.alerts().iter().map(|alert| (alert.cause, &alert.wagons, &alert.wheelsets)).collect();
-    assert_eq!(named, [(Cause::WheelDiameter, &vec![2], &vec![1])]);
+    assert_eq!(named(watch.alerts()), [(Cause::WheelDiameter, vec![2], vec![1])]);
 }
 
 /// A tachometer that shows nothing but zeros from the fourth stop on is dead, and neither late nor a wheelset that slides.
@@ -227,9 +235,9 @@ fn a_wrong_diameter_hides_neither_pads_nor_drag() {
         watch.alerts().iter().map(|alert| (alert.cause, alert.wheelsets.clone())).collect::<Vec<_>>()
     };
     let diameter = (Cause::WheelDiameter, vec![1]);
-    assert_eq!(named(Wrong::Nothing), vec![diameter.clone()]);
-    assert_eq!(named(Wrong::Pads(0.35)), vec![diameter.clone(), (Cause::PadUneven, vec![1])]);
-    assert_eq!(named(Wrong::Drags(1500.0)), vec![diameter, (Cause::Dragging, vec![1])]);
+    assert_eq!(named(&day(Wrong::Nothing)), vec![diameter.clone()]);
+    assert_eq!(named(&day(Wrong::Pads(0.35))), vec![diameter.clone(), (Cause::PadUneven, vec![1])]);
+    assert_eq!(named(&day(Wrong::Drags(1500.0))), vec![diameter, (Cause::Dragging, vec![1])]);
 }
 
 /// Of two speeds that differ the one is wrong with which all wheels disagree, be it of the first wagon or of the second.
@@ -265,8 +273,7 @@ fn a_late_distributor_is_told_by_pads_though_the_electric_brake_is_in_time() {
             }
         }
     });
-    let late = watch.alerts().iter().filter(|alert| alert.cause == Cause::LateDistributor);
-    assert_eq!(late.map(|alert| &alert.wagons[..]).collect::<Vec<_>>(), [&[2][..]]);
+    assert_eq!(wagons_of(&watch, Cause::LateDistributor), [[2]]);
 }
 
 /// Wheels that are worn by a few thousandths each, as their files do not say: none of them is wrong by more than wear. One that is
@@ -315,17 +322,8 @@ fn a_wagon_without_a_brake_is_told_at_once() {
 #[test]
 fn brakes_that_weigh_tell_a_wrong_load() {
     let weighs = |shares: [f64; WAGONS]| {
-        let watch = day_that_says(Wrong::Nothing, &[], |_, readings| {
-            for (reading, share) in readings.iter_mut().zip(shares) {
-                reading.pressing_force_n.iter_mut().for_each(|force_n| *force_n *= share);
-            }
-        });
-        watch
-            .alerts()
-            .iter()
-            .filter(|alert| alert.cause == Cause::Payload)
-            .map(|alert| alert.wagons.clone())
-            .collect::<Vec<_>>()
+        let watch = day_that_says(Wrong::Nothing, &[], |_, readings| press(readings, &shares));
+        wagons_of(&watch, Cause::Payload)
     };
     assert_eq!(weighs([1.0, 0.99, 0.75, 1.02, 1.0]), vec![vec![2]]);
     assert_eq!(weighs([1.3, 0.8, 0.75, 1.1, 0.6]), Vec::<Vec<usize>>::new());
@@ -336,13 +334,8 @@ fn brakes_that_weigh_tell_a_wrong_load() {
 fn how_a_train_is_loaded_is_no_wrong_entry() {
     let weighs = |shares: [f64; 8]| {
         let files = vec![WagonFile { mass_sigma: 0.3, ..file() }; 8];
-        let watch = day_of(files, Wrong::Nothing, &[], |_, readings| {
-            for (reading, share) in readings.iter_mut().zip(shares) {
-                reading.pressing_force_n.iter_mut().for_each(|force_n| *force_n *= share);
-            }
-        });
-        let payload = watch.alerts().iter().filter(|alert| alert.cause == Cause::Payload);
-        payload.map(|alert| alert.wagons.clone()).collect::<Vec<_>>()
+        let watch = day_of(files, Wrong::Nothing, &[], |_, readings| press(readings, &shares));
+        wagons_of(&watch, Cause::Payload)
     };
     assert_eq!(weighs([1.0, 0.98, 0.21, 1.03, 0.97, 1.0, 0.95, 1.02]), vec![vec![2]]);
     assert_eq!(weighs([1.0, 0.98, 0.21, 1.03, 0.97, 1.0, 0.23, 1.02]), Vec::<Vec<usize>>::new());
@@ -355,14 +348,13 @@ fn driven_wagons_that_brake_for_the_others_are_not_heavier() {
     let said = |shares: [f64; WAGONS]| {
         let watch = day_that_says(Wrong::Nothing, &[], |step, readings| {
             let driving = timetable(step as f64 * DT_S).0 > 0.0;
-            for (index, (reading, share)) in readings.iter_mut().zip(shares).enumerate() {
-                reading.pressing_force_n.iter_mut().for_each(|force_n| *force_n *= share);
+            press(readings, &shares);
+            for (index, reading) in readings.iter_mut().enumerate() {
                 let torque_nm = if driving && index < 2 { 4000.0 } else { 0.0 };
                 reading.drive_torque_nm = [torque_nm; 4];
             }
         });
-        let payload = watch.alerts().iter().filter(|alert| alert.cause == Cause::Payload);
-        payload.map(|alert| alert.wagons.clone()).collect::<Vec<_>>()
+        wagons_of(&watch, Cause::Payload)
     };
     assert_eq!(said([1.9, 1.88, 1.0, 0.99, 1.01]), Vec::<Vec<usize>>::new());
     assert_eq!(said([1.0, 1.01, 1.0, 0.7, 0.99]), vec![vec![3]]);
@@ -383,11 +375,10 @@ fn what_the_same_wheelset_of_each_wagon_does_is_not_its_pads() {
                 reading.wheel_speed_rad_s[1] += less * pads_n * COMPLIANCE_PER_N * reading.v_m_s / RADIUS_M;
             }
         });
-        let uneven = watch.alerts().iter().filter(|alert| alert.cause == Cause::PadUneven);
-        uneven.map(|alert| (alert.wagons.clone(), alert.wheelsets.clone())).collect::<Vec<_>>()
+        named(watch.alerts()).into_iter().filter(|it| it.0 == Cause::PadUneven).collect::<Vec<_>>()
     };
     assert_eq!(uneven(0.28), []);
-    assert_eq!(uneven(0.0), [(vec![2], vec![1])]);
+    assert_eq!(uneven(0.0), [(Cause::PadUneven, vec![2], vec![1])]);
 }
 
 /// Most wagons brake electrically until shortly before they stand, the others with their pads, and nobody tells the order: pads that
@@ -404,8 +395,7 @@ fn pads_beside_an_electric_brake_do_not_drag_where_no_order_is_known() {
             }
         }
     });
-    let drag = watch.alerts().iter().filter(|alert| alert.cause == Cause::Dragging);
-    assert_eq!(drag.collect::<Vec<_>>(), Vec::<&Alert>::new());
+    assert_eq!(wagons_of(&watch, Cause::Dragging), Vec::<Vec<usize>>::new());
 }
 
 /// From the fourth stop on two motor cars brake electrically for the whole train at most stops, until shortly before it stands: the pads
@@ -424,8 +414,7 @@ fn pads_owe_nothing_while_others_brake_electrically_for_them() {
                 reading.pressing_force_n = [0.0; 4];
             }
         });
-        let isolated = watch.alerts().iter().filter(|alert| alert.cause == Cause::Isolated);
-        isolated.map(|alert| alert.wagons.clone()).collect::<Vec<_>>()
+        wagons_of(&watch, Cause::Isolated)
     };
     assert_eq!(isolated(Wrong::Nothing), Vec::<Vec<usize>>::new());
     assert_eq!(isolated(Wrong::Wagon), vec![vec![2]]);

@@ -213,8 +213,7 @@ impl TrainWatch {
         let near = index.saturating_sub(reach)..(index + reach + 1).min(self.wagons.len());
         let others = near.filter(|other| *other != index);
         let changes = others.filter_map(|other| self.wagons[other].grip.latest(since.count, usual));
-        weighted(changes)
-            .is_some_and(|near| near.value < share * since.change.value && near.sigmas() < sigmas)
+        lost_as_well(changes, since, (share, sigmas))
     }
 
     /// Whether the same wheelset of the other wagons that drive as this one does, or do not, has come to creep less as well: a body that
@@ -223,10 +222,13 @@ impl TrainWatch {
         let own = &self.wagons[index];
         let alike = |it: &Wagon| it.drives == own.drives && it.wheel.len() == own.wheel.len();
         let peers = self.wagons.iter().enumerate().filter(|(other, it)| *other != index && alike(it));
-        let (share, sigmas) = PEERS;
-        weighted(peers.filter_map(|(_, it)| it.wheel[k].grip.latest(since.count, usual)))
-            .is_some_and(|peers| peers.value < share * since.change.value && peers.sigmas() < sigmas)
+        lost_as_well(peers.filter_map(|(_, it)| it.wheel[k].grip.latest(since.count, usual)), since, PEERS)
     }
+}
+
+/// Whether others have lost as well, all in all: this share of a loss, and so many sigmas.
+fn lost_as_well(others: impl Iterator<Item = Change>, since: &Since, (share, sigmas): (f64, f64)) -> bool {
+    weighted(others).is_some_and(|all| all.value < share * since.change.value && all.sigmas() < sigmas)
 }
 
 /// What may be wrong with the pads of a wagon.
