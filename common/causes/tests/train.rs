@@ -235,9 +235,9 @@ fn a_wrong_diameter_hides_neither_pads_nor_drag() {
         watch.alerts().iter().map(|alert| (alert.cause, alert.wheelsets.clone())).collect::<Vec<_>>()
     };
     let diameter = (Cause::WheelDiameter, vec![1]);
-    assert_eq!(named(&day(Wrong::Nothing)), vec![diameter.clone()]);
-    assert_eq!(named(&day(Wrong::Pads(0.35))), vec![diameter.clone(), (Cause::PadUneven, vec![1])]);
-    assert_eq!(named(&day(Wrong::Drags(1500.0))), vec![diameter, (Cause::Dragging, vec![1])]);
+    assert_eq!(named(Wrong::Nothing), vec![diameter.clone()]);
+    assert_eq!(named(Wrong::Pads(0.35)), vec![diameter.clone(), (Cause::PadUneven, vec![1])]);
+    assert_eq!(named(Wrong::Drags(1500.0)), vec![diameter, (Cause::Dragging, vec![1])]);
 }
 
 /// Of two speeds that differ the one is wrong with which all wheels disagree, be it of the first wagon or of the second.
