@@ -187,6 +187,7 @@ impl Bench {
     fn label(&self, chosen: &Chosen) -> LabelledEffect {
         let (_, parameters) = self.draw(chosen);
         LabelledEffect {
+            gap_without: None,
             id: chosen.kind.id.to_owned(),
             term: chosen.kind.term.to_owned(),
             named: chosen.kind.named,

@@ -31,6 +31,9 @@ pub struct LabelledEffect {
     pub strength: f64,
     /// Size and shape in the plant's own terms.
     pub parameters: Vec<(String, f64)>,
+    /// Gap of the calibrated nominal model on the case without this effect and with all others; absent where there is no other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gap_without: Option<Gaps>,
 }
 
 /// How a plant of the family was built.
@@ -98,5 +101,11 @@ impl Label {
     #[must_use]
     pub fn salience(&self) -> f64 {
         self.gap_calibrated.fit / self.gap_without_the_effect.fit
+    }
+
+    /// The same of one effect of several: the calibrated gap over that with all others.
+    #[must_use]
+    pub fn salience_of(&self, effect: &LabelledEffect) -> f64 {
+        effect.gap_without.map_or_else(|| self.salience(), |without| self.gap_calibrated.fit / without.fit)
     }
 }

@@ -181,7 +181,7 @@ fn unknown_area(cases: &[(Report, Truth)]) -> f64 {
 }
 
 /// Share of pairs of one of each in which that of `with` is larger; ties count half; NaN without both.
-fn area(with: &[f64], without: &[f64]) -> f64 {
+pub fn area(with: &[f64], without: &[f64]) -> f64 {
     let above = |p: &f64| -> f64 {
         without.iter().map(|other| if p > other { 1.0 } else { 0.5 * f64::from(u8::from(p == other)) }).sum()
     };

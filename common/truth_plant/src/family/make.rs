@@ -78,14 +78,23 @@ impl FamilyCase {
         let (runs, gaps) = if chosen.is_empty() {
             (twin.clone(), floor)
         } else {
-            let runs = vehicle.drive(&chosen);
+            let runs = vehicle.drive(&chosen.iter().collect::<Vec<_>>());
             let gaps = vehicle.calibrated(&runs, ROUNDS);
             (runs, gaps)
+        };
+        let label_of = |(index, one): (usize, &Chosen)| {
+            let others: Vec<&Chosen> =
+                chosen.iter().enumerate().filter(|(k, _)| *k != index).map(|(_, other)| other).collect();
+            let without = || vehicle.calibrated(&vehicle.drive(&others), ROUNDS);
+            LabelledEffect {
+                gap_without: (!others.is_empty()).then(without),
+                ..one.label(&vehicle.sheet)
+            }
         };
         let label = Label {
             case: recipe.name.clone(),
             vehicle: vehicle.sheet.class.to_owned(),
-            effects: chosen.iter().map(|chosen| chosen.label(&vehicle.sheet)).collect(),
+            effects: chosen.iter().enumerate().map(label_of).collect(),
             gap_calibrated: gaps,
             gap_without_the_effect: floor,
             plant: Some(vehicle.describe(recipe, &runs)),
@@ -116,7 +125,7 @@ impl FamilyCase {
         // What the earlier runs did to the vehicle is there.
         let last = vehicle.orders.len();
         vehicle.orders.push(FamilyOrder { name: name.to_owned(), ..order });
-        let run = vehicle.drive(&chosen).swap_remove(last);
+        let run = vehicle.drive(&chosen.iter().collect::<Vec<_>>()).swap_remove(last);
         Ok((vehicle.sheet, run))
     }
 }
@@ -154,6 +163,7 @@ impl Chosen {
             set: self.form.set.letter().to_string(),
             strength: self.strength,
             parameters: parameters.into_iter().map(|(name, value)| (name.to_owned(), value)).collect(),
+            gap_without: None,
         }
     }
 }
@@ -189,8 +199,8 @@ impl Vehicle {
         Self { sheet, nuisances, wagon, build: Build { integrator, noise, protected }, orders, seed }
     }
 
-    fn drive(&self, chosen: &[Chosen]) -> Vec<FamilyRun> {
-        let draw = |chosen: &Chosen| chosen.form.draw(chosen.strength, chosen.stream.clone(), &self.sheet).0;
+    fn drive(&self, chosen: &[&Chosen]) -> Vec<FamilyRun> {
+        let draw = |chosen: &&Chosen| chosen.form.draw(chosen.strength, chosen.stream.clone(), &self.sheet).0;
         let departures = Departures(chosen.iter().map(draw).collect());
         let mut plant = FamilyPlant::new(&self.sheet, &self.wagon, &self.build, departures, self.seed);
         self.orders.iter().enumerate().map(|(index, order)| plant.drive(order, index)).collect()

@@ -27,6 +27,27 @@ impl Named {
     }
 }
 
+/// A set of effects that a report lists as possible.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Set {
+    /// Ids, in their order.
+    pub effects: Vec<String>,
+    /// Whether something that no id names is among them.
+    pub unknown: bool,
+    /// Probability.
+    pub p: f64,
+}
+
+impl Set {
+    fn read(set: &Value) -> Option<Self> {
+        let ids = set.get("effects")?.as_array()?.iter().filter_map(Value::as_str);
+        let mut effects: Vec<String> = ids.map(str::to_owned).collect();
+        effects.sort();
+        let unknown = set.get("unknown").and_then(Value::as_bool).unwrap_or(false);
+        Some(Self { effects, unknown, p: set.get("p")?.as_f64()? })
+    }
+}
+
 /// What the score reads from a report.
 #[derive(Debug, Clone, Serialize)]
 pub(super) struct Answer {
@@ -38,6 +59,10 @@ pub(super) struct Answer {
     pub unexplained_term: Option<String>,
     /// Effects, strongest first.
     pub effects: Vec<Named>,
+    /// Sets of effects with their probabilities; empty in reports without a posterior.
+    pub sets: Vec<Set>,
+    /// Which of them the report holds the truth to be among, in nine of ten cases.
+    pub verdict_set: Vec<usize>,
     /// Probability of the likeliest set of effects; not a number in reports without a posterior.
     pub most_p: f64,
     /// Entropy of the sets that are listed, nats.
@@ -65,18 +90,31 @@ impl Answer {
                 .unwrap_or_default(),
             parameters: parameters(effect),
         };
-        let sets = list("posterior");
-        let sets: Vec<f64> = sets.iter().filter_map(|set| set.get("p").and_then(Value::as_f64)).collect();
+        let sets: Vec<Set> = list("posterior").iter().filter_map(Set::read).collect();
+        let verdict_set = list("verdict_set").iter().filter_map(Value::as_u64).map(|k| k as usize).collect();
+        let p = || sets.iter().map(|set| set.p);
         Self {
             verdict: text(report, "verdict").unwrap_or_default(),
             term: report.pointer("/where/term").and_then(Value::as_str).map(str::to_owned),
             unexplained_term: report.pointer("/unexplained/term").and_then(Value::as_str).map(str::to_owned),
             effects: list("effects").iter().map(named).collect(),
-            most_p: sets.iter().copied().fold(f64::NAN, f64::max),
-            entropy: -sets.iter().filter(|p| **p > 0.0).map(|p| p * p.ln()).sum::<f64>(),
+            most_p: p().fold(f64::NAN, f64::max),
+            entropy: -p().filter(|p| *p > 0.0).map(|p| p * p.ln()).sum::<f64>(),
+            verdict_set,
             calibrated: number("/gap/holdout/calibrated"),
             extended: number("/gap/holdout/extended"),
+            sets,
         }
+    }
+
+    /// The sets among which the report holds the truth to be.
+    pub(super) fn held(&self) -> impl Iterator<Item = &Set> {
+        self.verdict_set.iter().filter_map(|index| self.sets.get(*index))
+    }
+
+    /// How probable it says that something unknown is at work.
+    pub(super) fn unknown(&self) -> f64 {
+        self.sets.iter().filter(|set| set.unknown).map(|set| set.p).sum()
     }
 
     /// How probable it says that it is right: the first name, else the likeliest set.
@@ -117,11 +155,15 @@ mod tests {
             "effects": [{"id": "sanding", "term": "adhesion", "confidence": 0.9, "equivalent": ["self_cleaning"],
                          "parameters": {"gain": {"value": 0.3, "ci95": [0.2, 0.4]}}}],
             "posterior": [{"effects": ["sanding"], "unknown": true, "p": 0.5}, {"effects": [], "unknown": false, "p": 0.5}],
+            "verdict_set": [0, 7],
             "gap": {"holdout": {"calibrated": 8.0, "extended": 2.0}}
         });
         let answer = Answer::read(&report);
         assert_eq!((answer.stated(), answer.most_p), (0.9, 0.5));
         assert!((answer.entropy - 2.0_f64.ln()).abs() < 1e-12);
+        assert_eq!(answer.unknown(), 0.5);
+        let held: Vec<&Set> = answer.held().collect();
+        assert_eq!(held, [&Set { effects: vec!["sanding".into()], unknown: true, p: 0.5 }], "there is no eighth set");
         assert_eq!(answer.word(), "sanding + unknown");
         assert!(answer.effects[0].is("self_cleaning") && !answer.effects[0].is("brake_lag"));
         assert_eq!(answer.effects[0].parameters["gain"], (0.3, 0.2, 0.4));

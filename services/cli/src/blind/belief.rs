@@ -1,5 +1,6 @@
 //! Whether stated confidences and intervals mean what they say.
 
+use railgrip_diagnosis::decide::learning::area;
 use railgrip_truth_plant::label::LabelledEffect;
 use serde::Serialize;
 
@@ -34,6 +35,57 @@ pub(super) fn reliability(outcomes: &[Outcome]) -> Vec<Bin> {
         Bin { range: (range[0], range[1].min(1.0)), stated: stated / right.of as f64, right }
     };
     EDGES.windows(2).map(bin).collect()
+}
+
+/// What stated probabilities are worth, over all cases.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct Beliefs {
+    /// Expected calibration error of names, first and further: mean distance between stated and observed, in five bins.
+    pub calibration_error: f64,
+    /// Names that were given.
+    pub names: usize,
+    /// Verdict sets that hold the truth; nothing holds where nothing can be seen.
+    pub sets_hold: Rate,
+    /// Mean number of sets in a verdict set.
+    pub mean_size: f64,
+    /// How well the probability of something unknown sorts the cases that visibly hold such from the others: area under the
+    /// curve of the receiver.
+    pub unknown_area: f64,
+}
+
+/// See [`Beliefs`].
+pub(super) fn beliefs(outcomes: &[Outcome]) -> Beliefs {
+    const BINS: usize = 5;
+    let mut off = [0.0; BINS];
+    let mut names = 0;
+    let (mut sets_hold, mut sizes) = (Rate::default(), 0);
+    let mut stated = [Vec::new(), Vec::new()];
+    for outcome in outcomes {
+        let Some(answer) = &outcome.answer else { continue };
+        let mut nameable = outcome.made.nameable();
+        nameable.sort_unstable();
+        for named in &answer.effects {
+            let right = nameable.iter().any(|id| named.is(id));
+            off[((named.confidence * BINS as f64) as usize).min(BINS - 1)] +=
+                named.confidence - f64::from(u8::from(right));
+            names += 1;
+        }
+        let is_nothing = outcome.made.label.effects.is_empty() || !outcome.is_visible();
+        sets_hold = sets_hold.and(answer.held().any(|set| {
+            (is_nothing && set.effects.is_empty() && !set.unknown)
+                || (set.unknown == outcome.made.is_unknown() && set.effects == nameable)
+        }));
+        sizes += answer.verdict_set.len();
+        let holds_unknown = outcome.made.is_unknown() && outcome.is_visible();
+        stated[usize::from(holds_unknown)].push(answer.unknown());
+    }
+    Beliefs {
+        calibration_error: off.iter().map(|off: &f64| off.abs()).sum::<f64>() / names as f64,
+        names,
+        sets_hold,
+        mean_size: sizes as f64 / sets_hold.of as f64,
+        unknown_area: area(&stated[1], &stated[0]),
+    }
 }
 
 /// How a fitted parameter compares with the true one.

@@ -102,7 +102,21 @@ impl Outcome {
 
     /// Whether every effect that can be named is named.
     pub(super) fn all_are_named(&self) -> bool {
-        self.made.nameable().iter().all(|id| self.effects().iter().any(|named| named.is(id)))
+        self.made.nameable().iter().all(|id| self.names(id))
+    }
+
+    /// Whether an effect is named.
+    pub(super) fn names(&self, id: &str) -> bool {
+        self.effects().iter().any(|named| named.is(id))
+    }
+
+    /// The effects that can be named and show beside the others: without one of them the gap is smaller by a tenth.
+    pub(super) fn showing(&self) -> Vec<&str> {
+        let label = &self.made.label;
+        let shows = |id: &&str| {
+            label.effects.iter().any(|effect| effect.id == *id && label.salience_of(effect) >= VISIBLE)
+        };
+        self.made.nameable().into_iter().filter(shows).collect()
     }
 
     pub(super) fn closure(&self) -> Option<f64> {

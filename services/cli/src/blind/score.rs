@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::{
     answer::Named,
-    belief::{Agreement, Bin, agreements, reliability},
+    belief::{Agreement, Beliefs, Bin, agreements, beliefs, reliability},
     outcome::{Outcome, Rate},
 };
 
@@ -53,6 +53,10 @@ pub(super) struct Score {
     pub nameless_called_unknown: Rate,
     pub pairs_both_named: Rate,
     pub triples_all_named: Rate,
+    /// Of two and three effects: those that show beside the others, one by one.
+    pub each_that_shows: Rate,
+    /// Cases of two and three of which every effect that shows is named.
+    pub all_that_show: Rate,
     pub unknown_beside_a_right_name: Rate,
     /// Cases of one effect beside which another was named.
     pub name_too_many: Rate,
@@ -66,6 +70,7 @@ pub(super) struct Score {
     pub baseline_rmse: Baseline,
     pub baseline_correlation: Baseline,
     pub confidence: Vec<Bin>,
+    pub beliefs: Beliefs,
     pub seconds_median: f64,
     pub seconds_longest: f64,
 }
@@ -80,6 +85,7 @@ impl Score {
             |outcome: &Outcome| if outcome.made.is_unknown() { 0 } else { outcome.made.nameable().len() };
         let single = || all().filter(move |outcome| count_of(outcome) == 1);
         let pair = || all().filter(move |outcome| count_of(outcome) == 2);
+        let several = || all().filter(move |outcome| count_of(outcome) > 1);
         let first = |outcome: &Outcome, test: &dyn Fn(&Named, &str) -> bool| {
             outcome.effects().first().is_some_and(|named| test(named, outcome.made.nameable()[0]))
         };
@@ -116,6 +122,12 @@ impl Score {
             ),
             pairs_both_named: Rate::count(pair(), Outcome::is_right),
             triples_all_named: Rate::count(all().filter(|o| count_of(o) == 3), Outcome::is_right),
+            each_that_shows: several()
+                .flat_map(|outcome| outcome.showing().into_iter().map(move |id| (outcome, id)))
+                .fold(Rate::default(), |rate, (outcome, id)| rate.and(outcome.names(id))),
+            all_that_show: Rate::count(several().filter(|outcome| !outcome.showing().is_empty()), |outcome| {
+                outcome.showing().iter().all(|id| outcome.names(id))
+            }),
             unknown_beside_a_right_name: Rate::count(single(), Outcome::says_unknown),
             name_too_many: Rate::count(single(), |outcome| outcome.effects().len() > 1),
             closure_median: quantile(&closures, 0.5),
@@ -130,6 +142,7 @@ impl Score {
             baseline_rmse: Baseline::of(outcomes, |outcome| &outcome.rankings.rmse),
             baseline_correlation: Baseline::of(outcomes, |outcome| &outcome.rankings.correlation),
             confidence: reliability(outcomes),
+            beliefs: beliefs(outcomes),
             seconds_median: quantile(&seconds, 0.5),
             seconds_longest: seconds.last().copied().unwrap_or(f64::NAN),
         }

@@ -67,6 +67,8 @@ pub(super) fn markdown(score: &Score, outcomes: &[Outcome], head: &Head) -> Stri
         "≥ 0.70",
     );
     row("all of three named", rate(score.triples_all_named), nothing(), "≥ 0.5");
+    row("of two and three: effects that show beside the others, named", rate(score.each_that_shows), nothing(), "");
+    row("of two and three: all that show named", rate(score.all_that_show), nothing(), "");
     row("`unknown` beside one nameable effect", rate(score.unknown_beside_a_right_name), nothing(), "");
     row("a name too many beside one effect", rate(score.name_too_many), nothing(), "");
     row(
@@ -85,6 +87,16 @@ pub(super) fn markdown(score: &Score, outcomes: &[Outcome], head: &Head) -> Stri
         nothing(),
         "all",
     );
+    let beliefs = &score.beliefs;
+    row(
+        &format!("calibration error of {} names, all cases", beliefs.names),
+        two(beliefs.calibration_error),
+        nothing(),
+        "≤ 0.05",
+    );
+    row("verdict set holds the truth, all cases", rate(beliefs.sets_hold), nothing(), "0.88–0.93");
+    row("sets in a verdict set, mean", two(beliefs.mean_size), nothing(), "≤ 1.5");
+    row("area of the probability of something unknown", two(beliefs.unknown_area), nothing(), "≥ 0.95");
     let seconds = format!("{:.1} / {:.1}", score.seconds_median, score.seconds_longest);
     row("seconds a case, median / longest, one thread", seconds, nothing(), "≤ 60 on 2 cores");
     row("diagnoses that failed", score.failed.to_string(), nothing(), "0");
