@@ -1,4 +1,4 @@
-//! Twenty fixed cases of the family of plants, of all its forms, none chosen by what the diagnosis says of it: counts that
+//! Thirty fixed cases of the family of plants, of all its forms, none chosen by what the diagnosis says of it: counts that
 //! must not get worse. How good they are elsewhere is measured by `railgrip gap blind`, on cases that nobody has seen.
 #![allow(clippy::print_stdout, reason = "tests print what they measure")]
 
@@ -6,14 +6,15 @@ use railgrip_diagnosis::answer::schema::{FoundEffect, Report, Verdict};
 use railgrip_diagnosis::data::load;
 use railgrip_diagnosis::wagon::{Options, diagnose};
 use railgrip_truth_plant::family::{FamilyCase, Forms, family_deck};
+use railgrip_truth_plant::label::LabelledEffect;
 use railgrip_truth_plant::{FamilyRecipe, Label};
 use railgrip_vehicle::effects;
 use rayon::prelude::*;
 
 /// Cases of the deck.
-const CASES: usize = 20;
+const CASES: usize = 30;
 /// Recipes among which they are sought.
-const RECIPES: usize = 200;
+const RECIPES: usize = 300;
 const SEED: u64 = 2031;
 /// Salience from which an effect can be seen.
 const VISIBLE: f64 = 1.1;
@@ -68,10 +69,10 @@ fn means(effect: &FoundEffect, id: &str) -> bool {
 }
 
 #[test]
-fn twenty_cases_are_answered_no_worse_than_before() {
+fn thirty_cases_are_answered_no_worse_than_before() {
     let deck = deck();
     assert_eq!(deck.len(), CASES, "small plants among {RECIPES}");
-    let [mut quiet, mut one, mut several, mut unknown] = [(); 4].map(|()| Count::default());
+    let [mut quiet, mut one, mut several, mut showing, mut unknown] = [(); 5].map(|()| Count::default());
     let mut closures = Vec::new();
     for case in &deck {
         let (label, report) = (&case.label, answer(case));
@@ -99,6 +100,10 @@ fn twenty_cases_are_answered_no_worse_than_before() {
             }
             (true, true, ids) => {
                 let right = ids.iter().filter(|id| found(id)).count() * 2 > ids.len();
+                let shows = |effect: &&LabelledEffect| label.salience_of(effect) >= VISIBLE;
+                for effect in label.effects.iter().filter(shows) {
+                    showing.add(found(&effect.id.as_str()));
+                }
                 several.add(right);
                 right
             }
@@ -121,8 +126,11 @@ fn twenty_cases_are_answered_no_worse_than_before() {
     }
     closures.sort_by(f64::total_cmp);
     let median = closures.get(closures.len() / 2).copied().unwrap_or(f64::NAN);
-    println!("nothing to see {quiet:?}, one effect {one:?}, several {several:?}, unknown {unknown:?}");
-    println!("closure of {}: median {median:.2}", closures.len());
+    let lower = closures.get(closures.len() / 10).copied().unwrap_or(f64::NAN);
+    println!(
+        "nothing to see {quiet:?}, one effect {one:?}, several {several:?}, their effects that show {showing:?}, unknown {unknown:?}"
+    );
+    println!("closure of {}: median {median:.2}, lower decile {lower:.2}", closures.len());
     // At commit b9fd742: none of 7, five of 9 and three of 4 wrong, median 0.96. One more may fall the other way by rounding.
     assert!(quiet.misses_at_most(1), "{quiet:?}");
     assert!(one.misses_at_most(6), "{one:?}");

@@ -91,6 +91,28 @@ fn a_label_says_what_the_plant_was() {
     assert!((3..=13).contains(&case.runs.len()));
 }
 
+/// A strong effect hides a weak one beside it: each is told by what the case would show without it.
+#[test]
+fn a_label_says_how_far_each_of_several_shows() {
+    let case =
+        FamilyCase::make(&recipe(4, FormSet::A, &[("wheel_radius", 2.0), ("mass_error", 0.05)])).unwrap();
+    let label = &case.label;
+    let [radius, mass] = [0, 1].map(|k| label.salience_of(&label.effects[k]));
+    println!(
+        "both {:.2}, the radius beside the mass {radius:.2}, the mass beside the radius {mass:.2}",
+        label.salience()
+    );
+    assert!(radius > 1.5 && mass < 1.02);
+    let alone = FamilyCase::make(&recipe(4, FormSet::A, &[("wheel_radius", 2.0)])).unwrap().label;
+    assert!(alone.effects[0].gap_without.is_none());
+    assert_eq!(alone.salience_of(&alone.effects[0]), alone.salience());
+    let without = label.effects[1].gap_without.unwrap();
+    assert!(
+        (without.fit / alone.gap_calibrated.fit - 1.0).abs() < 0.01,
+        "without the mass the radius is alone"
+    );
+}
+
 #[test]
 fn recordings_are_in_the_form_of_the_contract() {
     for wheelsets in [2, 4] {

@@ -171,6 +171,40 @@ fn one_sample_is_that_of_a_fine_implicit_solution() {
 }
 
 /// A brake stops a wheelset and holds it: on a grade, while the wagon stops, and whatever noise a filter adds to rest.
+/// Held by its brakes, thrown off standstill as noise of the sensors does it: one sample ends where two hundred short ones do. A brake
+/// that hardly holds lets wheelsets turn on for a while, which is followed less closely.
+#[test]
+fn a_wagon_that_its_brakes_hold_stands_as_in_fine_steps() {
+    let models = [false, true].map(|falling| WagonModel::new(&vehicle(falling)).expect("model"));
+    for (demand, allowed_m_s) in [(0.3, 1e-4), (0.05, 2.5e-3)] {
+        let (mut worst, mut cases) = ((0.0, 0.0), 0);
+        for (k, v) in [-0.06, -0.01, -1e-4, 0.0, 0.003, 0.02, 0.09].into_iter().enumerate() {
+            for off in [[0.0, 0.0], [0.05, -0.08], [-0.02, 0.03]] {
+                for (peak, push_n) in [(0.31, 0.0), (0.31, 900.0), (0.05, -600.0), (0.31, 4e3)] {
+                    let model = &models[k % 2];
+                    let mut start = start(model, 0.0, 0.31, demand, [0.0, 0.0]);
+                    (start.state.v_m_s, start.acceleration_m_s2) = (v, 0.0);
+                    start.state.wheel_speed_rad_s[..2].copy_from_slice(&off);
+                    start.loading.adhesion_peak = [peak; MAX_WHEELSETS];
+                    start.loading.other_n = push_n;
+                    for rate_hz in [20.0, 50.0, 100.0] {
+                        let once = simulate(model.constants(), &start, rate_hz, 1);
+                        let fine = simulate(model.constants(), &start, 200.0 * rate_hz, 200);
+                        let (body, wheels) = apart(&once, &fine);
+                        worst = (f64::max(worst.0, body), f64::max(worst.1, wheels));
+                        cases += 1;
+                    }
+                }
+            }
+        }
+        println!(
+            "brake {demand}: {cases} starts, at worst {:.1e} m/s and {:.1e} rad/s apart",
+            worst.0, worst.1
+        );
+        assert!(worst.0 < allowed_m_s && worst.1 < 0.01 && cases == 252, "{worst:?}");
+    }
+}
+
 #[test]
 fn a_braked_wheelset_never_turns_backwards() {
     let model = WagonModel::new(&vehicle(false)).expect("model");

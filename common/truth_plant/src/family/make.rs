@@ -86,10 +86,7 @@ impl FamilyCase {
             let others: Vec<&Chosen> =
                 chosen.iter().enumerate().filter(|(k, _)| *k != index).map(|(_, other)| other).collect();
             let without = || vehicle.calibrated(&vehicle.drive(&others), ROUNDS);
-            LabelledEffect {
-                gap_without: (!others.is_empty()).then(without),
-                ..one.label(&vehicle.sheet)
-            }
+            LabelledEffect { gap_without: (!others.is_empty()).then(without), ..one.label(&vehicle.sheet) }
         };
         let label = Label {
             case: recipe.name.clone(),

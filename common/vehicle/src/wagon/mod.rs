@@ -8,6 +8,7 @@ mod flow;
 mod guarded;
 mod integrate;
 mod quantities;
+mod rest;
 mod sample_step;
 mod slopes;
 

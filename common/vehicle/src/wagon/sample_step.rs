@@ -9,7 +9,8 @@
 //! with T the torque of drive and brake and R what else acts on the body. Momentum m v + Σ J ω / r changes by outer forces
 //! only, so that speeds follow from the slips without stiffness. The slips take one step of an exponential Rosenbrock
 //! method (order two with one evaluation of the contact law, three with two). Where a wheelset breaks away, catches,
-//! stops or starts, or a disturbance threw it off, each equation is followed in steps of its own, see [`super::guarded`].
+//! stops or starts, or a disturbance threw it off, each equation is followed in steps of its own, see [`super::guarded`]; a wagon
+//! that its brakes hold at standstill needs none, see [`super::rest`].
 
 use super::{Constants, Loading, WagonState};
 use crate::adhesion::{creep_force_pair_at, initial_creep_slope_n};
@@ -22,7 +23,9 @@ const NEGLECTED_M_S: f64 = 2e-6;
 /// Error that may stay behind the correction of bent creep, m/s of slip: about the correction's square over the change.
 const UNCORRECTED_M_S: f64 = 1e-5;
 /// Distance from rolling that may be left of a wheelset that has settled, m/s of slip.
-const UNSETTLED_M_S: f64 = 1e-5;
+pub(super) const UNSETTLED_M_S: f64 = 1e-5;
+/// Speed from which nobody asks whether the wagon stands, m/s.
+const STANDING_M_S: f64 = 0.1;
 /// Newton steps towards the slip of rolling, and the last one's size, m/s.
 const NEWTON_STEPS: usize = 6;
 const CONVERGED_M_S: f64 = 1e-6;
@@ -33,7 +36,7 @@ pub struct SampleStep<'a, const PAIRS: usize> {
     pub(super) constants: &'a Constants,
     pub(super) dt_s: f64,
     /// Mass of body and turning wheelsets, kg.
-    moving_kg: f64,
+    pub(super) moving_kg: f64,
     pub(super) per_mass: f64,
     /// Bound of the second derivative of saturation over slip, by load and reference speed, N.
     bend_n: f64,
@@ -146,6 +149,11 @@ impl<'a, const PAIRS: usize> SampleStep<'a, PAIRS> {
         let mut force_n = [0.0; MAX_WHEELSETS];
         for (pair, lane) in lanes.iter().enumerate() {
             force_n[2 * pair..2 * pair + 2].copy_from_slice(&lane.force.to_array());
+        }
+        if state.v_m_s.abs() < STANDING_M_S
+            && let Some(next) = self.rest(state, load_n, loading)
+        {
+            return (next, force_n);
         }
         let next = (self.slide(&mut lanes, rest, reference) || self.settle(&mut lanes, rest, reference))
             .then(|| self.speeds(&lanes, state, loading, rest))

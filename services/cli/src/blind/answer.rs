@@ -163,7 +163,11 @@ mod tests {
         assert!((answer.entropy - 2.0_f64.ln()).abs() < 1e-12);
         assert_eq!(answer.unknown(), 0.5);
         let held: Vec<&Set> = answer.held().collect();
-        assert_eq!(held, [&Set { effects: vec!["sanding".into()], unknown: true, p: 0.5 }], "there is no eighth set");
+        assert_eq!(
+            held,
+            [&Set { effects: vec!["sanding".into()], unknown: true, p: 0.5 }],
+            "there is no eighth set"
+        );
         assert_eq!(answer.word(), "sanding + unknown");
         assert!(answer.effects[0].is("self_cleaning") && !answer.effects[0].is("brake_lag"));
         assert_eq!(answer.effects[0].parameters["gain"], (0.3, 0.2, 0.4));

@@ -125,9 +125,10 @@ impl Score {
             each_that_shows: several()
                 .flat_map(|outcome| outcome.showing().into_iter().map(move |id| (outcome, id)))
                 .fold(Rate::default(), |rate, (outcome, id)| rate.and(outcome.names(id))),
-            all_that_show: Rate::count(several().filter(|outcome| !outcome.showing().is_empty()), |outcome| {
-                outcome.showing().iter().all(|id| outcome.names(id))
-            }),
+            all_that_show: Rate::count(
+                several().filter(|outcome| !outcome.showing().is_empty()),
+                |outcome| outcome.showing().iter().all(|id| outcome.names(id)),
+            ),
             unknown_beside_a_right_name: Rate::count(single(), Outcome::says_unknown),
             name_too_many: Rate::count(single(), |outcome| outcome.effects().len() > 1),
             closure_median: quantile(&closures, 0.5),

@@ -67,7 +67,12 @@ pub(super) fn markdown(score: &Score, outcomes: &[Outcome], head: &Head) -> Stri
         "≥ 0.70",
     );
     row("all of three named", rate(score.triples_all_named), nothing(), "≥ 0.5");
-    row("of two and three: effects that show beside the others, named", rate(score.each_that_shows), nothing(), "");
+    row(
+        "of two and three: effects that show beside the others, named",
+        rate(score.each_that_shows),
+        nothing(),
+        "",
+    );
     row("of two and three: all that show named", rate(score.all_that_show), nothing(), "");
     row("`unknown` beside one nameable effect", rate(score.unknown_beside_a_right_name), nothing(), "");
     row("a name too many beside one effect", rate(score.name_too_many), nothing(), "");
