@@ -12,12 +12,11 @@
 //!
 //! `cargo run --release -p railgrip-diagnosis --example explain CASE` prints all of it for one case.
 
-use crate::answer::schema::{Report, Verdict};
+use crate::answer::schema::{NaturalGap, Report, Verdict};
 use crate::answer::supplement::{Detail, Settings};
 use crate::data::align::Alignments;
 use crate::data::case::{Case, Run};
 use crate::data::lacks;
-use crate::data::noise::SensorNoise;
 use crate::decide::criteria::Criteria;
 use crate::decide::evidence::{self, Judgement};
 use crate::decide::in_gap::{self, Search};
@@ -26,7 +25,8 @@ use crate::decide::selection::{self, Selection};
 use crate::fit::windows::Models;
 use crate::model::parameters::Built;
 use crate::plan::{self, Limits, Plan};
-use crate::predict::open_loop;
+use crate::predict::disturbances::DisturbanceModel;
+use crate::predict::{natural, open_loop};
 use crate::write::predictions::Predicted;
 use crate::write::{details, predictions, regime, report};
 use railgrip_recording::Table;
@@ -171,10 +171,16 @@ fn diagnose_and<T>(
     let predict = |built: &[Built; 3], runs: &[Run]| predictions::predict(case, runs, built.each_ref());
     let (mut fit, mut holdout) = (predict(&built, &case.fit), predict(&built, &case.holdout));
 
+    // What a right model would leave: the noise that was heard, drifting pads and gusts, on these very runs.
+    let natural = (!case.is_coupled()).then(|| natural_gap(case, &built[1], options.seed));
+
     // In practice: what does next to nothing to the gap is no answer to where it comes from, and a gap that is left is one. That
     // of a coupled wagon is mostly its couplers.
-    if !case.is_coupled() {
-        judgement.decision = in_practice(judgement.decision, &practice(case, &fit, &holdout), &criteria);
+    if let Some(natural) = natural {
+        let share = criteria.localisation.event_share;
+        let practice =
+            |fit: &[Predicted], holdout: &[Predicted]| practice(case, natural, share, [fit, holdout]);
+        judgement.decision = in_practice(judgement.decision, &practice(&fit, &holdout), &criteria);
         let tried = &selection.best.fitted;
         let is_overruled = judgement.decision.verdict == Verdict::Unknown && judgement.evidence.is_named();
         if is_overruled && tried.shape.effects.len() == 1 {
@@ -182,7 +188,7 @@ fn diagnose_and<T>(
             let with_built = with.build();
             let (fit_with, holdout_with) =
                 (predict(&with_built, &case.fit), predict(&with_built, &case.holdout));
-            if let Some(decision) = in_spite_of_curve(&practice(case, &fit_with, &holdout_with), &criteria) {
+            if let Some(decision) = in_spite_of_curve(&practice(&fit_with, &holdout_with), &criteria) {
                 judgement.decision = decision;
                 judgement.forget_missing();
                 named = Some(tried);
@@ -193,7 +199,7 @@ fn diagnose_and<T>(
         if is_unnamed && let Some(missing) = &judgement.missing {
             let models = calibrated.extended_by(thin, Some(&missing.fitted));
             let built = models.build();
-            let practice = practice(case, &predict(&built, &case.fit), &predict(&built, &case.holdout));
+            let practice = practice(&predict(&built, &case.fit), &predict(&built, &case.holdout));
             judgement.decision = in_practice_of_curve(judgement.decision, &practice, &criteria);
             judgement.forget_missing();
         }
@@ -226,6 +232,7 @@ fn diagnose_and<T>(
         &judgement,
         &models,
         [&fit, &holdout],
+        natural,
         regime,
         &criteria,
     );
@@ -247,8 +254,13 @@ fn diagnose_and<T>(
     (Outcome { report, detail, predictions, vehicle }, more)
 }
 
-/// What the models do to the gap of fitted and of predicted runs.
-fn practice(case: &Case, fit: &[Predicted], holdout: &[Predicted]) -> Practice {
+/// What the models do to the gap of fitted and of predicted runs; `natural` is what a right model would leave of it.
+fn practice(
+    case: &Case,
+    natural: NaturalGap,
+    event_share: f64,
+    [fit, holdout]: [&[Predicted]; 2],
+) -> Practice {
     let gaps = |runs: &[Predicted]| {
         let [_, calibrated, extended] = predictions::totals(runs).map(|tally| tally.gap());
         [calibrated, extended]
@@ -259,19 +271,18 @@ fn practice(case: &Case, fit: &[Predicted], holdout: &[Predicted]) -> Practice {
         held_out: is_held_out.then(|| gaps(holdout)),
         predicted: is_held_out.then(|| predictions::robust_gaps(holdout)),
         moved: predictions::moved(case, holdout),
-        floor: floor(case),
+        lasting: predictions::lasting_gap(fit.iter().chain(holdout), event_share),
+        natural: [natural.fit, natural.holdout.unwrap_or(natural.fit)],
     }
 }
 
-/// The largest gap that a model without error has on a run of the case.
-fn floor(case: &Case) -> f64 {
-    let (vehicle, file) = (&case.vehicle, SensorNoise::of_file(&case.vehicle.sensors));
-    let noise = [0, 1].map(|j| case.noise[j].level() / file[j].level());
-    let runs = case.fit.iter().chain(&case.holdout);
-    let of_run = |run: &Run| {
-        open_loop::floor(&vehicle.sensors, noise, vehicle.wheelset.radius_m, run.dt_s, run.wheelsets)
+/// The gap that the calibrated model would leave if it were right.
+fn natural_gap(case: &Case, calibrated: &Built, seed: u64) -> NaturalGap {
+    let of = |runs: &[Run]| {
+        let disturbances = DisturbanceModel::default();
+        open_loop::Tally::total(&natural::tallies(case, runs, calibrated, &disturbances, seed)).gap()
     };
-    runs.map(of_run).fold(1.0, f64::max)
+    NaturalGap { fit: of(&case.fit), holdout: (!case.holdout.is_empty()).then(|| of(&case.holdout)) }
 }
 
 /// What is said of a wagon that does not run alone.

@@ -125,7 +125,7 @@ fn truth(label: Value) -> Result<(String, Truth), serde_json::Error> {
         plain.effects.into_iter().partition(|id| effects::find(id).is_some());
     let unknown = plain.unknown || !nameless.is_empty();
     let visible = (unknown || !known.is_empty()) && salience >= VISIBLE;
-    Ok((plain.case, Truth { effects: known, unknown, visible }))
+    Ok((plain.case, Truth { effects: known, hidden: Vec::new(), unknown, visible }))
 }
 
 /// A figure; a dash where there is nothing to tell it from.

@@ -243,6 +243,31 @@ pub struct Gap {
     pub fit: ThreeGaps,
     /// On the runs that they only predict.
     pub holdout: HoldoutGap,
+    /// What the calibrated model would leave if it were right; absent where that is not asked (a law measured alone, a coupled wagon).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub natural: Option<NaturalGap>,
+}
+
+/// The gap that a right model would leave on these recordings, see [`natural`](crate::predict::natural).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NaturalGap {
+    /// On the runs that the models were fitted to.
+    pub fit: f64,
+    /// On the runs that they only predict; absent without such runs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub holdout: Option<f64>,
+}
+
+impl Gap {
+    /// Gap of the extended model over that of a right one, RMS of fitted and predicted runs; `None` where that was not asked.
+    pub fn left(&self) -> Option<f64> {
+        let natural = self.natural?;
+        let held_out = natural.holdout.map(|natural| [self.holdout.extended, natural]);
+        let sets = [Some([self.fit.extended, natural.fit]), held_out];
+        let square = |k: usize| sets.iter().flatten().map(|set| set[k].powi(2)).sum::<f64>();
+        let left = (square(0) / square(1)).sqrt();
+        left.is_finite().then_some(left)
+    }
 }
 
 /// Gaps of the three models on one set of runs.

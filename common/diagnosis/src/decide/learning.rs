@@ -1,7 +1,7 @@
 //! Learning how probable findings are, from reports on cases of which it is known what was at work.
 
 use crate::answer::schema::{FoundEffect, PosteriorSet, Report, Verdict};
-use crate::decide::holds::{Held, Holds, Lean, place_evidence};
+use crate::decide::holds::{Held, Holds, Lean, Signs};
 use crate::decide::posterior::{Calibration, Grounds, Scaling, WhenWrong, fewest, grounds};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -14,6 +14,8 @@ const HELD: f64 = 0.9;
 pub struct Truth {
     /// Effects of the library that were at work.
     pub effects: Vec<String>,
+    /// Those of them that cannot be seen beside the others: a set is the truth with them or without.
+    pub hidden: Vec<String>,
     /// Whether something else was.
     pub unknown: bool,
     /// Whether any of it could be seen at all.
@@ -23,9 +25,10 @@ pub struct Truth {
 impl Truth {
     fn is(&self, set: &PosteriorSet) -> bool {
         let nothing = set.effects.is_empty() && !set.unknown;
-        let mut effects = self.effects.clone();
-        effects.sort();
-        (nothing && !self.visible) || (set.unknown == self.unknown && set.effects == effects)
+        let says = set.unknown || !set.effects.is_empty();
+        let at_work = says && set.effects.iter().all(|id| self.effects.contains(id));
+        let whole = self.effects.iter().all(|id| set.effects.contains(id) || self.hidden.contains(id));
+        (nothing && !self.visible) || (set.unknown == self.unknown && at_work && whole)
     }
 }
 
@@ -34,7 +37,7 @@ pub fn learn(cases: &[(Report, Truth)], provenance: String) -> Calibration {
     let means = |effect: &FoundEffect, id: &String| effect.id == *id || effect.equivalent.contains(id);
     let mut names: Vec<(Grounds, bool)> = Vec::new();
     let mut wrong = [[1.0; 3]; 2];
-    let mut classes: Vec<(Verdict, Option<f64>, usize)> = Vec::new();
+    let mut classes: Vec<(Verdict, Signs, usize)> = Vec::new();
     for (report, truth) in cases {
         for (index, effect) in report.effects.iter().enumerate() {
             let further = usize::from(index > 0);
@@ -55,7 +58,7 @@ pub fn learn(cases: &[(Report, Truth)], provenance: String) -> Calibration {
             Truth { unknown: true, .. } => 2,
             Truth { effects, .. } => usize::from(!effects.is_empty()),
         };
-        classes.push((report.verdict, place_evidence(report), class));
+        classes.push((report.verdict, Signs::of(report), class));
     }
     let when_wrong = |counts| {
         let [rival, nothing, other] = shares(counts);
@@ -65,8 +68,8 @@ pub fn learn(cases: &[(Report, Truth)], provenance: String) -> Calibration {
         [Verdict::None, Verdict::Effects, Verdict::Unknown, Verdict::EffectsAndUnknown]
             .map(|verdict| (verdict.name().to_owned(), counted(verdict, &classes)))
             .into();
-    let held = |(verdict, place, class): &(Verdict, Option<f64>, usize)| -> Option<Held> {
-        Some((*verdicts.get(verdict.name())?, (*place)?, *class))
+    let held = |(verdict, signs, class): &(Verdict, Signs, usize)| -> Option<Held> {
+        Some((*verdicts.get(verdict.name())?, *signs, *class))
     };
     let places = Lean::fit(&classes.iter().filter_map(held).collect::<Vec<Held>>());
     let mut calibration = Calibration {
@@ -83,14 +86,16 @@ pub fn learn(cases: &[(Report, Truth)], provenance: String) -> Calibration {
     calibration
 }
 
-/// What the cases of a verdict held, half a case more of each, and the mean evidence of their places.
-fn counted(verdict: Verdict, classes: &[(Verdict, Option<f64>, usize)]) -> Holds {
+/// What the cases of a verdict held, half a case more of each, and the means of their signs.
+fn counted(verdict: Verdict, classes: &[(Verdict, Signs, usize)]) -> Holds {
     let of = || classes.iter().filter(|(other, _, _)| *other == verdict);
     let [none, known, unknown] =
         shares([0, 1, 2].map(|class| 0.5 + of().filter(|(_, _, held)| *held == class).count() as f64));
-    let places: Vec<f64> = of().filter_map(|(_, place, _)| *place).collect();
-    let place = places.iter().sum::<f64>() / places.len().max(1) as f64;
-    Holds { none, known, unknown, place }
+    let mean = |sign: fn(&Signs) -> Option<f64>| {
+        let signs: Vec<f64> = of().filter_map(|(_, signs, _)| sign(signs)).collect();
+        signs.iter().sum::<f64>() / signs.len().max(1) as f64
+    };
+    Holds { none, known, unknown, place: mean(|signs| signs.place), left: mean(|signs| signs.left) }
 }
 
 /// Counts as shares.
@@ -215,6 +220,22 @@ mod tests {
         assert!(log_loss(&[], &[]).is_nan() && area(&right, &[]).is_nan());
     }
 
+    #[test]
+    fn a_set_is_the_truth_without_what_cannot_be_seen_beside_the_others() {
+        let truth = Truth {
+            effects: vec!["b".into(), "a".into()],
+            hidden: vec!["a".into()],
+            unknown: false,
+            visible: true,
+        };
+        let is = |ids: &[&str], unknown: bool| {
+            let effects = ids.iter().map(|id| (*id).to_owned()).collect();
+            truth.is(&PosteriorSet { effects, unknown, p: 0.5 })
+        };
+        assert!(is(&["a", "b"], false) && is(&["b"], false));
+        assert!(!is(&["a"], false) && !is(&["b", "c"], false) && !is(&["b"], true) && !is(&[], false));
+    }
+
     /// A score that overstates is brought down to how often it was right, and the verdict sets then hold the truth.
     #[test]
     fn learning_makes_stated_probabilities_true() {
@@ -224,7 +245,8 @@ mod tests {
                 let right = random.random::<f64>() < 0.7;
                 let effects = vec![named("a", 4.0, &[("c", 0.8)])];
                 let truth = if right { "a" } else { "c" };
-                let truth = Truth { effects: vec![truth.into()], unknown: false, visible: true };
+                let truth =
+                    Truth { effects: vec![truth.into()], hidden: Vec::new(), unknown: false, visible: true };
                 (report(Verdict::Effects, effects), truth)
             })
             .collect();
@@ -249,7 +271,7 @@ mod tests {
                 let evidence = crate::decide::verdict::tests::NOTHING;
                 let evidence = Some(crate::answer::schema::Evidence { place_evidence: place, ..evidence });
                 let report = Report { evidence, ..report(Verdict::None, Vec::new()) };
-                (report, Truth { effects: Vec::new(), unknown, visible: unknown })
+                (report, Truth { effects: Vec::new(), hidden: Vec::new(), unknown, visible: unknown })
             })
             .collect();
         let calibration = learn(&cases, "a test".into());

@@ -9,14 +9,15 @@
 //! * A named effect is right with the probability 1 / (1 + exp(−w·x)) (logistic regression), where x are its grounds: one, its
 //!   score (log-odds of [`confidence`](crate::decide::confidence)), by how much the effects shrink the gap of runs that were
 //!   not fitted, how many parameters it has to imitate others with, whether all that is named acts elsewhere than where
-//!   freeing a place gains most, how near the next candidate comes to it, and by how much the gap grows without it.
+//!   freeing a place gains most, how near the next candidate comes to it, by how much the gap grows without it, and how much more
+//!   than a right model the extended one leaves.
 //! * Where it is wrong, one of its rivals is at work in its place, or nothing, or something that is not listed, with shares
 //!   counted on the cases. Rivals share theirs by the square of how near they came.
 //! * A verdict says with counted frequency that the truth holds none, known effects only, or an unknown one, and the evidence of
-//!   the likeliest place leans it ([`holds`](crate::decide::holds)).
+//!   the likeliest place and what is left of the gap lean it ([`holds`](crate::decide::holds)).
 
 use crate::answer::schema::{FoundEffect, PosteriorSet, Report, Verdict};
-use crate::decide::holds::{Holds, Lean, place_evidence};
+use crate::decide::holds::{Holds, Lean, Signs};
 use crate::decide::newton;
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
@@ -29,11 +30,18 @@ const CANDIDATES: usize = 3;
 
 /// What the probability of a name follows from, and how many figures that are.
 pub type Grounds = SVector<f64, GROUNDS>;
-const GROUNDS: usize = 7;
+const GROUNDS: usize = 8;
 /// A rival that gains this share of what the name gains counts nothing, one that gains so much counts whole; set by hand.
 const RIVAL: [f64; 2] = [0.5, 0.9];
 /// Growth of the gap without a name, in sensor sigmas, within which it counts; set by hand.
 const GROWTH: [f64; 2] = [0.03, 3.0];
+/// What is left of the gap over what a right model would leave, within which it counts; set by hand.
+const LEFT: [f64; 2] = [0.9, 3.0];
+
+/// ln of what the extended model leaves over what a right one would; `None` in reports that do not say.
+pub(super) fn left_over(report: &Report) -> Option<f64> {
+    report.gap.left().map(|left| left.clamp(LEFT[0], LEFT[1]).ln())
+}
 
 /// The grounds of a name in its report.
 pub fn grounds(report: &Report, effect: &FoundEffect) -> Option<Grounds> {
@@ -50,7 +58,8 @@ pub fn grounds(report: &Report, effect: &FoundEffect) -> Option<Grounds> {
     let rival = ((nearest - RIVAL[0]) / (RIVAL[1] - RIVAL[0])).clamp(0.0, 1.0);
     let shows = effect.gap_grows_without.map_or(0.0, |gap| gap.clamp(GROWTH[0], GROWTH[1]).ln());
     let elsewhere = f64::from(u8::from(elsewhere));
-    Some(Grounds::from([1.0, effect.score?, carried, freedom, elsewhere, rival, shows]))
+    let left = left_over(report).unwrap_or(0.0);
+    Some(Grounds::from([1.0, effect.score?, carried, freedom, elsewhere, rival, shows, left]))
 }
 
 /// From the grounds of a name to a probability.
@@ -76,18 +85,29 @@ pub struct Scaling {
     /// Log-odds for each factor of e by which the gap grows without it, in sensor sigmas.
     #[serde(default)]
     pub shows: f64,
+    /// Log-odds for each factor of e by which more is left of the gap than a right model would leave.
+    #[serde(default)]
+    pub left: f64,
 }
 
 impl Scaling {
     /// The score as it is.
-    pub const PLAIN: Self =
-        Self { offset: 0.0, slope: 1.0, carries: 0.0, freedom: 0.0, elsewhere: 0.0, rival: 0.0, shows: 0.0 };
+    pub const PLAIN: Self = Self {
+        offset: 0.0,
+        slope: 1.0,
+        carries: 0.0,
+        freedom: 0.0,
+        elsewhere: 0.0,
+        rival: 0.0,
+        shows: 0.0,
+        left: 0.0,
+    };
     /// Widths of the prior around [`Self::PLAIN`], which keeps it sensible where there are few cases.
-    const WIDTHS: [f64; GROUNDS] = [2.0, 0.5, 3.0, 1.5, 1.0, 1.0, 0.5];
+    const WIDTHS: [f64; GROUNDS] = [2.0, 0.5, 3.0, 1.5, 1.0, 1.0, 0.5, 2.0];
 
     fn weights(&self) -> Grounds {
-        let Self { offset, slope, carries, freedom, elsewhere, rival, shows } = *self;
-        Grounds::from([offset, slope, carries, freedom, elsewhere, rival, shows])
+        let Self { offset, slope, carries, freedom, elsewhere, rival, shows, left } = *self;
+        Grounds::from([offset, slope, carries, freedom, elsewhere, rival, shows, left])
     }
 
     /// Probability on these grounds.
@@ -127,6 +147,7 @@ impl Scaling {
             elsewhere: at[4],
             rival: at[5],
             shows: at[6],
+            left: at[7],
         }
     }
 }
@@ -204,7 +225,7 @@ impl Calibration {
     /// What the truth holds in view of a report.
     fn holds(&self, report: &Report) -> Holds {
         let counted = self.verdicts.get(report.verdict.name()).unwrap_or(&Holds::EVEN);
-        counted.leant(&self.places, place_evidence(report))
+        counted.leant(&self.places, &Signs::of(report))
     }
 
     /// Sets of effects and their probabilities, the likeliest first.
@@ -351,6 +372,7 @@ pub(crate) mod tests {
                     by_signal: BTreeMap::new(),
                     worst_window: None,
                 },
+                natural: None,
             },
             unexplained: None,
             next_run: None,
@@ -410,14 +432,14 @@ pub(crate) mod tests {
         let names: Vec<(Grounds, bool)> = (0..4000)
             .map(|_| {
                 let [score, carried] = [6.0, 1.0].map(|size| size * random.random::<f64>());
-                let grounds = Grounds::from([1.0, score - 1.0, carried, 0.0, 0.0, 0.0, 0.0]);
+                let grounds = Grounds::from([1.0, score - 1.0, carried, 0.0, 0.0, 0.0, 0.0, 0.0]);
                 (grounds, random.random::<f64>() < truth.probability(&grounds))
             })
             .collect();
         let found = Scaling::fit(&names);
         println!("{found:?}");
         for (score, carried) in [(-1.0, 0.0), (1.0, 1.0), (3.0, 0.0), (3.0, 0.8)] {
-            let grounds = Grounds::from([1.0, score, carried, 0.0, 0.0, 0.0, 0.0]);
+            let grounds = Grounds::from([1.0, score, carried, 0.0, 0.0, 0.0, 0.0, 0.0]);
             let (found, truth) = (found.probability(&grounds), truth.probability(&grounds));
             assert!((found - truth).abs() < 0.05, "{score}, {carried}: {found} instead of {truth}");
         }

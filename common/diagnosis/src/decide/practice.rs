@@ -18,8 +18,12 @@ pub struct Practice {
     pub predicted: Option<[f64; 2]>,
     /// By how much the effects change what is predicted of runs that were not fitted: RMS over the sigmas of the sensors.
     pub moved: f64,
-    /// The gap of a model without error, see [`open_loop::floor`](crate::predict::open_loop::floor).
-    pub floor: f64,
+    /// Gap with tolerances alone in all runs but for the few windows that err most, see [`Localisation::event_share`](crate::decide::criteria::Localisation::event_share): a
+    /// wheelset that slides in the model and held on the track is no effect.
+    pub lasting: f64,
+    /// The gap that a right model would leave on fitted and on predicted runs, see [`natural`](crate::predict::natural); the same twice
+    /// without runs that are only predicted.
+    pub natural: [f64; 2],
 }
 
 /// When a rule of this table decides.
@@ -35,14 +39,14 @@ pub static RULES: [(Verdict, Rule, Holds); 7] = [
             verdict: Verdict::Unknown,
             missing: Missing::BesideEffects,
         },
-        |practice, limits| practice.calibrated() > practice.unnatural(limits),
+        |practice, limits| practice.lasting > practice.unnatural(limits),
     ),
     (Verdict::Effects, NEXT_TO_NOTHING, |practice, limits| {
         practice.does_nothing(limits) && practice.calibrated() <= practice.unnatural(limits)
     }),
     (Verdict::Effects, NAMES_DO_NOTHING, Practice::does_nothing),
     (Verdict::EffectsAndUnknown, NEXT_TO_NOTHING, |practice, limits| {
-        practice.does_nothing(limits) && practice.calibrated() < limits.noticeable_gap
+        practice.does_nothing(limits) && practice.calibrated() <= practice.unnatural(limits)
     }),
     (Verdict::EffectsAndUnknown, NAMES_DO_NOTHING, Practice::does_nothing),
     (
@@ -105,9 +109,9 @@ impl Practice {
         f64::sqrt(sum / count)
     }
 
-    /// Gap beyond which something is missing: what tolerances make beside noise adds to what the noise of a window's start makes.
+    /// Gap beyond which something is missing.
     fn unnatural(&self, limits: &VerdictLimits) -> f64 {
-        limits.unnatural_gap.hypot((self.floor.powi(2) - 1.0).max(0.0).sqrt())
+        limits.unnatural_ratio * self.natural[0].hypot(self.natural[1]) * std::f64::consts::FRAC_1_SQRT_2
     }
 
     /// Whether the greater part of the gap is closed in the fitted runs, and at least half as much in those only predicted, which may
@@ -153,10 +157,10 @@ impl Practice {
 
     /// Whether less than most of the gap is closed in all runs, and more is left than tolerances and noise make.
     fn leaves_most(&self, limits: &VerdictLimits) -> bool {
-        self.sets().all(|[calibrated, extended]| {
+        self.sets().zip(self.natural).all(|([calibrated, extended], natural)| {
             let closed = calibrated - extended;
-            extended > limits.unnatural_gap
-                && closed < limits.most_of_gap * (calibrated - limits.noticeable_gap)
+            extended > limits.unnatural_ratio * natural
+                && closed < limits.most_of_gap * (calibrated - natural)
         })
     }
 }
@@ -178,7 +182,7 @@ pub fn in_practice(decision: Decision, practice: &Practice, criteria: &Criteria)
 /// The decision that something is missing without a name, in view of what the curve that shows it does to the gap.
 pub fn in_practice_of_curve(decision: Decision, practice: &Practice, criteria: &Criteria) -> Decision {
     let limits = &criteria.verdict;
-    let is_small = practice.calibrated() < limits.noticeable_gap;
+    let is_small = practice.calibrated() <= practice.unnatural(limits);
     if decision.verdict != Verdict::Unknown || !is_small || !practice.curve_does_nothing(limits) {
         return decision;
     }
@@ -221,8 +225,14 @@ mod tests {
     fn a_candidate_that_closes_the_gap_is_not_overruled_by_a_curve() {
         let criteria = Criteria::default();
         let asked = |fitted, held_out| {
-            let practice =
-                Practice { fitted, held_out: Some(held_out), predicted: None, moved: 3.0, floor: 1.2 };
+            let practice = Practice {
+                fitted,
+                held_out: Some(held_out),
+                predicted: None,
+                moved: 3.0,
+                lasting: 2.0,
+                natural: [1.7; 2],
+            };
             in_spite_of_curve(&practice, &criteria).map(|decision| decision.rule.name)
         };
         assert_eq!(asked([6.8, 1.7], [6.6, 2.0]), Some("effect_closes_gap"));
@@ -238,15 +248,27 @@ mod tests {
         let named = decide(&EXPLAINED, &criteria);
         let asked = |shrinks: [f64; 2]| {
             let [fitted, held_out] = shrinks.map(|share| [2.0, 2.0 * (1.0 - share)]);
-            let practice =
-                Practice { fitted, held_out: Some(held_out), predicted: None, moved: 3.0, floor: 1.2 };
+            let practice = Practice {
+                fitted,
+                held_out: Some(held_out),
+                predicted: None,
+                moved: 3.0,
+                lasting: 2.0,
+                natural: [1.7; 2],
+            };
             in_practice(named, &practice, &criteria).rule.name
         };
         assert_eq!(asked([0.001, 0.002]), "next_to_nothing");
         assert_eq!(asked([0.001, 0.02]), "next_to_nothing", "fitted runs are no better");
         assert_eq!(asked([0.05, 0.001]), "effects_explain_gap");
-        let large =
-            Practice { fitted: [8.0; 2], held_out: Some([24.0; 2]), predicted: None, moved: 3.0, floor: 1.2 };
+        let large = Practice {
+            fitted: [8.0; 2],
+            held_out: Some([24.0; 2]),
+            predicted: None,
+            moved: 3.0,
+            lasting: 2.0,
+            natural: [1.7; 2],
+        };
         assert_eq!(in_practice(named, &large, &criteria).rule.name, "names_do_nothing");
         let in_part = decide(&beside(300.0), &criteria);
         let practice = Practice {
@@ -254,7 +276,8 @@ mod tests {
             held_out: Some([24.0, 50.0]),
             predicted: None,
             moved: 3.0,
-            floor: 1.2,
+            lasting: 2.0,
+            natural: [1.7; 2],
         };
         assert_eq!(in_practice(in_part, &practice, &criteria).rule.name, "names_do_nothing");
         let small = Practice {
@@ -262,11 +285,19 @@ mod tests {
             held_out: Some([1.5, 1.5]),
             predicted: None,
             moved: 3.0,
-            floor: 1.2,
+            lasting: 2.0,
+            natural: [1.7; 2],
         };
         assert_eq!(in_practice(in_part, &small, &criteria).rule.name, "next_to_nothing");
         let unknown = decide(&beside(700.0), &criteria);
-        let practice = Practice { fitted: [2.0; 2], held_out: None, predicted: None, moved: 3.0, floor: 1.2 };
+        let practice = Practice {
+            fitted: [2.0; 2],
+            held_out: None,
+            predicted: None,
+            moved: 3.0,
+            lasting: 2.0,
+            natural: [1.7; 2],
+        };
         assert_eq!(in_practice(unknown, &practice, &criteria).rule.name, unknown.rule.name);
     }
 
@@ -275,8 +306,14 @@ mod tests {
         let criteria = Criteria::default();
         let named = decide(&EXPLAINED, &criteria);
         let asked = |fitted: [f64; 2], held_out: [f64; 2]| {
-            let practice =
-                Practice { fitted, held_out: Some(held_out), predicted: None, moved: 3.0, floor: 1.2 };
+            let practice = Practice {
+                fitted,
+                held_out: Some(held_out),
+                predicted: None,
+                moved: 3.0,
+                lasting: 2.0,
+                natural: [1.7; 2],
+            };
             in_practice(named, &practice, &criteria).rule.name
         };
         assert_eq!(asked([2.19, 2.16], [2.15, 2.145]), "next_to_nothing");
@@ -289,13 +326,26 @@ mod tests {
         let criteria = Criteria::default();
         let unknown = decide(&Evidence { effects: 0, gain: 0.0, ..beside(100.0) }, &criteria);
         let asked = |fitted: [f64; 2]| {
-            let practice =
-                Practice { fitted, held_out: Some([1.7, 1.69]), predicted: None, moved: 3.0, floor: 1.2 };
+            let practice = Practice {
+                fitted,
+                held_out: Some([1.7, 1.69]),
+                predicted: None,
+                moved: 3.0,
+                lasting: 2.0,
+                natural: [1.7; 2],
+            };
             in_practice_of_curve(unknown, &practice, &criteria).rule.name
         };
         assert_eq!(asked([1.64, 1.63]), "curve_next_to_nothing");
         assert_eq!(asked([1.64, 1.4]), "structure_without_effect");
-        let large = Practice { fitted: [5.0, 4.99], held_out: None, predicted: None, moved: 3.0, floor: 1.2 };
+        let large = Practice {
+            fitted: [5.0, 4.99],
+            held_out: None,
+            predicted: None,
+            moved: 3.0,
+            lasting: 2.0,
+            natural: [1.7; 2],
+        };
         assert_eq!(in_practice_of_curve(unknown, &large, &criteria).rule.name, unknown.rule.name);
     }
 
@@ -309,7 +359,8 @@ mod tests {
                 held_out: Some(held_out),
                 predicted: Some([9.0, 5.0]),
                 moved: 3.0,
-                floor: 1.2,
+                lasting: 2.0,
+                natural: [1.7; 2],
             };
             in_practice(named, &practice, &criteria).rule.name
         };
@@ -332,7 +383,8 @@ mod tests {
                 held_out: Some([calibrated, extended]),
                 predicted: Some([calibrated, extended]),
                 moved,
-                floor: 1.2,
+                lasting: 2.0,
+                natural: [1.7; 2],
             };
             in_practice(named, &practice, &criteria).rule.name
         };
@@ -351,14 +403,20 @@ mod tests {
     fn a_gap_that_tolerances_cannot_make_is_something() {
         let criteria = Criteria::default();
         let none = decide(&NOTHING, &criteria);
-        let over = |floor: f64, calibrated: f64| {
-            let fitted = [calibrated; 2];
-            let practice = Practice { fitted, held_out: None, predicted: None, moved: 3.0, floor };
+        let over = |natural: f64, lasting: f64| {
+            let fitted = [1.3 * lasting; 2];
+            let practice = Practice {
+                fitted,
+                held_out: None,
+                predicted: None,
+                moved: 3.0,
+                lasting,
+                natural: [natural, 1.1 * natural],
+            };
             in_practice(none, &practice, &criteria).rule.name
         };
-        let asked = |calibrated: f64| over(1.2, calibrated);
-        assert_eq!(asked(4.4), "gap_left");
-        assert_eq!(asked(3.4), none.rule.name);
+        assert_eq!(over(1.5, 2.3), "gap_left");
+        assert_eq!(over(1.5, 1.9), none.rule.name, "whatever a single window does");
         assert_eq!(over(4.2, 5.1), none.rule.name, "at 20 samples a second a window starts from one sample");
         assert_eq!(over(4.2, 6.5), "gap_left");
     }

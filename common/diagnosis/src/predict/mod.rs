@@ -4,6 +4,7 @@
 pub mod disturbances;
 pub(crate) mod local_disturbance;
 pub mod localise;
+pub mod natural;
 pub mod one_step;
 pub mod open_loop;
 pub mod response;

@@ -36,7 +36,7 @@ pub fn windows(run: &Run) -> Vec<std::ops::Range<usize>> {
 }
 
 /// Samples whose mean starts a window: those of its first 0.05 s, at least one.
-fn start_samples(dt_s: f64) -> usize {
+pub(crate) fn start_samples(dt_s: f64) -> usize {
     ((START_S / dt_s - 0.01).ceil() as usize).max(1)
 }
 
@@ -53,17 +53,6 @@ fn start(run: &Run, range: &std::ops::Range<usize>) -> [f64; OUTPUTS] {
     })
 }
 
-/// The gap that a model without error has on a run: the noise of the sensors, and what the noise of the speeds from which a window
-/// starts makes of the prediction. A wheelset that rolls follows the vehicle, so that an error of its speed stays in all of them.
-/// `noise` are the noises of vehicle speed and wheelset speeds over those of the vehicle file.
-pub fn floor(sensors: &Sensors, noise: [f64; 2], radius_m: f64, dt_s: f64, wheelsets: usize) -> f64 {
-    let started = 1.0 / start_samples(dt_s) as f64;
-    let carried = sensors.speed_sigma_m_s / (radius_m * sensors.wheel_speed_sigma_rad_s);
-    let [speed, wheel] = noise.map(|times| times * times);
-    let squares = speed * (1.0 + started) + wheelsets as f64 * (wheel + speed * started * carried * carried);
-    (squares / (1 + wheelsets) as f64).sqrt()
-}
-
 /// Predicted outputs of one window.
 #[derive(Clone, Debug)]
 pub struct Prediction {
@@ -76,27 +65,46 @@ pub struct Prediction {
 /// Drives the model open loop through every window of a run.
 pub fn predict(built: &Built, run: &Run) -> Vec<Prediction> {
     let wagon = FastWagon::new(&built.model, built.adhesion(run.rail), run.dt_s);
+    let mut windows = Vec::new();
+    each_window(&wagon, run, |range, past| {
+        windows.push(Prediction { range: range.clone(), outputs: drive(&wagon, run, range, past) });
+    });
+    windows
+}
+
+/// Asks for each window of a run, with the hidden states that it starts from.
+pub(crate) fn each_window(
+    wagon: &FastWagon,
+    run: &Run,
+    mut ask: impl FnMut(&std::ops::Range<usize>, &[f64]),
+) {
     let mut past = wagon.start_hidden(&run.samples[0].outputs, &run.samples[0].input);
     let mut at = 0;
-    windows(run)
-        .into_iter()
-        .map(|range| {
-            while at < range.start {
-                let sample = &run.samples[at];
-                wagon.follow(&sample.measured_motion(), &sample.input, &mut past);
-                at += 1;
-            }
-            let outputs = drive(&wagon, run, &range, &past);
-            Prediction { range, outputs }
-        })
-        .collect()
+    for range in windows(run) {
+        while at < range.start {
+            let sample = &run.samples[at];
+            wagon.follow(&sample.measured_motion(), &sample.input, &mut past);
+            at += 1;
+        }
+        ask(&range, &past);
+    }
+}
+
+/// The motion with which a window starts.
+pub(crate) fn start_motion(
+    wagon: &FastWagon,
+    run: &Run,
+    range: &std::ops::Range<usize>,
+    past: &[f64],
+) -> Motion {
+    let first = &run.samples[range.start];
+    let measured = Motion { state: start(run, range), ..first.measured_motion() };
+    wagon.start_motion(&measured, &first.input, past)
 }
 
 fn drive(wagon: &FastWagon, run: &Run, range: &std::ops::Range<usize>, past: &[f64]) -> Vec<[f64; OUTPUTS]> {
-    let first = &run.samples[range.start];
     let mut hidden = past.to_vec();
-    let measured = Motion { state: start(run, range), ..first.measured_motion() };
-    let mut motion = wagon.start_motion(&measured, &first.input, &hidden);
+    let mut motion = start_motion(wagon, run, range, past);
     let mut outputs = Vec::with_capacity(range.len());
     for k in range.clone() {
         let sample = &run.samples[k];

@@ -190,7 +190,7 @@ fn alone(holdout: &HoldoutGap) -> String {
 /// What is said of a gap that effects leave, where it is larger than tolerances and noise make it.
 fn left(report: &Report) -> String {
     let most = report.gap.fit.extended.max(report.gap.holdout.extended);
-    if most > Criteria::default().verdict.unnatural_gap {
+    if report.gap.left().is_some_and(|left| left > Criteria::default().verdict.unnatural_ratio) {
         let words = " Up to {gap} times the noise of the sensors is left, more than tolerances and noise make: the form differs, or something else is at work as well.";
         say(words, &[("gap", &gap(most))])
     } else {

@@ -2,8 +2,8 @@
 
 use crate::answer::schema::Regime;
 use crate::answer::schema::{
-    Candidate, FoundEffect, Gap, HoldoutGap, Location, ParameterEstimate, Report, Rival, RunGap, SCHEMA,
-    SignalGap, SignalShare, ThreeGaps, Unexplained, Verdict,
+    Candidate, FoundEffect, Gap, HoldoutGap, Location, NaturalGap, ParameterEstimate, Report, Rival, RunGap,
+    SCHEMA, SignalGap, SignalShare, ThreeGaps, Unexplained, Verdict,
 };
 use crate::data::case::Case;
 use crate::decide::acceptance;
@@ -36,6 +36,7 @@ pub(crate) fn report(
     judgement: &Judgement,
     models: &Models,
     [fit, holdout]: [&[Predicted]; 2],
+    natural: Option<NaturalGap>,
     regime: Option<Regime>,
     criteria: &Criteria,
 ) -> Report {
@@ -69,6 +70,7 @@ pub(crate) fn report(
                 extended: fit_totals[2].gap(),
             },
             holdout: holdout_gap(case, holdout, seed),
+            natural,
         },
         unexplained: unexplained(case, judgement, fit_totals[2].gap()),
         next_run: next_run(&effects, judgement),

@@ -73,6 +73,7 @@ pub fn wagon_report() -> Report {
                 ]),
                 worst_window: None,
             },
+            natural: None,
         },
         unexplained: None,
         evidence: None,

@@ -44,7 +44,7 @@ pub(super) struct Beliefs {
     pub calibration_error: f64,
     /// Names that were given.
     pub names: usize,
-    /// Verdict sets that hold the truth; nothing holds where nothing can be seen.
+    /// Verdict sets that hold the truth; nothing holds where nothing can be seen, and what cannot be seen beside others may be missing.
     pub sets_hold: Rate,
     /// Mean number of sets in a verdict set.
     pub mean_size: f64,
@@ -62,8 +62,7 @@ pub(super) fn beliefs(outcomes: &[Outcome]) -> Beliefs {
     let mut stated = [Vec::new(), Vec::new()];
     for outcome in outcomes {
         let Some(answer) = &outcome.answer else { continue };
-        let mut nameable = outcome.made.nameable();
-        nameable.sort_unstable();
+        let (nameable, showing) = (outcome.made.nameable(), outcome.made.showing());
         for named in &answer.effects {
             let right = nameable.iter().any(|id| named.is(id));
             off[((named.confidence * BINS as f64) as usize).min(BINS - 1)] +=
@@ -73,7 +72,10 @@ pub(super) fn beliefs(outcomes: &[Outcome]) -> Beliefs {
         let is_nothing = outcome.made.label.effects.is_empty() || !outcome.is_visible();
         sets_hold = sets_hold.and(answer.held().any(|set| {
             (is_nothing && set.effects.is_empty() && !set.unknown)
-                || (set.unknown == outcome.made.is_unknown() && set.effects == nameable)
+                || (set.unknown == outcome.made.is_unknown()
+                    && (set.unknown || !set.effects.is_empty())
+                    && set.effects.iter().all(|id| nameable.contains(&id.as_str()))
+                    && showing.iter().all(|id| set.effects.iter().any(|listed| listed == id)))
         }));
         sizes += answer.verdict_set.len();
         let holds_unknown = outcome.made.is_unknown() && outcome.is_visible();

@@ -46,8 +46,22 @@ impl Made {
     /// What was at work, for whoever learns from it.
     pub(crate) fn truth(&self) -> Truth {
         let visible = !self.label.effects.is_empty() && self.label.salience() >= VISIBLE;
-        let effects = self.nameable().into_iter().map(str::to_owned).collect();
-        Truth { effects, unknown: self.is_unknown(), visible }
+        let owned = |ids: Vec<&str>| ids.into_iter().map(str::to_owned).collect::<Vec<String>>();
+        let showing = self.showing();
+        let hidden = self.nameable().into_iter().filter(|id| !showing.contains(id)).collect();
+        Truth { effects: owned(self.nameable()), hidden: owned(hidden), unknown: self.is_unknown(), visible }
+    }
+
+    /// What a perfect diagnosis would name and what shows beside the others: without one of them the gap is smaller by a tenth.
+    /// Where nothing stands beside it, an effect shows as far as it does.
+    pub(super) fn showing(&self) -> Vec<&str> {
+        let label = &self.label;
+        let shows = |id: &&str| {
+            label.effects.iter().any(|effect| {
+                effect.id == *id && (label.effects.len() == 1 || label.salience_of(effect) >= VISIBLE)
+            })
+        };
+        self.nameable().into_iter().filter(shows).collect()
     }
 
     /// What a perfect diagnosis would name.

@@ -110,15 +110,6 @@ impl Outcome {
         self.effects().iter().any(|named| named.is(id))
     }
 
-    /// The effects that can be named and show beside the others: without one of them the gap is smaller by a tenth.
-    pub(super) fn showing(&self) -> Vec<&str> {
-        let label = &self.made.label;
-        let shows = |id: &&str| {
-            label.effects.iter().any(|effect| effect.id == *id && label.salience_of(effect) >= VISIBLE)
-        };
-        self.made.nameable().into_iter().filter(shows).collect()
-    }
-
     pub(super) fn closure(&self) -> Option<f64> {
         let (answer, floor) = (self.answer.as_ref()?, self.floor?);
         let room = answer.calibrated - floor;

@@ -123,11 +123,11 @@ impl Score {
             pairs_both_named: Rate::count(pair(), Outcome::is_right),
             triples_all_named: Rate::count(all().filter(|o| count_of(o) == 3), Outcome::is_right),
             each_that_shows: several()
-                .flat_map(|outcome| outcome.showing().into_iter().map(move |id| (outcome, id)))
+                .flat_map(|outcome| outcome.made.showing().into_iter().map(move |id| (outcome, id)))
                 .fold(Rate::default(), |rate, (outcome, id)| rate.and(outcome.names(id))),
             all_that_show: Rate::count(
-                several().filter(|outcome| !outcome.showing().is_empty()),
-                |outcome| outcome.showing().iter().all(|id| outcome.names(id)),
+                several().filter(|outcome| !outcome.made.showing().is_empty()),
+                |outcome| outcome.made.showing().iter().all(|id| outcome.names(id)),
             ),
             unknown_beside_a_right_name: Rate::count(single(), Outcome::says_unknown),
             name_too_many: Rate::count(single(), |outcome| outcome.effects().len() > 1),

@@ -59,6 +59,7 @@ pub fn write(findings: &Findings, options: &Options, started: Instant) -> Result
         gap: Gap {
             fit: ThreeGaps { nominal, calibrated, extended: extended_gap },
             holdout: holdout_gap(&holdout, case.kind.signal(), options.seed),
+            natural: None,
         },
         unexplained: unexplained(findings, extended_gap),
         next_run: words::next_run(findings),
