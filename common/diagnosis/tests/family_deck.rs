@@ -46,8 +46,8 @@ fn is_small(label: &Label) -> bool {
 fn deck() -> Vec<FamilyCase> {
     let recipes = family_deck(RECIPES, SEED, Forms::All);
     let make = |recipe: &FamilyRecipe| FamilyCase::make(recipe).expect("the plant knows its effects");
-    let made: Vec<FamilyCase> = recipes.par_iter().map(make).collect();
-    made.into_iter().filter(|case| is_small(&case.label)).take(CASES).collect()
+    let small = recipes.par_iter().map(make).filter(|case| is_small(&case.label));
+    small.collect::<Vec<FamilyCase>>().into_iter().take(CASES).collect()
 }
 
 fn answer(case: &FamilyCase) -> Report {

@@ -348,7 +348,7 @@ pub fn freed(place: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::answer::schema::WorstWindow;
+    use crate::answer::schema::{NaturalGap, WorstWindow};
     use crate::decide::posterior::tests::{named, report};
 
     #[test]
@@ -356,6 +356,9 @@ mod tests {
         let mut report = report(Verdict::Effects, vec![named("a", 3.0, &[])]);
         assert!(!evidence(&report).concat().contains("is left"), "one sigma is nothing");
         report.gap.fit.extended = 11.2;
+        report.gap.natural = Some(NaturalGap { fit: 10.5, holdout: Some(1.5) });
+        assert!(!evidence(&report).concat().contains("is left"), "a right model would leave as much");
+        report.gap.natural = Some(NaturalGap { fit: 1.6, holdout: Some(1.5) });
         assert!(evidence(&report).concat().contains("Up to 11.2 times the noise of the sensors is left"));
     }
 
