@@ -5,9 +5,9 @@
 use railgrip_diagnosis::answer::schema::{FoundEffect, Report, Verdict};
 use railgrip_diagnosis::data::load;
 use railgrip_diagnosis::wagon::{Options, diagnose};
+use railgrip_truth_plant::FamilyRecipe;
 use railgrip_truth_plant::family::{FamilyCase, Forms, family_deck};
 use railgrip_truth_plant::label::LabelledEffect;
-use railgrip_truth_plant::{FamilyRecipe, Label};
 use railgrip_vehicle::effects;
 use rayon::prelude::*;
 
@@ -39,15 +39,16 @@ impl Count {
 }
 
 /// Plants that keep the test short.
-fn is_small(label: &Label) -> bool {
-    label.plant.as_ref().is_some_and(|plant| plant.rate_hz <= 50.0 && plant.fit_runs <= 6)
+fn is_small(recipe: &FamilyRecipe) -> bool {
+    let (rate_hz, fit_runs) = FamilyCase::size(recipe).expect("the plant knows its effects");
+    rate_hz <= 50.0 && fit_runs <= 6
 }
 
 fn deck() -> Vec<FamilyCase> {
     let recipes = family_deck(RECIPES, SEED, Forms::All);
-    let make = |recipe: &FamilyRecipe| FamilyCase::make(recipe).expect("the plant knows its effects");
-    let small = recipes.par_iter().map(make).filter(|case| is_small(&case.label));
-    small.collect::<Vec<FamilyCase>>().into_iter().take(CASES).collect()
+    let small: Vec<&FamilyRecipe> = recipes.iter().filter(|recipe| is_small(recipe)).take(CASES).collect();
+    let make = |recipe: &&FamilyRecipe| FamilyCase::make(recipe).expect("the plant knows its effects");
+    small.par_iter().map(make).collect()
 }
 
 fn answer(case: &FamilyCase) -> Report {
@@ -74,8 +75,9 @@ fn thirty_cases_are_answered_no_worse_than_before() {
     assert_eq!(deck.len(), CASES, "small plants among {RECIPES}");
     let [mut quiet, mut one, mut several, mut showing, mut unknown] = [(); 5].map(|()| Count::default());
     let mut closures = Vec::new();
-    for case in &deck {
-        let (label, report) = (&case.label, answer(case));
+    let reports: Vec<Report> = deck.par_iter().map(answer).collect();
+    for (case, report) in deck.iter().zip(&reports) {
+        let label = &case.label;
         let named: Vec<&str> = label.effects.iter().map(|effect| effect.id.as_str()).collect();
         let known = named.iter().all(|id| effects::find(id).is_some());
         let says_unknown = matches!(report.verdict, Verdict::Unknown | Verdict::EffectsAndUnknown);

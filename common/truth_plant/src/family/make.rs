@@ -101,6 +101,16 @@ impl FamilyCase {
 }
 
 impl FamilyCase {
+    /// Samples a second and the number of runs to fit on of the case of a recipe, which is not made for that.
+    ///
+    /// # Errors
+    /// An effect or a form that does not exist.
+    pub fn size(recipe: &FamilyRecipe) -> Result<(f64, usize), RecipeError> {
+        let vehicle = Vehicle::draw(recipe, &choose(recipe)?);
+        let fit_runs = vehicle.orders.iter().filter(|order| !order.holdout).count();
+        Ok((vehicle.sheet.rate_hz, fit_runs))
+    }
+
     /// One run more by the vehicle of a case, effects and all, under this name; with the sheet that its recording is written by.
     ///
     /// # Errors
