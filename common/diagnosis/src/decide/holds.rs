@@ -6,9 +6,16 @@
 
 use crate::answer::schema::Report;
 use crate::decide::newton;
-use crate::decide::posterior::left_over;
 use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
 use serde::{Deserialize, Serialize};
+
+/// What is left of the gap over what a right model would leave, within which it counts; set by hand.
+const LEFT: [f64; 2] = [0.9, 3.0];
+
+/// ln of what the extended model leaves over what a right one would; `None` in reports that do not say.
+pub(super) fn left_over(report: &Report) -> Option<f64> {
+    report.gap.left().map(|left| left.clamp(LEFT[0], LEFT[1]).ln())
+}
 
 /// What the truth holds where a verdict was given; shares that add up to one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

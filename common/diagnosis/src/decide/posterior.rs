@@ -17,7 +17,7 @@
 //!   the likeliest place and what is left of the gap lean it ([`holds`](crate::decide::holds)).
 
 use crate::answer::schema::{FoundEffect, PosteriorSet, Report, Verdict};
-use crate::decide::holds::{Holds, Lean, Signs};
+use crate::decide::holds::{Holds, Lean, Signs, left_over};
 use crate::decide::newton;
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
@@ -35,14 +35,6 @@ const GROUNDS: usize = 8;
 const RIVAL: [f64; 2] = [0.5, 0.9];
 /// Growth of the gap without a name, in sensor sigmas, within which it counts; set by hand.
 const GROWTH: [f64; 2] = [0.03, 3.0];
-/// What is left of the gap over what a right model would leave, within which it counts; set by hand.
-const LEFT: [f64; 2] = [0.9, 3.0];
-
-/// ln of what the extended model leaves over what a right one would; `None` in reports that do not say.
-pub(super) fn left_over(report: &Report) -> Option<f64> {
-    report.gap.left().map(|left| left.clamp(LEFT[0], LEFT[1]).ln())
-}
-
 /// The grounds of a name in its report.
 pub fn grounds(report: &Report, effect: &FoundEffect) -> Option<Grounds> {
     let gap = &report.gap;
