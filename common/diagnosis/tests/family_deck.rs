@@ -133,9 +133,9 @@ fn thirty_cases_are_answered_no_worse_than_before() {
         "nothing to see {quiet:?}, one effect {one:?}, several {several:?}, their effects that show {showing:?}, unknown {unknown:?}"
     );
     println!("closure of {}: median {median:.2}, lower decile {lower:.2}", closures.len());
-    // At commit b9fd742: none of 7, five of 9 and three of 4 wrong, median 0.96. One more may fall the other way by rounding.
+    // At commit afd8219: none of 13, two of 12 and two of 5 wrong, median 0.81, lower decile 0.47. One more may fall the other way by rounding.
     assert!(quiet.misses_at_most(1), "{quiet:?}");
-    assert!(one.misses_at_most(6), "{one:?}");
-    assert!(several.misses_at_most(3), "{several:?}");
-    assert!(median >= 0.65, "{median:.2} of {}", closures.len());
+    assert!(one.misses_at_most(3), "{one:?}");
+    assert!(unknown.misses_at_most(3), "{unknown:?}");
+    assert!(median >= 0.65 && lower >= 0.2, "{median:.2}, {lower:.2} of {}", closures.len());
 }
