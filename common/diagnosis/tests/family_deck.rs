@@ -13,6 +13,8 @@ use rayon::prelude::*;
 
 /// Cases of the deck.
 const CASES: usize = 30;
+/// Of which so many hold two effects or three.
+const SEVERAL: usize = 6;
 /// Recipes among which they are sought.
 const RECIPES: usize = 300;
 const SEED: u64 = 2031;
@@ -46,7 +48,11 @@ fn is_small(recipe: &FamilyRecipe) -> bool {
 
 fn deck() -> Vec<FamilyCase> {
     let recipes = family_deck(RECIPES, SEED, Forms::All);
-    let small: Vec<&FamilyRecipe> = recipes.iter().filter(|recipe| is_small(recipe)).take(CASES).collect();
+    let small = |several: bool, count: usize| {
+        let wanted = move |recipe: &&FamilyRecipe| (recipe.effects.len() > 1) == several && is_small(recipe);
+        recipes.iter().filter(wanted).take(count)
+    };
+    let small: Vec<&FamilyRecipe> = small(false, CASES - SEVERAL).chain(small(true, SEVERAL)).collect();
     let make = |recipe: &&FamilyRecipe| FamilyCase::make(recipe).expect("the plant knows its effects");
     small.par_iter().map(make).collect()
 }
@@ -133,9 +139,11 @@ fn thirty_cases_are_answered_no_worse_than_before() {
         "nothing to see {quiet:?}, one effect {one:?}, several {several:?}, their effects that show {showing:?}, unknown {unknown:?}"
     );
     println!("closure of {}: median {median:.2}, lower decile {lower:.2}", closures.len());
-    // At commit afd8219: none of 13, two of 12 and two of 5 wrong, median 0.81, lower decile 0.47. One more may fall the other way by rounding.
+    // At commit afd8219: none of 11, one of 11, one of 4 and one of 5 wrong, median 0.9, lower decile 0.5. One more may fall the other way by
+    // rounding.
     assert!(quiet.misses_at_most(1), "{quiet:?}");
-    assert!(one.misses_at_most(3), "{one:?}");
-    assert!(unknown.misses_at_most(3), "{unknown:?}");
+    assert!(one.misses_at_most(2), "{one:?}");
+    assert!(unknown.misses_at_most(2), "{unknown:?}");
+    assert!(showing.misses_at_most(2), "{showing:?}");
     assert!(median >= 0.65 && lower >= 0.2, "{median:.2}, {lower:.2} of {}", closures.len());
 }
