@@ -71,7 +71,23 @@ fn coloured_noise_is_no_effect() {
         let report = answer(&first(150, set, &[], |label| small(label, 2, "coloured")));
         assert_eq!(report.verdict, Verdict::None);
         assert!(report.notes.iter().any(|note| note.contains("noise")), "{:?}", report.notes);
+        let left = report.gap.left().expect("a wagon that runs alone");
+        println!("{left:.2} of what a right model would leave");
+        assert!((0.7..1.4).contains(&left), "{left}");
     }
+}
+
+/// A speed that ripples with the place was taken for coloured noise, and nothing said of a gap of 3.5 where 1.2 is natural.
+#[test]
+fn a_gap_that_heard_noise_does_not_make_is_something() {
+    let recipe = family_deck(130, 281_174, Forms::Only(FormSet::B)).swap_remove(2);
+    assert_eq!(recipe.effects[0].id, "speed_ripple_with_position");
+    let report = answer(&FamilyCase::make(&recipe).expect("the plant knows its effects"));
+    assert_eq!((report.verdict, report.rule.as_str()), (Verdict::Unknown, "gap_left"));
+    assert_eq!(report.location.term.as_deref(), Some("sensor_speed"));
+    let left = report.gap.left().expect("a wagon that runs alone");
+    println!("{left:.2} of what a right model would leave");
+    assert!(left > 1.4, "{left}");
 }
 
 /// Wagons on bogies were refused once.

@@ -221,18 +221,16 @@ mod tests {
     use crate::decide::verdict::decide;
     use crate::decide::verdict::tests::{EXPLAINED, NOTHING, beside};
 
+    /// Gaps of fitted and of predicted runs of which a right model would leave 1.7.
+    fn gaps(fitted: [f64; 2], held_out: Option<[f64; 2]>) -> Practice {
+        Practice { fitted, held_out, predicted: None, moved: 3.0, lasting: 2.0, natural: [1.7; 2] }
+    }
+
     #[test]
     fn a_candidate_that_closes_the_gap_is_not_overruled_by_a_curve() {
         let criteria = Criteria::default();
         let asked = |fitted, held_out| {
-            let practice = Practice {
-                fitted,
-                held_out: Some(held_out),
-                predicted: None,
-                moved: 3.0,
-                lasting: 2.0,
-                natural: [1.7; 2],
-            };
+            let practice = gaps(fitted, Some(held_out));
             in_spite_of_curve(&practice, &criteria).map(|decision| decision.rule.name)
         };
         assert_eq!(asked([6.8, 1.7], [6.6, 2.0]), Some("effect_closes_gap"));
@@ -248,56 +246,21 @@ mod tests {
         let named = decide(&EXPLAINED, &criteria);
         let asked = |shrinks: [f64; 2]| {
             let [fitted, held_out] = shrinks.map(|share| [2.0, 2.0 * (1.0 - share)]);
-            let practice = Practice {
-                fitted,
-                held_out: Some(held_out),
-                predicted: None,
-                moved: 3.0,
-                lasting: 2.0,
-                natural: [1.7; 2],
-            };
+            let practice = gaps(fitted, Some(held_out));
             in_practice(named, &practice, &criteria).rule.name
         };
         assert_eq!(asked([0.001, 0.002]), "next_to_nothing");
         assert_eq!(asked([0.001, 0.02]), "next_to_nothing", "fitted runs are no better");
         assert_eq!(asked([0.05, 0.001]), "effects_explain_gap");
-        let large = Practice {
-            fitted: [8.0; 2],
-            held_out: Some([24.0; 2]),
-            predicted: None,
-            moved: 3.0,
-            lasting: 2.0,
-            natural: [1.7; 2],
-        };
+        let large = gaps([8.0; 2], Some([24.0; 2]));
         assert_eq!(in_practice(named, &large, &criteria).rule.name, "names_do_nothing");
         let in_part = decide(&beside(300.0), &criteria);
-        let practice = Practice {
-            fitted: [8.0, 8.1],
-            held_out: Some([24.0, 50.0]),
-            predicted: None,
-            moved: 3.0,
-            lasting: 2.0,
-            natural: [1.7; 2],
-        };
+        let practice = gaps([8.0, 8.1], Some([24.0, 50.0]));
         assert_eq!(in_practice(in_part, &practice, &criteria).rule.name, "names_do_nothing");
-        let small = Practice {
-            fitted: [1.4, 1.4],
-            held_out: Some([1.5, 1.5]),
-            predicted: None,
-            moved: 3.0,
-            lasting: 2.0,
-            natural: [1.7; 2],
-        };
+        let small = gaps([1.4, 1.4], Some([1.5, 1.5]));
         assert_eq!(in_practice(in_part, &small, &criteria).rule.name, "next_to_nothing");
         let unknown = decide(&beside(700.0), &criteria);
-        let practice = Practice {
-            fitted: [2.0; 2],
-            held_out: None,
-            predicted: None,
-            moved: 3.0,
-            lasting: 2.0,
-            natural: [1.7; 2],
-        };
+        let practice = gaps([2.0; 2], None);
         assert_eq!(in_practice(unknown, &practice, &criteria).rule.name, unknown.rule.name);
     }
 
@@ -306,14 +269,7 @@ mod tests {
         let criteria = Criteria::default();
         let named = decide(&EXPLAINED, &criteria);
         let asked = |fitted: [f64; 2], held_out: [f64; 2]| {
-            let practice = Practice {
-                fitted,
-                held_out: Some(held_out),
-                predicted: None,
-                moved: 3.0,
-                lasting: 2.0,
-                natural: [1.7; 2],
-            };
+            let practice = gaps(fitted, Some(held_out));
             in_practice(named, &practice, &criteria).rule.name
         };
         assert_eq!(asked([2.19, 2.16], [2.15, 2.145]), "next_to_nothing");
@@ -326,26 +282,12 @@ mod tests {
         let criteria = Criteria::default();
         let unknown = decide(&Evidence { effects: 0, gain: 0.0, ..beside(100.0) }, &criteria);
         let asked = |fitted: [f64; 2]| {
-            let practice = Practice {
-                fitted,
-                held_out: Some([1.7, 1.69]),
-                predicted: None,
-                moved: 3.0,
-                lasting: 2.0,
-                natural: [1.7; 2],
-            };
+            let practice = gaps(fitted, Some([1.7, 1.69]));
             in_practice_of_curve(unknown, &practice, &criteria).rule.name
         };
         assert_eq!(asked([1.64, 1.63]), "curve_next_to_nothing");
         assert_eq!(asked([1.64, 1.4]), "structure_without_effect");
-        let large = Practice {
-            fitted: [5.0, 4.99],
-            held_out: None,
-            predicted: None,
-            moved: 3.0,
-            lasting: 2.0,
-            natural: [1.7; 2],
-        };
+        let large = gaps([5.0, 4.99], None);
         assert_eq!(in_practice_of_curve(unknown, &large, &criteria).rule.name, unknown.rule.name);
     }
 
@@ -355,12 +297,9 @@ mod tests {
         let named = decide(&EXPLAINED, &criteria);
         let over = |natural: f64, fitted: [f64; 2], held_out: [f64; 2]| {
             let practice = Practice {
-                fitted,
-                held_out: Some(held_out),
                 predicted: Some([9.0, 5.0]),
-                moved: 3.0,
-                lasting: 2.0,
                 natural: [natural; 2],
+                ..gaps(fitted, Some(held_out))
             };
             in_practice(named, &practice, &criteria).rule.name
         };
@@ -381,12 +320,9 @@ mod tests {
         let named = decide(&EXPLAINED, &criteria);
         let changed = |moved: f64, calibrated: f64, extended: f64| {
             let practice = Practice {
-                fitted: [5.0, 3.0],
-                held_out: Some([calibrated, extended]),
                 predicted: Some([calibrated, extended]),
                 moved,
-                lasting: 2.0,
-                natural: [1.7; 2],
+                ..gaps([5.0, 3.0], Some([calibrated, extended]))
             };
             in_practice(named, &practice, &criteria).rule.name
         };
@@ -406,15 +342,8 @@ mod tests {
         let criteria = Criteria::default();
         let none = decide(&NOTHING, &criteria);
         let over = |natural: f64, lasting: f64| {
-            let fitted = [1.3 * lasting; 2];
-            let practice = Practice {
-                fitted,
-                held_out: None,
-                predicted: None,
-                moved: 3.0,
-                lasting,
-                natural: [natural, 1.1 * natural],
-            };
+            let practice =
+                Practice { lasting, natural: [natural, 1.1 * natural], ..gaps([1.3 * lasting; 2], None) };
             in_practice(none, &practice, &criteria).rule.name
         };
         assert_eq!(over(1.5, 2.3), "gap_left");

@@ -70,7 +70,8 @@ fn tally(
     for (k, sample) in run.samples[range.clone()].iter().enumerate() {
         for j in 0..run.outputs() {
             if sample.measured[j] {
-                tally.squares[j] += ((predicted[k][j] - truth[k][j] - noise[k][j]) / sigma[j]).powi(2);
+                let error = (predicted[k][j] - truth[k][j] - noise[k][j]) / sigma[j];
+                tally.squares[j] += open_loop::squared(error);
             } else {
                 tally.missing[j] += 1;
             }

@@ -166,6 +166,11 @@ pub fn tallies(built: &Built, run: &Run, sigma: &[f64; OUTPUTS]) -> Vec<Tally> {
     predict(built, run).iter().map(|window| tally(window, run, sigma)).collect()
 }
 
+/// The square of an error in sigmas, held finite where a model diverged.
+pub(crate) fn squared(error: f64) -> f64 {
+    if error.is_finite() { (error * error).min(1e12) } else { 1e12 }
+}
+
 /// The tally of one predicted window.
 pub fn tally(window: &Prediction, run: &Run, sigma: &[f64; OUTPUTS]) -> Tally {
     let outputs = run.outputs();
@@ -177,8 +182,7 @@ pub fn tally(window: &Prediction, run: &Run, sigma: &[f64; OUTPUTS]) -> Tally {
                 tally.missing[j] += 1;
                 continue;
             }
-            let error = (predicted[j] - sample.outputs[j]) / sigma[j];
-            tally.squares[j] += if error.is_finite() { (error * error).min(1e12) } else { 1e12 };
+            tally.squares[j] += squared((predicted[j] - sample.outputs[j]) / sigma[j]);
         }
     }
     tally

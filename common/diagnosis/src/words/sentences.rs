@@ -190,7 +190,8 @@ fn alone(holdout: &HoldoutGap) -> String {
 /// What is said of a gap that effects leave, where it is larger than tolerances and noise make it.
 fn left(report: &Report) -> String {
     let most = report.gap.fit.extended.max(report.gap.holdout.extended);
-    if report.gap.left().is_some_and(|left| left > Criteria::default().verdict.unnatural_ratio) {
+    let limits = Criteria::default().verdict;
+    if report.gap.left().map_or(most > limits.unnatural_gap, |left| left > limits.unnatural_ratio) {
         let words = " Up to {gap} times the noise of the sensors is left, more than tolerances and noise make: the form differs, or something else is at work as well.";
         say(words, &[("gap", &gap(most))])
     } else {
@@ -356,6 +357,8 @@ mod tests {
         let mut report = report(Verdict::Effects, vec![named("a", 3.0, &[])]);
         assert!(!evidence(&report).concat().contains("is left"), "one sigma is nothing");
         report.gap.fit.extended = 11.2;
+        let told = evidence(&report).concat();
+        assert!(told.contains("Up to 11.2 times"), "a report that does not say what is natural: {told}");
         report.gap.natural = Some(NaturalGap { fit: 10.5, holdout: Some(1.5) });
         assert!(!evidence(&report).concat().contains("is left"), "a right model would leave as much");
         report.gap.natural = Some(NaturalGap { fit: 1.6, holdout: Some(1.5) });
