@@ -271,7 +271,7 @@ fn practice(
         held_out: is_held_out.then(|| gaps(holdout)),
         predicted: is_held_out.then(|| predictions::robust_gaps(holdout)),
         moved: predictions::moved(case, holdout),
-        lasting: predictions::lasting_gap(fit.iter().chain(holdout), event_share),
+        lasting: predictions::lasting_gaps([fit, holdout], event_share),
         natural: [natural.fit, natural.holdout.unwrap_or(natural.fit)],
     }
 }

@@ -307,8 +307,8 @@ pub struct VerdictLimits {
     /// The same in sigmas of the sensors where a report does not say what a right model would leave (a law measured alone, a coupled
     /// wagon): then a rest is only told. Set by hand.
     pub unnatural_gap: f64,
-    /// Share of the gap beyond the natural one that effects must close where more than [`Self::unnatural_ratio`] is left beside them.
-    /// Set by hand: what leaves more than it explains is not the whole answer.
+    /// Share of the gap that one effect must close to be named although a free curve gains more by a filter. Set by hand: the greater
+    /// part.
     pub most_of_gap: f64,
 }
 

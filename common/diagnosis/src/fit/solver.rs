@@ -107,16 +107,19 @@ pub fn differences(
             let mut moved = theta.to_vec();
             moved[j] += by;
             let slope = |(there, here): (&mut f64, &f64)| *there = (*there - here) / by;
-            let Some(block) = p.run.filter(|block| *block < ends.len()) else {
+            let alone = p.run.filter(|run| *run < ends.len()).map(|run| vec![run]);
+            let Some(blocks) = alone.or_else(|| p.shows_in.clone()) else {
                 let mut column = residuals(&moved);
                 column.iter_mut().zip(base).for_each(slope);
                 return column;
             };
-            let own = if block == 0 { 0 } else { ends[block - 1] }..ends[block];
-            let mut part = of_block(&moved, block);
-            part.iter_mut().zip(&base[own.clone()]).for_each(slope);
             let mut column = vec![0.0; base.len()];
-            column[own].copy_from_slice(&part);
+            for block in blocks {
+                let own = if block == 0 { 0 } else { ends[block - 1] }..ends[block];
+                let mut part = of_block(&moved, block);
+                part.iter_mut().zip(&base[own.clone()]).for_each(slope);
+                column[own].copy_from_slice(&part);
+            }
             column
         })
         .collect()
@@ -445,6 +448,7 @@ mod tests {
             prior_mean: 0.0,
             prior_sigma: 100.0,
             run: None,
+            shows_in: None,
         };
         let parameters: Vec<Parameter> = (0..number).map(parameter).collect();
         let effort = Effort { iterations: 20, slow_columns: 0, refresh: 1, tolerance: 1e-12 };

@@ -5,20 +5,24 @@ use crate::words::format::{gap, percent, signal};
 use maud::{Markup, html};
 use railgrip_words::t;
 
-/// Bars of the three models on both sets of runs.
+/// Bars of the three models on both sets of runs, and what a right model would leave of them.
 pub fn bars(report: &Report) -> Markup {
     let holdout = &report.gap.holdout;
     let unseen =
         ThreeGaps { nominal: holdout.nominal, calibrated: holdout.calibrated, extended: holdout.extended };
+    let natural = report.gap.natural;
+    let [fit, held_out] = [natural.map(|gap| gap.fit), natural.and_then(|gap| gap.holdout)];
     let top = [report.gap.fit, unseen]
         .iter()
         .flat_map(|gaps| [gaps.nominal, gaps.calibrated, gaps.extended])
+        .chain(fit)
+        .chain(held_out)
         .filter(|x| x.is_finite())
         .fold(1.2, f64::max);
     html! {
         div.bars {
-            (panel(t("Holdout gap: runs only predicted"), &unseen, top, report.effects.is_empty()))
-            (panel(t("Gap of the runs that were fitted"), &report.gap.fit, top, report.effects.is_empty()))
+            (panel(t("Holdout gap: runs only predicted"), (&unseen, held_out), top, report.effects.is_empty()))
+            (panel(t("Gap of the runs that were fitted"), (&report.gap.fit, fit), top, report.effects.is_empty()))
         }
     }
 }
@@ -36,16 +40,18 @@ pub fn section(report: &Report) -> Markup {
 }
 
 /// Without an effect the extended model is the calibrated one, and its bar is left out.
-fn panel(title: &str, gaps: &ThreeGaps, top: f64, without: bool) -> Markup {
-    let rows = [
+fn panel(title: &str, (gaps, natural): (&ThreeGaps, Option<f64>), top: f64, without: bool) -> Markup {
+    let models = [
         ("nominal", t("Nominal"), gaps.nominal),
         ("calibrated", t("Calibrated"), gaps.calibrated),
         ("extended", t("Extended"), gaps.extended),
     ];
+    let right = natural.map(|gap| ("natural", t("A right model"), gap));
+    let rows = models.into_iter().take(if without { 2 } else { 3 }).chain(right);
     html! {
         div.panel role="group" aria-label=(title) {
             h3 { (title) }
-            @for (class, name, value) in rows.into_iter().take(if without { 2 } else { 3 }) {
+            @for (class, name, value) in rows {
                 div.bar {
                     span { (name) }
                     div.track aria-hidden="true" {

@@ -25,6 +25,8 @@ pub struct Parameter {
     pub prior_sigma: f64,
     /// The run to fit on that alone it concerns; `None` for what concerns all.
     pub run: Option<usize>,
+    /// The runs to fit on in which alone it can show, where that is known; others are not asked for its derivatives.
+    pub shows_in: Option<Vec<usize>>,
 }
 
 /// A quantity of the nominal model that a case may have otherwise.
@@ -101,6 +103,7 @@ impl Nuisance {
             prior_mean: 0.0,
             prior_sigma,
             run: None,
+            shows_in: None,
         }
     }
 }
@@ -116,6 +119,7 @@ fn offset_of_run(run: usize) -> Parameter {
         prior_mean: 0.0,
         prior_sigma: track_offset::SIGMA_M,
         run: Some(run),
+        shows_in: None,
     }
 }
 
@@ -167,6 +171,7 @@ impl FittedEffect {
                 prior_mean: p.default,
                 prior_sigma: p.prior_sigma,
                 run: None,
+                shows_in: None,
             });
         }
         let held = fixed.clone();
@@ -279,7 +284,18 @@ impl Shape {
         nuisances.extend(classes.map(Nuisance::Adhesion));
         nuisances.extend([Nuisance::ResistanceConstant, Nuisance::Drag, Nuisance::Mass, Nuisance::Inertia]);
         nuisances.extend([Nuisance::Stiffness, Nuisance::CreepTail]);
-        let parameters = nuisances.iter().map(|n| n.parameter(&case.vehicle)).collect();
+        let parameter = |nuisance: &Nuisance| {
+            let of = |class| {
+                let runs = case.fit.iter().enumerate().filter(move |(_, run)| run.rail == class);
+                runs.map(|(index, _)| index).collect()
+            };
+            let shows_in = match nuisance {
+                Nuisance::Adhesion(class) => Some(of(*class)),
+                _ => None,
+            };
+            Parameter { shows_in, ..nuisance.parameter(&case.vehicle) }
+        };
+        let parameters = nuisances.iter().map(parameter).collect();
         Self { vehicle: case.vehicle.clone(), nuisances, effects: Vec::new(), parameters }
     }
 

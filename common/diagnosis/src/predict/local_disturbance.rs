@@ -201,7 +201,7 @@ impl<'a, const W: usize, const S: usize, const N: usize> Filter<'a, W, S, N> {
     }
 
     fn predict(&mut self, sample: &Sample) {
-        self.error.predict(SVector::zeros(), &self.derivatives, &self.process);
+        self.error.predict_covariance(&self.derivatives, S, &self.process);
         let mut hidden = std::mem::take(&mut self.hidden);
         self.motion = self.step(self.motion, sample, self.disturbance, self.local, &mut hidden);
         self.hidden = hidden;

@@ -92,7 +92,7 @@ impl<const W: usize, const S: usize, const C: usize> Gains<W, S, C> {
                 break;
             }
             let along = filter.derivatives::<N>(wagon, sample, &decay);
-            error.predict(SVector::zeros(), &along, &noise.process);
+            error.predict_covariance(&along, S, &noise.process);
             filter.predict(wagon, sample, &decay);
         }
         Self { gains, decay }

@@ -60,11 +60,18 @@ fn gaps(text: &mut String, report: &Report) -> std::fmt::Result {
     let holdout = &report.gap.holdout;
     let unseen =
         ThreeGaps { nominal: holdout.nominal, calibrated: holdout.calibrated, extended: holdout.extended };
+    let natural = report.gap.natural;
+    let sets = [
+        (t("fit"), &report.gap.fit, natural.map(|gap| gap.fit)),
+        (t("holdout"), &unseen, natural.and_then(|gap| gap.holdout)),
+    ];
     let [of, nominal, calibrated, extended] = [t("gap"), t("nominal"), t("calibrated"), t("extended")];
-    writeln!(text, "| {of} | {nominal} | {calibrated} | {extended} |\n| --- | ---: | ---: | ---: |")?;
-    for (name, gaps) in [(t("fit"), &report.gap.fit), (t("holdout"), &unseen)] {
+    writeln!(text, "| {of} | {nominal} | {calibrated} | {extended} | {} |", t("a right model"))?;
+    writeln!(text, "| --- | ---: | ---: | ---: | ---: |")?;
+    for (name, gaps, natural) in sets {
         let [nominal, calibrated, extended] = [gaps.nominal, gaps.calibrated, gaps.extended].map(gap);
-        writeln!(text, "| {name} | {nominal} | {calibrated} | {extended} |")?;
+        let natural = natural.map(gap).unwrap_or_default();
+        writeln!(text, "| {name} | {nominal} | {calibrated} | {extended} | {natural} |")?;
     }
     writeln!(text)
 }

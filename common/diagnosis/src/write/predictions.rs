@@ -52,13 +52,16 @@ pub fn totals(predicted: &[Predicted]) -> [Tally; 3] {
     std::array::from_fn(|m| Tally::total(predicted.iter().flat_map(|p| &p.tallies[m])))
 }
 
-/// Gap of the calibrated model over these runs without this share of their windows, at least one: those that err most.
-pub fn lasting_gap<'p>(predicted: impl IntoIterator<Item = &'p Predicted>, share: f64) -> f64 {
-    let mut windows: Vec<&Tally> = predicted.into_iter().flat_map(|p| &p.tallies[1]).collect();
-    windows.sort_by(|a, b| a.gap().total_cmp(&b.gap()));
-    let few = (share * windows.len() as f64).ceil() as usize;
-    let kept = windows.len().saturating_sub(few).max(1);
-    Tally::total(windows.into_iter().take(kept)).gap()
+/// Gaps of the calibrated and the extended model over these runs without this share of their windows, at least one: those in
+/// which that model errs most.
+pub fn lasting_gaps(runs: [&[Predicted]; 2], share: f64) -> [f64; 2] {
+    [1, 2].map(|model| {
+        let mut windows: Vec<&Tally> = runs.into_iter().flatten().flat_map(|p| &p.tallies[model]).collect();
+        windows.sort_by(|a, b| a.gap().total_cmp(&b.gap()));
+        let few = (share * windows.len() as f64).ceil() as usize;
+        let kept = windows.len().saturating_sub(few).max(1);
+        Tally::total(windows.into_iter().take(kept)).gap()
+    })
 }
 
 /// Gaps of the calibrated and the extended model over these runs, see [`robust`](crate::fit::windows::robust).

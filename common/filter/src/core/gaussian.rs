@@ -107,6 +107,36 @@ impl<const N: usize> Gaussian<N> {
         self.covariance = next;
     }
 
+    /// Like [`Self::predict`] without a mean, for a model of which only the rows before `moving` have more than their diagonal: the same
+    /// result with less work.
+    #[inline]
+    pub fn predict_covariance(&mut self, f: &SMatrix<f64, N, N>, moving: usize, q: &SMatrix<f64, N, N>) {
+        // P Fᵀ.
+        let mut half = SMatrix::<f64, N, N>::zeros();
+        for row in 0..N {
+            if row >= moving {
+                half.set_column(row, &(self.covariance.column(row) * f[(row, row)]));
+                continue;
+            }
+            let mut column = SVector::<f64, N>::zeros();
+            for k in 0..N {
+                column.axpy(f[(row, k)], &self.covariance.column(k), 1.0);
+            }
+            half.set_column(row, &column);
+        }
+        for column in 0..N {
+            for row in 0..=column {
+                let moved = if row >= moving {
+                    f[(row, row)] * half[(row, column)]
+                } else {
+                    (0..N).map(|k| f[(row, k)] * half[(k, column)]).sum()
+                };
+                self.covariance[(row, column)] = moved + q[(row, column)];
+                self.covariance[(column, row)] = self.covariance[(row, column)];
+            }
+        }
+    }
+
     /// What measuring component `index` with variance `r` as `measured` would say, without using it.
     #[inline]
     pub fn expect_component(&self, index: usize, measured: f64, r: f64) -> ScalarUpdate {
@@ -294,6 +324,18 @@ mod tests {
         leading.predict_leading(f * belief().mean, &f, 2, &q);
         assert!((dense.covariance - leading.covariance).norm() < 1e-14);
         assert_eq!(leading.covariance, leading.covariance.transpose());
+    }
+
+    #[test]
+    fn rows_that_only_decay_predict_like_the_dense_form() {
+        let f = Matrix3::new(1.0, 0.1, -0.4, 0.0, 0.9, 0.0, 0.0, 0.0, 0.7);
+        let q = Matrix3::new(0.1, 0.02, 0.0, 0.02, 0.2, 0.0, 0.0, 0.0, 0.3);
+        let (mut dense, mut sparse) = (belief(), belief());
+        dense.predict(belief().mean, &f, &q);
+        sparse.predict_covariance(&f, 1, &q);
+        assert!((dense.covariance - sparse.covariance).norm() < 1e-14);
+        assert_eq!(sparse.covariance, sparse.covariance.transpose());
+        assert_eq!(sparse.mean, belief().mean);
     }
 
     #[test]

@@ -35,8 +35,9 @@ impl<const N: usize, const M: usize> JointGain<N, M> {
 }
 
 impl<const N: usize> Gaussian<N> {
-    /// Reduces the covariance by `M` values measured at once (Cholesky solve for the gain, Joseph form), and leaves the mean
-    /// to [`JointGain::correction`]. `None`, and no change, if S is not positive definite.
+    /// Reduces the covariance by `M` values measured at once, and leaves the mean to [`JointGain::correction`]. With S = L Lᵀ and
+    /// W = L⁻¹ the gain is (W H P)ᵀ W, and P falls by (W H P)ᵀ (W H P): what is left is symmetric, and sound while no sensor is so
+    /// exact that it leaves next to nothing of P. `None`, and no change, if S is not positive definite.
     #[inline]
     pub fn condition<const M: usize>(
         &mut self,
@@ -47,13 +48,16 @@ impl<const N: usize> Gaussian<N> {
         let factor = (projected * h.transpose() + r).cholesky()?;
         let lower = factor.l();
         let whitening = lower.solve_lower_triangular(&SMatrix::<f64, M, M>::identity())?;
-        // K = P Hᵀ S⁻¹ with S⁻¹ = Wᵀ W.
-        let gain = projected.transpose() * whitening.transpose() * whitening;
-        // Joseph form (I − K H) P (I − K H)ᵀ + K R Kᵀ, without ever forming a matrix I − K H.
-        let reduced = self.covariance - gain * projected;
-        let crossed = reduced * h.transpose() - gain * r;
-        self.covariance = reduced - crossed * gain.transpose();
-        self.symmetrise();
+        let root = whitening * projected;
+        let gain = root.transpose() * whitening;
+        for column in 0..N {
+            for row in 0..=column {
+                let taken = root.column(row).dot(&root.column(column));
+                let left = self.covariance[(row, column)] - taken;
+                self.covariance[(row, column)] = left;
+                self.covariance[(column, row)] = left;
+            }
+        }
         let half_log_determinant = (0..M).map(|j| lower[(j, j)].ln()).sum();
         Some(JointGain { gain, whitening, half_log_determinant })
     }

@@ -21,8 +21,11 @@ use crate::sealed::{digest::digest_of_folder, files::cannot_write};
 pub(crate) const VISIBLE: f64 = 1.1;
 /// Share of all cases whose id is taken out of the library.
 const WITHHELD_SHARE: f64 = 0.12;
-/// Each spans the model of the other, so that taking one out leaves the right answer in the library.
-const NEVER_WITHHELD: [&str; 2] = ["headwind", "running_resistance"];
+/// Another one spans the model of each, so that taking it out leaves the right answer in the library: wheels that are all worn
+/// read as a vehicle speed of another scale.
+const NEVER_WITHHELD: [&str; 3] = ["headwind", "running_resistance", "speed_scale"];
+/// Ids of the plant that are a value of a discrete parameter in the library: wheelset 0 is all of them.
+const CALLED: [(&str, &str); 1] = [("wheel_radius_all", "wheel_radius")];
 
 /// A case to be made.
 pub(super) struct Order {
@@ -120,6 +123,9 @@ pub(super) fn make(out: &Path, order: &Order, with_twin: bool) -> Result<Made, C
     let with_twin = with_twin && !order.recipe.effects.is_empty();
     case.write(&folder, with_twin.then_some(twin.as_path())).map_err(CliError::failed)?;
     for effect in &mut case.label.effects {
+        if let Some((_, called)) = CALLED.iter().find(|(of_plant, _)| *of_plant == effect.id) {
+            effect.id = (*called).to_owned();
+        }
         effect.named = is_named(&effect.id);
     }
     let recordings_sha256 = digest_of_folder(&folder)?;
@@ -142,5 +148,6 @@ mod tests {
             assert!(is_named(&order.recipe.effects[0].id));
         }
         assert!(!is_named("cold_bearings") && is_named("brake_fade"));
+        assert!(CALLED.iter().all(|(of_plant, called)| !is_named(of_plant) && is_named(called)));
     }
 }

@@ -161,6 +161,7 @@ fn discrepancy(case: &Case, (place, scope, covariate, term): Tried) -> Option<Di
         prior_mean: 0.0,
         prior_sigma: 30.0 * scale,
         run: None,
+        shows_in: None,
     };
     let parameters = knots.iter().filter(|x| is_free(covariate, **x)).map(parameter).collect();
     let spec = spec_of(term);
