@@ -4,7 +4,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use railgrip_diagnosis::answer::schema::Report;
-use railgrip_diagnosis::decide::learning::{self, Truth};
+use railgrip_diagnosis::decide::learning::{self, Agreement, Truth};
 use railgrip_diagnosis::decide::posterior::Calibration;
 use railgrip_truth_plant::label::Gaps;
 use railgrip_vehicle::effects;
@@ -49,6 +49,9 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     if cases.is_empty() {
         return Err(CliError::bad_input("no report of any of these cases was found"));
     }
+    if args.out.is_some() {
+        report_agreement(&learning::agreement_apart(&cases), cases.len(), " (told by what the others say)");
+    }
     let calibration = match args.out {
         Some(_) => learning::learn(&cases, args.provenance.clone()),
         None => Calibration::shipped(),
@@ -56,20 +59,8 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     for (report, _) in &mut cases {
         calibration.settle(report);
     }
-    let agreement = learning::agreement(&cases);
-    say(&format!(
-        "{} cases, {} names: calibration error {:.3}, log loss {}, area of right names {}; verdict sets hold the truth in {:.1} %, \
-         mean size {:.2}, area of unknown {}{}",
-        cases.len(),
-        agreement.names,
-        agreement.calibration_error,
-        told(agreement.log_loss),
-        told(agreement.names_area),
-        100.0 * agreement.sets_hold,
-        agreement.mean_size,
-        told(agreement.unknown_area),
-        if args.out.is_some() { " (on the cases that it was learnt from)" } else { "" },
-    ));
+    let from = if args.out.is_some() { " (on the cases that it was learnt from)" } else { "" };
+    report_agreement(&learning::agreement(&cases), cases.len(), from);
     if let Some(out) = &args.out {
         let text = toml::to_string_pretty(&calibration).map_err(CliError::failed)?;
         write(
@@ -80,6 +71,21 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         )?;
     }
     Ok(())
+}
+
+/// One line about how well probabilities agree with what was at work.
+fn report_agreement(agreement: &Agreement, cases: usize, from: &str) {
+    say(&format!(
+        "{cases} cases, {} names: calibration error {:.3}, log loss {}, area of right names {}; verdict sets hold the truth in {:.1} %, \
+         mean size {:.2}, area of unknown {}{from}",
+        agreement.names,
+        agreement.calibration_error,
+        told(agreement.log_loss),
+        told(agreement.names_area),
+        100.0 * agreement.sets_hold,
+        agreement.mean_size,
+        told(agreement.unknown_area),
+    ));
 }
 
 /// The reports that exist of the cases of one file of labels.

@@ -41,7 +41,7 @@ impl Holds {
         Self { none: 1.0 / 3.0, known: 1.0 / 3.0, unknown: 1.0 / 3.0, place: 0.0, left: 0.0 };
 
     /// None, known and unknown.
-    fn shares(&self) -> [f64; 3] {
+    pub(super) fn shares(&self) -> [f64; 3] {
         [self.none, self.known, self.unknown]
     }
 
@@ -99,12 +99,12 @@ impl Signs {
 pub type Held = (Holds, Signs, usize);
 
 impl Lean {
-    /// Widths of the prior around no lean.
+    /// Widest prior around no lean.
     const WIDTHS: [f64; 2] = [0.7, 3.0];
 
-    /// The likeliest lean for cases of which it is known what they held (Newton's method).
-    pub fn fit(cases: &[Held]) -> Self {
-        let widths = Vector4::new(Self::WIDTHS[0], Self::WIDTHS[0], Self::WIDTHS[1], Self::WIDTHS[1]);
+    /// The likeliest lean for cases of which it is known what they held (Newton's method), with a prior of this share of the widest.
+    pub fn fit(cases: &[Held], width: f64) -> Self {
+        let widths = width * Vector4::new(Self::WIDTHS[0], Self::WIDTHS[0], Self::WIDTHS[1], Self::WIDTHS[1]);
         let precision = Matrix4::from_diagonal(&widths.map(|width| width.powi(-2)));
         let lean =
             |at: &Vector4<f64>| Self { known: at[0], unknown: at[1], known_left: at[2], unknown_left: at[3] };
@@ -154,7 +154,7 @@ mod tests {
                 (NONE, signs, if drawn < none { 0 } else { 1 + usize::from(drawn > none + known) })
             })
             .collect();
-        let found = Lean::fit(&cases);
+        let found = Lean::fit(&cases, 1.0);
         println!("{found:?}");
         assert!((found.known - truth.known).abs() < 0.08 && (found.unknown - truth.unknown).abs() < 0.08);
         assert!((found.known_left - 1.0).abs() < 0.3 && (found.unknown_left - 3.0).abs() < 0.3);
@@ -169,6 +169,6 @@ mod tests {
         let sum: f64 = at(9.0, 0.4).shares().iter().sum();
         assert!(at(9.0, 0.4).unknown > NONE.unknown && (sum - 1.0).abs() < 1e-12);
         assert_eq!(NONE.leant(&lean, &Signs::default()), NONE, "a report without signs is as it was counted");
-        assert!(Lean::fit(&[]) == Lean::default());
+        assert!(Lean::fit(&[], 1.0) == Lean::default());
     }
 }

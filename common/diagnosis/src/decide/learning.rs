@@ -32,38 +32,129 @@ impl Truth {
     }
 }
 
-/// Learns a calibration from reports and what was at work in them.
-pub fn learn(cases: &[(Report, Truth)], provenance: String) -> Calibration {
-    let means = |effect: &FoundEffect, id: &String| effect.id == *id || effect.equivalent.contains(id);
-    let mut names: Vec<(Grounds, bool)> = Vec::new();
+/// A case with what was found and what was at work.
+pub type Case = (Report, Truth);
+
+/// Parts into which cases are dealt: each is told by what was learnt from the others.
+const PARTS: usize = 5;
+/// Widths of the priors that are tried, as shares of the widest.
+const WIDTHS: [f64; 6] = [0.05, 0.1, 0.2, 0.3, 0.5, 1.0];
+
+/// How wide the priors of what is learnt are: of names, and of what a verdict holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Widths {
+    names: f64,
+    lean: f64,
+}
+
+/// Learns a calibration from reports and what was at work in them. How far it may go from its prior, and from which sum of
+/// probabilities sets hold the truth, is what tells cases best that were left out.
+pub fn learn(cases: &[Case], provenance: String) -> Calibration {
+    let widths = likeliest(cases);
+    let mut calibration = with(cases, provenance, widths);
+    let apart = parts(cases, widths);
+    let posteriors: Vec<(Vec<PosteriorSet>, &Truth)> = apart
+        .iter()
+        .flat_map(|(learnt, others)| others.iter().map(|(report, truth)| (learnt.sets(report), truth)))
+        .collect();
+    calibration.set_level = level_that_holds(&posteriors, HELD);
+    calibration
+}
+
+/// How well cases agree with what is learnt from others of them, see [`agreement`].
+pub fn agreement_apart(cases: &[Case]) -> Agreement {
+    let widths = likeliest(cases);
+    let level = learn(cases, String::new()).set_level;
+    let apart = parts(cases, widths).into_iter().flat_map(|(mut learnt, others)| {
+        learnt.set_level = level;
+        others.into_iter().map(move |(mut report, truth)| {
+            learnt.settle(&mut report);
+            (report, truth)
+        })
+    });
+    agreement(&apart.collect::<Vec<Case>>())
+}
+
+/// What is learnt from all parts but one, and the cases of that one, for each.
+fn parts(cases: &[Case], widths: Widths) -> Vec<(Calibration, Vec<Case>)> {
+    let of = |part: usize| {
+        let (held, others): (Vec<_>, Vec<_>) =
+            cases.iter().cloned().enumerate().partition(|(index, _)| index % PARTS == part);
+        let cases =
+            |dealt: Vec<(usize, Case)>| dealt.into_iter().map(|(_, case)| case).collect::<Vec<Case>>();
+        (with(&cases(others), String::new(), widths), cases(held))
+    };
+    (0..PARTS).map(of).collect()
+}
+
+/// The widths with which cases that were left out are likeliest.
+fn likeliest(cases: &[Case]) -> Widths {
+    let loss = |widths: Widths| {
+        parts(cases, widths).iter().fold([0.0; 2], |[names, held], (learnt, others)| {
+            let of_names = others.iter().flat_map(judged_names).map(|(grounds, right)| {
+                let p = learnt.names.probability(&grounds);
+                -(if right { p } else { 1.0 - p }).max(f64::MIN_POSITIVE).ln()
+            });
+            let of_held = others.iter().map(|(report, truth)| {
+                -learnt.holds(report).shares()[class(report, truth)].max(f64::MIN_POSITIVE).ln()
+            });
+            [names + of_names.sum::<f64>(), held + of_held.sum::<f64>()]
+        })
+    };
+    let losses: Vec<[f64; 2]> =
+        WIDTHS.iter().map(|width| loss(Widths { names: *width, lean: *width })).collect();
+    let best = |what: usize| {
+        let order = |a: &usize, b: &usize| losses[*a][what].total_cmp(&losses[*b][what]);
+        (0..WIDTHS.len()).min_by(order).map_or(1.0, |index| WIDTHS[index])
+    };
+    Widths { names: best(0), lean: best(1) }
+}
+
+/// Whether a name means an id.
+fn means(effect: &FoundEffect, id: &String) -> bool {
+    effect.id == *id || effect.equivalent.contains(id)
+}
+
+/// The names of a case by their grounds, and whether they were right.
+fn judged_names((report, truth): &Case) -> Vec<(Grounds, bool)> {
+    let of = |effect: &FoundEffect| {
+        let right = truth.effects.iter().any(|id| means(effect, id));
+        grounds(report, effect).map(|grounds| (grounds, right))
+    };
+    report.effects.iter().filter_map(of).collect()
+}
+
+/// What a case held: nothing that shows, known effects, something unknown.
+fn class(report: &Report, truth: &Truth) -> usize {
+    let named = |id: &String| report.effects.iter().any(|effect| means(effect, id));
+    match truth {
+        // What was named rightly was seen after all.
+        Truth { visible: false, effects, .. } if !effects.iter().any(named) => 0,
+        Truth { unknown: true, .. } => 2,
+        Truth { effects, .. } => usize::from(!effects.is_empty()),
+    }
+}
+
+/// What is learnt with priors of these widths; sets are not looked at.
+fn with(cases: &[Case], provenance: String, widths: Widths) -> Calibration {
     let mut wrong = [[1.0; 3]; 2];
-    let mut classes: Vec<(Verdict, Signs, usize)> = Vec::new();
     for (report, truth) in cases {
-        for (index, effect) in report.effects.iter().enumerate() {
-            let further = usize::from(index > 0);
-            let right = truth.effects.iter().any(|id| means(effect, id));
-            names.extend(grounds(report, effect).map(|grounds| (grounds, right)));
-            if !right {
-                let unnamed =
-                    || truth.effects.iter().filter(|id| !report.effects.iter().any(|e| means(e, id)));
-                let rival = unnamed().any(|id| effect.rivals.iter().any(|rival| rival.id == *id));
-                let what = if rival { 0 } else { 1 + usize::from(unnamed().next().is_some()) };
-                wrong[further][what] += 1.0;
-            }
+        let is_right = |effect: &FoundEffect| truth.effects.iter().any(|id| means(effect, id));
+        let unnamed = || truth.effects.iter().filter(|id| !report.effects.iter().any(|e| means(e, id)));
+        for (index, effect) in report.effects.iter().enumerate().filter(|(_, effect)| !is_right(effect)) {
+            let rival = unnamed().any(|id| effect.rivals.iter().any(|rival| rival.id == *id));
+            let what = if rival { 0 } else { 1 + usize::from(unnamed().next().is_some()) };
+            wrong[usize::from(index > 0)][what] += 1.0;
         }
-        let named = |id: &String| report.effects.iter().any(|effect| means(effect, id));
-        let class = match truth {
-            // What was named rightly was seen after all.
-            Truth { visible: false, effects, .. } if !effects.iter().any(named) => 0,
-            Truth { unknown: true, .. } => 2,
-            Truth { effects, .. } => usize::from(!effects.is_empty()),
-        };
-        classes.push((report.verdict, Signs::of(report), class));
     }
     let when_wrong = |counts| {
         let [rival, nothing, other] = shares(counts);
         WhenWrong { rival, nothing, other }
     };
+    let classes: Vec<(Verdict, Signs, usize)> = cases
+        .iter()
+        .map(|(report, truth)| (report.verdict, Signs::of(report), class(report, truth)))
+        .collect();
     let verdicts: BTreeMap<String, Holds> =
         [Verdict::None, Verdict::Effects, Verdict::Unknown, Verdict::EffectsAndUnknown]
             .map(|verdict| (verdict.name().to_owned(), counted(verdict, &classes)))
@@ -71,19 +162,18 @@ pub fn learn(cases: &[(Report, Truth)], provenance: String) -> Calibration {
     let held = |(verdict, signs, class): &(Verdict, Signs, usize)| -> Option<Held> {
         Some((*verdicts.get(verdict.name())?, *signs, *class))
     };
-    let places = Lean::fit(&classes.iter().filter_map(held).collect::<Vec<Held>>());
-    let mut calibration = Calibration {
+    let places = Lean::fit(&classes.iter().filter_map(held).collect::<Vec<Held>>(), widths.lean);
+    let names: Vec<(Grounds, bool)> = cases.iter().flat_map(judged_names).collect();
+    Calibration {
         provenance,
         cases: cases.len(),
         set_level: HELD,
-        names: Scaling::fit(&names),
+        names: Scaling::fit(&names, widths.names),
         first_wrong: when_wrong(wrong[0]),
         further_wrong: when_wrong(wrong[1]),
         places,
         verdicts,
-    };
-    calibration.set_level = calibration.level_that_holds(cases, HELD);
-    calibration
+    }
 }
 
 /// What the cases of a verdict held, half a case more of each, and the means of their signs.
@@ -104,23 +194,16 @@ fn shares(counts: [f64; 3]) -> [f64; 3] {
     counts.map(|count| count / all)
 }
 
-impl Calibration {
-    /// The least level, in steps of a hundredth, at which verdict sets hold the truth in this share of cases; the share itself
-    /// where none does, because the truth is often in no set that is listed.
-    fn level_that_holds(&self, cases: &[(Report, Truth)], share: f64) -> f64 {
-        let posteriors: Vec<(Vec<PosteriorSet>, &Truth)> =
-            cases.iter().map(|(report, truth)| (self.sets(report), truth)).collect();
-        let held = |level: f64| {
-            let holds = |(sets, truth): &&(Vec<PosteriorSet>, &Truth)| {
-                fewest(sets, level).into_iter().any(|index| truth.is(&sets[index]))
-            };
-            posteriors.iter().filter(holds).count() as f64 / posteriors.len().max(1) as f64
+/// The least level, in steps of a hundredth, at which verdict sets hold the truth in this share of cases; the share itself where
+/// none does, because the truth is often in no set that is listed.
+fn level_that_holds(posteriors: &[(Vec<PosteriorSet>, &Truth)], share: f64) -> f64 {
+    let held = |level: f64| {
+        let holds = |(sets, truth): &&(Vec<PosteriorSet>, &Truth)| {
+            fewest(sets, level).into_iter().any(|index| truth.is(&sets[index]))
         };
-        (50..100)
-            .map(|percent| f64::from(percent) / 100.0)
-            .find(|level| held(*level) >= share)
-            .unwrap_or(share)
-    }
+        posteriors.iter().filter(holds).count() as f64 / posteriors.len().max(1) as f64
+    };
+    (50..100).map(|percent| f64::from(percent) / 100.0).find(|level| held(*level) >= share).unwrap_or(share)
 }
 
 /// How well the probabilities of some reports agree with what was at work.

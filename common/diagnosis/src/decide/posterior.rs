@@ -94,7 +94,7 @@ impl Scaling {
         shows: 0.0,
         left: 0.0,
     };
-    /// Widths of the prior around [`Self::PLAIN`], which keeps it sensible where there are few cases.
+    /// Widest prior around [`Self::PLAIN`], which keeps it sensible where there are few cases.
     const WIDTHS: [f64; GROUNDS] = [2.0, 0.5, 3.0, 1.5, 1.0, 1.0, 0.5, 2.0];
 
     fn weights(&self) -> Grounds {
@@ -107,10 +107,13 @@ impl Scaling {
         1.0 / (1.0 + (-self.weights().dot(grounds)).exp())
     }
 
-    /// The most likely scaling for names of which it is known whether they were right (Newton's method).
-    pub fn fit(names: &[(Grounds, bool)]) -> Self {
+    /// The most likely scaling for names of which it is known whether they were right (Newton's method), with a prior of this share of
+    /// the widest; how often names are right at all may always be learnt.
+    pub fn fit(names: &[(Grounds, bool)], width: f64) -> Self {
         let prior = Self::PLAIN.weights();
-        let precision = Precision::from_diagonal(&Grounds::from(Self::WIDTHS.map(|width| width.powi(-2))));
+        let mut widths = Self::WIDTHS.map(|widest| width * widest);
+        widths[0] = Self::WIDTHS[0];
+        let precision = Precision::from_diagonal(&Grounds::from(widths.map(|width| width.powi(-2))));
         // Minus the log of the posterior.
         let cost = |at: &Grounds| {
             let off = at - prior;
@@ -215,7 +218,7 @@ impl Calibration {
     }
 
     /// What the truth holds in view of a report.
-    fn holds(&self, report: &Report) -> Holds {
+    pub(super) fn holds(&self, report: &Report) -> Holds {
         let counted = self.verdicts.get(report.verdict.name()).unwrap_or(&Holds::EVEN);
         counted.leant(&self.places, &Signs::of(report))
     }
@@ -428,7 +431,7 @@ pub(crate) mod tests {
                 (grounds, random.random::<f64>() < truth.probability(&grounds))
             })
             .collect();
-        let found = Scaling::fit(&names);
+        let found = Scaling::fit(&names, 1.0);
         println!("{found:?}");
         for (score, carried) in [(-1.0, 0.0), (1.0, 1.0), (3.0, 0.0), (3.0, 0.8)] {
             let grounds = Grounds::from([1.0, score, carried, 0.0, 0.0, 0.0, 0.0, 0.0]);
