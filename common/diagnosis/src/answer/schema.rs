@@ -261,12 +261,21 @@ pub struct NaturalGap {
 impl Gap {
     /// Gap of the extended model over that of a right one, RMS of fitted and predicted runs; `None` where that was not asked.
     pub fn left(&self) -> Option<f64> {
+        self.over_natural([self.fit.extended, self.holdout.extended])
+    }
+
+    /// The same of the calibrated model.
+    pub fn unexplained(&self) -> Option<f64> {
+        self.over_natural([self.fit.calibrated, self.holdout.calibrated])
+    }
+
+    fn over_natural(&self, [fit, holdout]: [f64; 2]) -> Option<f64> {
         let natural = self.natural?;
-        let held_out = natural.holdout.map(|natural| [self.holdout.extended, natural]);
-        let sets = [Some([self.fit.extended, natural.fit]), held_out];
+        let held_out = natural.holdout.map(|natural| [holdout, natural]);
+        let sets = [Some([fit, natural.fit]), held_out];
         let square = |k: usize| sets.iter().flatten().map(|set| set[k].powi(2)).sum::<f64>();
-        let left = (square(0) / square(1)).sqrt();
-        left.is_finite().then_some(left)
+        let over = (square(0) / square(1)).sqrt();
+        over.is_finite().then_some(over)
     }
 }
 

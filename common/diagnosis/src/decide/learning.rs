@@ -2,7 +2,8 @@
 
 use crate::answer::schema::{FoundEffect, PosteriorSet, Report, Verdict};
 use crate::decide::holds::{Held, Holds, Lean, Signs};
-use crate::decide::posterior::{Calibration, Grounds, Scaling, WhenWrong, fewest, grounds};
+use crate::decide::posterior::{Calibration, Grounds, Scaling, grounds};
+use crate::decide::sets::{WhenWrong, fewest};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -171,9 +172,23 @@ fn with(cases: &[Case], provenance: String, widths: Widths) -> Calibration {
         names: Scaling::fit(&names, widths.names),
         first_wrong: when_wrong(wrong[0]),
         further_wrong: when_wrong(wrong[1]),
+        alone: scatter(cases),
         places,
         verdicts,
     }
+}
+
+/// Cases in which nothing shows from which their scatter can be told.
+const FEWEST_ALONE: usize = 10;
+
+/// See [`Calibration::alone`].
+fn scatter(cases: &[Case]) -> f64 {
+    let nothing = cases.iter().filter(|(report, truth)| class(report, truth) == 0);
+    let over: Vec<f64> = nothing.filter_map(|(report, _)| Some(report.gap.unexplained()?.ln())).collect();
+    if over.len() < FEWEST_ALONE {
+        return 0.0;
+    }
+    (over.iter().map(|over| over * over).sum::<f64>() / over.len() as f64).sqrt()
 }
 
 /// What the cases of a verdict held, half a case more of each, and the means of their signs.

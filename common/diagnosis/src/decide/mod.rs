@@ -5,7 +5,7 @@
 //! gap itself (`in_gap`). [`evidence`] gathers what the verdict rests on,
 //! among it what chance would gain ([`significance`]); [`verdict`] decides by a table of rules, [`practice`] revises it by what becomes of
 //! the gap; [`confidence`] says how sure
-//! each named effect is, [`posterior`] how probable sets of them are ([`holds`]: none, known or unknown), which [`learning`] takes from cases with known answers.
+//! each named effect is, [`posterior`] how probable sets of them ([`sets`]) are ([`holds`]: none, known or unknown), which [`learning`] takes from cases with known answers.
 //! [`baselines`] are two simpler ways to rank effects, to compare with.
 
 pub mod acceptance;
@@ -22,5 +22,6 @@ pub mod posterior;
 pub mod practice;
 pub mod round;
 pub mod selection;
+pub mod sets;
 pub mod significance;
 pub mod verdict;

@@ -19,14 +19,13 @@
 use crate::answer::schema::{FoundEffect, PosteriorSet, Report, Verdict};
 use crate::decide::holds::{Holds, Lean, Signs, left_over};
 use crate::decide::newton;
+use crate::decide::sets::{WhenWrong, add, fewest, options, without_names};
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Sets below this probability are not listed.
 const LEAST_LISTED: f64 = 0.01;
-/// Candidates that share what is left where no effect is named.
-const CANDIDATES: usize = 3;
 
 /// What the probability of a name follows from, and how many figures that are.
 pub type Grounds = SVector<f64, GROUNDS>;
@@ -149,18 +148,6 @@ impl Scaling {
 
 type Precision = SMatrix<f64, GROUNDS, GROUNDS>;
 
-/// What is at work where a name is wrong; shares that add up to one.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct WhenWrong {
-    /// One of the rivals that the report lists.
-    pub rival: f64,
-    /// Nothing in its place.
-    pub nothing: f64,
-    /// Something that is not listed.
-    pub other: f64,
-}
-
 /// How findings become probabilities, and from which cases that was learnt.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -177,6 +164,10 @@ pub struct Calibration {
     pub first_wrong: WhenWrong,
     /// The same for further names.
     pub further_wrong: WhenWrong,
+    /// How far gaps scatter around those that a right model would leave where nothing shows: RMS of the logarithm of their ratio.
+    /// Zero where that was not learnt; then a gap excludes nothing.
+    #[serde(default)]
+    pub alone: f64,
     /// How the evidence of a place leans what the truth holds.
     #[serde(default)]
     pub places: Lean,
@@ -230,9 +221,23 @@ impl Calibration {
             Verdict::Effects | Verdict::EffectsAndUnknown => self.around_names(report, holds),
             Verdict::None | Verdict::Unknown => without_names(report, holds),
         };
+        self.doubt_tolerances(report, &mut sets);
         sets.sort_by(|a, b| b.p.total_cmp(&a.p).then_with(|| a.effects.cmp(&b.effects)));
         sets.retain(|set| set.p >= LEAST_LISTED);
         sets
+    }
+
+    /// Leaves tolerances alone the share of their probability that a gap of this size leaves them; something unknown has the rest.
+    fn doubt_tolerances(&self, report: &Report, sets: &mut Vec<PosteriorSet>) {
+        let Some(over) = report.gap.unexplained().filter(|_| self.alone > 0.0) else { return };
+        let beyond = over.ln().max(0.0) / self.alone;
+        let mut lost = 0.0;
+        for set in sets.iter_mut().filter(|set| set.effects.is_empty() && !set.unknown) {
+            let left = set.p * (-0.5 * beyond * beyond).exp();
+            lost += set.p - left;
+            set.p = left;
+        }
+        add(sets, PosteriorSet { effects: Vec::new(), unknown: true, p: lost });
     }
 
     /// Every name with its alternatives, independently of each other.
@@ -268,64 +273,12 @@ impl Calibration {
     }
 }
 
-/// What may be at work in the place of one name, and how probable each is; what is not listed is left out.
-fn options(effect: &FoundEffect, right: f64, wrong: &WhenWrong) -> Vec<(Option<String>, f64)> {
-    let near = |id: &str| effect.rivals.iter().find(|rival| rival.id == id).map_or(0.5, |rival| rival.share);
-    // Ids that the data cannot tell from it share its probability by how near they came.
-    let whole = 1.0 + effect.equivalent.iter().map(|id| near(id).clamp(0.0, 1.0)).sum::<f64>();
-    let mut options = vec![(Some(effect.id.clone()), right / whole)];
-    for id in &effect.equivalent {
-        options.push((Some(id.clone()), right * near(id).clamp(0.0, 1.0) / whole));
-    }
-    let rivals = || effect.rivals.iter().filter(|rival| !effect.equivalent.contains(&rival.id));
-    let weight = |share: f64| share.max(0.0).powi(2);
-    let total: f64 = rivals().map(|rival| weight(rival.share)).sum();
-    for rival in rivals().filter(|_| total > 0.0) {
-        options.push((Some(rival.id.clone()), (1.0 - right) * wrong.rival * weight(rival.share) / total));
-    }
-    options.push((None, (1.0 - right) * wrong.nothing));
-    options
-}
-
-/// Where nothing is named, candidates share what known effects have, each half of the one before it.
-fn without_names(report: &Report, holds: Holds) -> Vec<PosteriorSet> {
-    let mut all = vec![
-        PosteriorSet { effects: Vec::new(), unknown: false, p: holds.none },
-        PosteriorSet { effects: Vec::new(), unknown: true, p: holds.unknown },
-    ];
-    let mut p = holds.known;
-    for candidate in report.candidates.iter().take(CANDIDATES) {
-        p *= 0.5;
-        all.push(PosteriorSet { effects: vec![candidate.id.clone()], unknown: false, p });
-    }
-    all
-}
-
-fn add(all: &mut Vec<PosteriorSet>, set: PosteriorSet) {
-    match all.iter_mut().find(|other| other.unknown == set.unknown && other.effects == set.effects) {
-        Some(other) => other.p += set.p,
-        None => all.push(set),
-    }
-}
-
-/// Indices of the fewest sets whose probabilities add up to `level`; all of them if they do not.
-pub(super) fn fewest(sets: &[PosteriorSet], level: f64) -> Vec<usize> {
-    let mut sum = 0.0;
-    let mut taken = Vec::new();
-    for (index, set) in sets.iter().enumerate() {
-        if sum >= level {
-            break;
-        }
-        sum += set.p;
-        taken.push(index);
-    }
-    taken
-}
-
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::answer::schema::{Candidate, Gap, HoldoutGap, Location, ParameterEstimate, Rival, ThreeGaps};
+    use crate::answer::schema::{
+        Candidate, Gap, HoldoutGap, Location, NaturalGap, ParameterEstimate, Rival, ThreeGaps,
+    };
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
@@ -437,6 +390,30 @@ pub(crate) mod tests {
             let grounds = Grounds::from([1.0, score, carried, 0.0, 0.0, 0.0, 0.0, 0.0]);
             let (found, truth) = (found.probability(&grounds), truth.probability(&grounds));
             assert!((found - truth).abs() < 0.05, "{score}, {carried}: {found} instead of {truth}");
+        }
+    }
+
+    /// What a gap far beyond a right model's takes from tolerances alone goes to something unknown.
+    #[test]
+    fn tolerances_alone_do_not_make_a_large_gap() {
+        let calibration = Calibration { alone: 0.1, ..Calibration::shipped() };
+        let p = |verdict: Verdict, natural: f64| {
+            let effects = if verdict == Verdict::None { Vec::new() } else { vec![named("a", -1.0, &[])] };
+            let mut report = report(verdict, effects);
+            report.gap.natural = Some(NaturalGap { fit: natural, holdout: Some(natural) });
+            let sets = calibration.sets(&report);
+            let of = |unknown: bool| {
+                sets.iter()
+                    .find(|set| set.effects.is_empty() && set.unknown == unknown)
+                    .map_or(0.0, |set| set.p)
+            };
+            let sum: f64 = sets.iter().map(|set| set.p).sum();
+            (of(false), of(true), sum)
+        };
+        for verdict in [Verdict::None, Verdict::Effects] {
+            let (whole, large) = (p(verdict, 2.0), p(verdict, 1.0));
+            assert!(whole.0 > 0.05 && large.0 < 0.01, "{verdict:?}: {whole:?} {large:?}");
+            assert!(large.1 > whole.1 && large.2 < 1.0 + 1e-9, "{verdict:?}: {whole:?} {large:?}");
         }
     }
 

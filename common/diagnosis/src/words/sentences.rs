@@ -10,7 +10,8 @@ use std::fmt::Display;
 /// The verdict in one sentence, with its number.
 pub fn headline(report: &Report) -> String {
     let holdout = &report.gap.holdout;
-    let found: Vec<String> = report.effects.iter().map(findings::finding).collect();
+    let found: Vec<String> =
+        report.effects.iter().map(|effect| perhaps(effect, findings::finding(effect))).collect();
     let (before, after) = (gap(holdout.calibrated), gap(holdout.extended));
     let found = || {
         let found = capital(&found.join("; "));
@@ -36,6 +37,14 @@ pub fn headline(report: &Report) -> String {
         }
     }
 }
+
+/// A finding as it is said of an effect that is less likely than not.
+fn perhaps(effect: &FoundEffect, finding: String) -> String {
+    if effect.confidence < EVEN { say("perhaps {text}", &[("text", &finding)]) } else { finding }
+}
+
+/// Probability from which something is more likely than not.
+const EVEN: f64 = 0.5;
 
 /// The verdict in a few words.
 pub fn verdict(verdict: Verdict) -> &'static str {
@@ -250,6 +259,9 @@ pub fn certainty(report: &Report) -> Vec<String> {
     said
 }
 
+/// Sets that are listed one by one.
+const MOST_SETS: usize = 5;
+
 /// The sets of effects among which the truth is in nine of ten cases, where they are more than one.
 fn sets(report: &Report) -> Option<String> {
     let inside: Vec<_> = report.verdict_set.iter().filter_map(|at| report.posterior.get(*at)).collect();
@@ -262,7 +274,12 @@ fn sets(report: &Report) -> Option<String> {
         format!("{parts} ({})", percent(set.p))
     };
     (inside.len() > 1).then(|| {
-        let names = or_list(&inside.iter().map(name).collect::<Vec<_>>());
+        let mut names: Vec<String> = inside.iter().take(MOST_SETS).map(name).collect();
+        let count = inside.len() - names.len();
+        if count > 0 {
+            names.push(say("{count} others that are less likely", &[("count", &count)]));
+        }
+        let names = or_list(&names);
         say("In nine of ten such cases the truth is among these: {names}.", &[("names", &names)])
     })
 }
@@ -349,7 +366,7 @@ pub fn freed(place: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::answer::schema::{NaturalGap, WorstWindow};
+    use crate::answer::schema::{NaturalGap, PosteriorSet, WorstWindow};
     use crate::decide::posterior::tests::{named, report};
 
     #[test]
@@ -393,6 +410,26 @@ mod tests {
             said.contains("97 % of what is left (stop.wet, from 20 s); without it the gap is 9.20 → 3.40"),
             "{said}"
         );
+    }
+
+    #[test]
+    fn what_is_less_likely_than_not_is_said_so() {
+        let mut report = report(Verdict::Effects, vec![named("a", 3.0, &[]), named("b", 3.0, &[])]);
+        (report.effects[0].confidence, report.effects[1].confidence) = (0.8, 0.2);
+        let said = headline(&report);
+        assert!(!said.starts_with("Perhaps") && said.matches("perhaps").count() == 1, "{said}");
+    }
+
+    #[test]
+    fn a_long_list_of_sets_is_cut() {
+        let mut report = report(Verdict::Effects, vec![named("a", 3.0, &[])]);
+        let set = |k: usize| PosteriorSet { effects: vec![format!("e{k}")], unknown: false, p: 0.1 };
+        report.posterior = (0..9).map(set).collect();
+        report.verdict_set = (0..9).collect();
+        let said = sets(&report).unwrap_or_default();
+        assert!(said.ends_with("e4 (10 %) or 4 others that are less likely."), "{said}");
+        report.verdict_set.truncate(5);
+        assert!(sets(&report).unwrap_or_default().ends_with("e3 (10 %) or e4 (10 %)."));
     }
 
     #[test]
