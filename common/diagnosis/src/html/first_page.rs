@@ -59,6 +59,9 @@ pub fn page(report: &Report, detail: &Detail) -> Markup {
                 b { (t("Nominal")) } ": " (t("the model as the vehicle file states it.")) " "
                 b { (t("Calibrated")) } ": " (t("with its tolerances fitted.")) " "
                 b { (t("Extended")) } ": " (t("with tolerances and effects fitted.")) " "
+                @if report.gap.natural.is_some() {
+                    b { (t("A right model")) } ": " (t("what drifting pads, gusts and noise would leave if the calibrated model were right.")) " "
+                }
                 b { (t("Holdout")) } ": " (t("runs that no model was fitted on, only predicted."))
             }
         }
