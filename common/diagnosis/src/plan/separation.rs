@@ -5,7 +5,7 @@ use super::runs::{PlannedRun, is_driven};
 use crate::data::case::{Case, Columns, Run};
 use crate::fit::objective::{Innovations, Whitening};
 use crate::fit::solver::{self, Problem};
-use crate::model::parameters::{Built, Shape};
+use crate::model::parameters::{Built, Parameter, Shape};
 use crate::predict::disturbances::DisturbanceModel;
 use nalgebra::DVector;
 use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion, SampleInput};
@@ -58,7 +58,10 @@ fn lost(run: &Case, own: &Hypothesis, shape: &Shape, built: &Built, disturbances
     let problem = Innovations { whitening: &whitening, shape };
     let theta = &own.fitted.fit.theta;
     let residuals = problem.residuals(theta);
-    let columns = problem.columns(shape.parameters(), theta, &residuals, 0..theta.len());
+    // The planned run is none of those that the parameters were fitted on.
+    let anywhere = |parameter: &Parameter| Parameter { shows_in: None, ..parameter.clone() };
+    let parameters: Vec<Parameter> = shape.parameters().iter().map(anywhere).collect();
+    let columns = problem.columns(&parameters, theta, &residuals, 0..theta.len());
     let (_, mut curvature) = solver::assemble(shape.parameters(), theta, &own.fitted.fit.blocks);
     let gradient = DVector::from_iterator(columns.len(), columns.iter().map(|c| solver::dot(c, &residuals)));
     for (i, a) in columns.iter().enumerate() {
