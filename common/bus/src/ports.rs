@@ -95,18 +95,35 @@ impl<T: Payload> Publisher<T> {
     /// # Errors
     /// If iceoryx2 has no memory for the batch or cannot reach a reader.
     pub fn publish(&self, items: &[T]) -> Result<(), BusError> {
+        self.send(items)?;
+        if items.is_empty() { Ok(()) } else { self.wake() }
+    }
+
+    /// Sends the items in order and lets the readers sleep.
+    ///
+    /// # Errors
+    /// If iceoryx2 has no memory for the batch or cannot reach a reader.
+    pub fn send(&self, items: &[T]) -> Result<(), BusError> {
         for batch in items.chunks(self.max_batch) {
             let failed = |error: &dyn std::fmt::Debug| BusError::transport(&self.name, "send", error);
             let loan = self.port.loan_slice_uninit(batch.len()).map_err(|error| failed(&error))?;
             loan.write_from_slice(batch).send().map_err(|error| failed(&error))?;
         }
-        match &self.notifier {
-            Some(notifier) if !items.is_empty() => {
-                notifier.notify().map_err(|error| BusError::transport(&self.name, "wake readers", error))?;
-            }
-            _ => {}
-        }
         Ok(())
+    }
+
+    /// Wakes the readers. On a busy processor they may run before this comes back.
+    ///
+    /// # Errors
+    /// If a reader cannot be reached.
+    pub fn wake(&self) -> Result<(), BusError> {
+        match &self.notifier {
+            Some(notifier) => notifier
+                .notify()
+                .map(drop)
+                .map_err(|error| BusError::transport(&self.name, "wake readers", error)),
+            None => Ok(()),
+        }
     }
 
     /// Finds readers that joined since the last message and gives them the history.

@@ -123,6 +123,12 @@ fn batches_arrive_in_order(bus: &Bus) {
     assert_eq!(batches.iter().map(Vec::len).collect::<Vec<_>>(), [8, 8, 4]);
     assert_eq!(batches.concat(), (0..20).collect::<Vec<_>>());
     assert_eq!(subscriber.wait(Duration::from_millis(5)).expect("wait"), Wake::Timeout);
+    // What is sent wakes nobody until it is said so: the sender writes down what it sent before a reader takes the processor.
+    publisher.send(&samples(20, 8)).expect("send");
+    assert_eq!(subscriber.wait(Duration::from_millis(50)).expect("wait"), Wake::Timeout);
+    publisher.wake().expect("wake");
+    assert_eq!(subscriber.wait(Duration::from_secs(5)).expect("wait"), Wake::Data);
+    assert_eq!(subscriber.receive(|_| {}).expect("receive"), 8);
 }
 
 fn slow_reader_misses_and_counts(bus: &Bus) {

@@ -97,9 +97,11 @@ pub fn run(settings: &TrainSettings, lifecycle: &Lifecycle) -> Result<(), Ingest
         }
         feed.sending();
         for (place, outbox) in outboxes.iter_mut().enumerate() {
-            reporter.counters.published += outbox.send()?;
+            reporter.counters.published += outbox.send();
             feed.sent(place + 1);
         }
+        // A reader that wakes takes the processor: who is killed then has written down what it sent.
+        outboxes.iter_mut().for_each(Outbox::wake);
         microphones.send_due(until_s, feed.as_ref(), &pace);
         if let Some(skipped_s) = pace.catch_up(until_s) {
             tracing::warn!(skipped_s, "ingest was stopped or starved; the schedule goes on from here");

@@ -15,6 +15,8 @@ pub(crate) struct Outbox {
     last_time_s: f64,
     begins: bool,
     failing: bool,
+    /// Something was sent for which nobody was woken.
+    sent: bool,
 }
 
 /// The channel that it leaves by, with what waits.
@@ -36,7 +38,15 @@ impl Outbox {
     }
 
     fn new(wagon: u32, line: Line) -> Self {
-        Self { wagon, line, sequence: 0, last_time_s: f64::NEG_INFINITY, begins: true, failing: false }
+        Self {
+            wagon,
+            line,
+            sequence: 0,
+            last_time_s: f64::NEG_INFINITY,
+            begins: true,
+            failing: false,
+            sent: false,
+        }
     }
 
     /// Validates and stamps one row and puts it into the batch.
@@ -99,36 +109,46 @@ impl Outbox {
         (flags, self.sequence - 1)
     }
 
-    /// Sends the batch; gives the number of samples sent. Trouble with one wagon's channel does not stop the others,
-    /// it is told once and shows as missed samples.
-    pub fn send(&mut self) -> Result<u64, BusError> {
-        let (sent, result) = match &mut self.line {
+    /// Sends the batch; gives the number of samples sent. Readers sleep until [`Outbox::wake`]. Trouble with one wagon's channel
+    /// does not stop the others, it is told once and shows as missed samples.
+    pub fn send(&mut self) -> u64 {
+        let (count, result) = match &mut self.line {
             Line::Wagon(publisher, batch) => send(publisher, batch),
             Line::Motor(publisher, batch) => send(publisher, batch),
             Line::Bogie(publisher, batch) => send(publisher, batch),
         };
-        match result {
-            Ok(()) => {
-                self.failing = false;
-                Ok(sent)
-            }
-            Err(error) => {
-                if !self.failing {
-                    tracing::warn!(wagon = self.wagon, %error, "a batch is lost");
-                }
-                self.failing = true;
-                Ok(0)
-            }
+        self.sent = count > 0 && result.is_ok();
+        if self.sent {
+            return count;
         }
+        self.tell(result);
+        0
+    }
+
+    /// Wakes who reads what was sent.
+    pub fn wake(&mut self) {
+        if !std::mem::take(&mut self.sent) {
+            return;
+        }
+        let result = match &self.line {
+            Line::Wagon(publisher, _) => publisher.wake(),
+            Line::Motor(publisher, _) => publisher.wake(),
+            Line::Bogie(publisher, _) => publisher.wake(),
+        };
+        self.tell(result);
+    }
+
+    fn tell(&mut self, result: Result<(), BusError>) {
+        if let (Err(error), false) = (&result, self.failing) {
+            tracing::warn!(wagon = self.wagon, %error, "a batch is lost, or late");
+        }
+        self.failing = result.is_err();
     }
 }
 
 fn send<T: Payload>(publisher: &Publisher<T>, batch: &mut Vec<T>) -> (u64, Result<(), BusError>) {
-    if batch.is_empty() {
-        return (0, Ok(()));
-    }
-    let sent = batch.len() as u64;
-    let result = publisher.publish(batch);
+    let result = publisher.send(batch);
+    let count = batch.len() as u64;
     batch.clear();
-    (sent, result)
+    (count, result)
 }
