@@ -5,7 +5,8 @@
 
 use railgrip_diagnosis::answer::schema::{Report, Verdict};
 use railgrip_diagnosis::data::load;
-use railgrip_diagnosis::wagon::{Options, diagnose};
+use railgrip_diagnosis::plan::{Limits, Plan};
+use railgrip_diagnosis::wagon::{Options, plan};
 use railgrip_truth_plant::departure::Departures;
 use railgrip_truth_plant::departures::Kind;
 use railgrip_truth_plant::plant::Plant;
@@ -19,6 +20,11 @@ const KEPT: [&str; 4] = ["dry_steps", "dry_stop", "wet_stop", "dry_partial"];
 
 /// Diagnoses a short case of the plant with the departure `id` at this strength.
 fn report(seed: u64, departure: Option<(&str, f64)>, without: &[&str]) -> Report {
+    planned(seed, departure, without).0
+}
+
+/// The same, with the run that would be next.
+fn planned(seed: u64, departure: Option<(&str, f64)>, without: &[&str]) -> (Report, Option<Plan>) {
     let sheet = Sheet::draw(&mut Stream::new(seed, "sheet", 0), false, false);
     let nuisances = Nuisances::draw(&mut Stream::new(seed, "nuisances", 0));
     let wagon = TrueWagon::new(&sheet, &nuisances);
@@ -37,7 +43,9 @@ fn report(seed: u64, departure: Option<(&str, f64)>, without: &[&str]) -> Report
     let case = load::load(folder.path(), vehicle).expect("runs");
     let without = without.iter().map(|id| (*id).to_owned()).collect();
     let options = Options { case: "plant".into(), without, seed: 1, ..Options::default() };
-    let report = diagnose(&case, &options, &|_| ()).report;
+    let limits = Limits { v_max_m_s: None, rails: Vec::new(), length_s: 60.0 };
+    let (outcome, plan) = plan(&case, &options, &limits, &|_| ());
+    let report = outcome.report;
     let effects: Vec<_> = report.effects.iter().map(|effect| (&effect.id, effect.confidence)).collect();
     let gap = &report.gap.holdout;
     println!(
@@ -51,7 +59,7 @@ fn report(seed: u64, departure: Option<(&str, f64)>, without: &[&str]) -> Report
         gap.extended,
         report.seconds
     );
-    report
+    (report, plan)
 }
 
 #[test]
@@ -64,7 +72,7 @@ fn a_wagon_with_tolerances_alone_has_no_effect() {
 
 #[test]
 fn a_late_brake_is_named_and_the_gap_closes() {
-    let report = report(1, Some(("brake_lag", 1.0)), &[]);
+    let (report, plan) = planned(1, Some(("brake_lag", 1.0)), &[]);
     assert_eq!(report.verdict, Verdict::Effects);
     assert_eq!(report.rule, "effects_explain_gap");
     let named: Vec<&str> = report.effects.iter().map(|effect| effect.id.as_str()).collect();
@@ -74,6 +82,12 @@ fn a_late_brake_is_named_and_the_gap_closes() {
     let gap = &report.gap.holdout;
     assert!(gap.calibrated > 4.0 && gap.extended < 2.2, "{gap:?}");
     assert!(gap.by_signal.values().all(|signal| signal.reduction() > 0.3), "{gap:?}");
+    // The next run brakes: one that coasts tells nothing of a brake. What rails gave each run of the recordings once was asked of it.
+    let plan = plan.expect("a finding has rivals");
+    println!("{plan:?}");
+    assert_eq!(plan.separates[0], ["brake_lag"]);
+    assert!(plan.separates.len() >= 2 && plan.run.phases.iter().any(|phase| phase.brake_demand > 0.0));
+    assert!(plan.entropy_after <= plan.entropy_after_random && plan.entropy_after < plan.entropy_before);
 }
 
 #[test]
