@@ -90,7 +90,8 @@ fn a_label_says_what_the_plant_was() {
     assert_eq!(plant.fit_runs + plant.holdout_runs, case.runs.len());
     assert!((3..=13).contains(&case.runs.len()));
     let size = FamilyCase::size(&recipe(4, FormSet::C, &[("falling_friction", 1.2)])).unwrap();
-    assert_eq!(size, (plant.rate_hz, plant.fit_runs), "told without making the case");
+    let told = (size.wheelsets, size.rate_hz, size.fit_runs);
+    assert_eq!(told, (plant.wheelsets, plant.rate_hz, plant.fit_runs), "told without making the case");
 }
 
 /// A strong effect hides a weak one beside it: each is told by what the case would show without it.

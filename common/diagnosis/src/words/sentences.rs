@@ -259,7 +259,7 @@ pub fn certainty(report: &Report) -> Vec<String> {
     said
 }
 
-/// Sets that are listed one by one.
+/// Sets that are listed one by one, and one more where it would be the only other.
 const MOST_SETS: usize = 5;
 
 /// The sets of effects among which the truth is in nine of ten cases, where they are more than one.
@@ -274,7 +274,8 @@ fn sets(report: &Report) -> Option<String> {
         format!("{parts} ({})", percent(set.p))
     };
     (inside.len() > 1).then(|| {
-        let mut names: Vec<String> = inside.iter().take(MOST_SETS).map(name).collect();
+        let listed = if inside.len() == MOST_SETS + 1 { inside.len() } else { MOST_SETS };
+        let mut names: Vec<String> = inside.iter().take(listed).map(name).collect();
         let count = inside.len() - names.len();
         if count > 0 {
             names.push(say("{count} others that are less likely", &[("count", &count)]));
@@ -428,8 +429,8 @@ mod tests {
         report.verdict_set = (0..9).collect();
         let said = sets(&report).unwrap_or_default();
         assert!(said.ends_with("e4 (10 %) or 4 others that are less likely."), "{said}");
-        report.verdict_set.truncate(5);
-        assert!(sets(&report).unwrap_or_default().ends_with("e3 (10 %) or e4 (10 %)."));
+        report.verdict_set.truncate(6);
+        assert!(sets(&report).unwrap_or_default().ends_with("e4 (10 %) or e5 (10 %)."));
     }
 
     #[test]

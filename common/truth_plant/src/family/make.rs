@@ -100,15 +100,29 @@ impl FamilyCase {
     }
 }
 
+/// How large a case is: what a diagnosis of it takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CaseSize {
+    /// Wheelsets.
+    pub wheelsets: usize,
+    /// Samples a second.
+    pub rate_hz: f64,
+    /// Runs to fit on.
+    pub fit_runs: usize,
+}
+
 impl FamilyCase {
-    /// Samples a second and the number of runs to fit on of the case of a recipe, which is not made for that.
+    /// How large the case of a recipe is, which is not made for that.
     ///
     /// # Errors
     /// An effect or a form that does not exist.
-    pub fn size(recipe: &FamilyRecipe) -> Result<(f64, usize), RecipeError> {
+    pub fn size(recipe: &FamilyRecipe) -> Result<CaseSize, RecipeError> {
         let vehicle = Vehicle::draw(recipe, &choose(recipe)?);
-        let fit_runs = vehicle.orders.iter().filter(|order| !order.holdout).count();
-        Ok((vehicle.sheet.rate_hz, fit_runs))
+        Ok(CaseSize {
+            wheelsets: vehicle.sheet.wheelsets,
+            rate_hz: vehicle.sheet.rate_hz,
+            fit_runs: vehicle.orders.iter().filter(|order| !order.holdout).count(),
+        })
     }
 
     /// One run more by the vehicle of a case, effects and all, under this name; with the sheet that its recording is written by.

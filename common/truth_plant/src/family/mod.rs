@@ -34,7 +34,7 @@ pub use creep::CreepLaw;
 pub use deck::{FamilyRecipe, OrderedEffect, STRENGTHS, family_deck};
 pub use effects::{EFFECTS, effect};
 pub use forms::{Draw, Effect, Form};
-pub use make::{FamilyCase, RecipeError};
+pub use make::{CaseSize, FamilyCase, RecipeError};
 pub use moment::{Departure, Departures, Moment, Sensed};
 pub use motion::{Action, Integrator, Motion, Stepped, step};
 pub use noise::{Channel, Noise};

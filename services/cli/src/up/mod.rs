@@ -28,6 +28,8 @@ use std::time::{Duration, Instant};
 use railgrip_bus::{Holder, Lifecycle, own_folder};
 use railgrip_health::access::Access;
 use railgrip_settings::{Source, TrainSettings};
+use rustix::io::Errno;
+use rustix::process::{Pid, test_kill_process};
 
 use crate::output::say;
 use crate::train::TrainArgs;
@@ -41,6 +43,8 @@ const LONGEST_WAIT: Duration = Duration::from_millis(250);
 
 /// How long a second `up` of the same train waits for the first to be gone.
 const CLAIM_PATIENCE: Duration = Duration::from_millis(500);
+/// How long it waits for what the first, which is dead, has left behind.
+const HEIR_PATIENCE: Duration = Duration::from_secs(10);
 const CLAIM_RETRY: Duration = Duration::from_millis(20);
 
 /// Start a whole train.
@@ -155,29 +159,84 @@ fn claim(settings: &TrainSettings) -> Result<File, CliError> {
     own_folder(dir)?;
     let mut file =
         OpenOptions::new().create(true).truncate(false).read(true).write(true).open(&path).map_err(failed)?;
-    // A predecessor that was killed between fork and exec of a child leaves the lock with that child for a moment.
-    let deadline = Instant::now() + CLAIM_PATIENCE;
-    loop {
-        match file.try_lock() {
-            Ok(()) => break,
-            Err(TryLockError::WouldBlock) if Instant::now() < deadline => std::thread::sleep(CLAIM_RETRY),
-            Err(TryLockError::WouldBlock) => return Err(already_up(settings, &mut file)),
-            Err(TryLockError::Error(error)) => return Err(failed(error)),
-        }
+    if !take(&mut file).map_err(failed)? {
+        return Err(already_up(settings, &mut file));
     }
     let write = file.set_len(0).and_then(|()| file.rewind());
     write.and_then(|()| writeln!(file, "{}", std::process::id())).map_err(failed)?;
     Ok(file)
 }
 
-fn already_up(settings: &TrainSettings, file: &mut File) -> CliError {
+/// Locks the file; false if somebody else keeps it. A predecessor that was killed between fork and exec of a child leaves the lock
+/// with that child, and a busy machine may let it wait for seconds.
+fn take(file: &mut File) -> std::io::Result<bool> {
+    let began = Instant::now();
+    loop {
+        match file.try_lock() {
+            Ok(()) => return Ok(true),
+            Err(TryLockError::WouldBlock) => {}
+            Err(TryLockError::Error(error)) => return Err(error),
+        }
+        let patience = if is_dead(&keeper(file)) { HEIR_PATIENCE } else { CLAIM_PATIENCE };
+        if began.elapsed() >= patience {
+            return Ok(false);
+        }
+        std::thread::sleep(CLAIM_RETRY);
+    }
+}
+
+/// What the one who has the lock, or had it last, wrote into the file: its process id.
+fn keeper(file: &mut File) -> String {
     let mut pid = String::new();
-    let _ = file.read_to_string(&mut pid);
+    let _ = file.rewind().and_then(|()| file.read_to_string(&mut pid));
+    pid.trim().to_owned()
+}
+
+/// Whether no process has this id.
+fn is_dead(pid: &str) -> bool {
+    let pid = pid.parse().ok().and_then(Pid::from_raw);
+    pid.is_some_and(|pid| test_kill_process(pid) == Err(Errno::SRCH))
+}
+
+fn already_up(settings: &TrainSettings, file: &mut File) -> CliError {
+    let pid = keeper(file);
     CliError::failed(format!(
-        "train \"{}\" is already up (process {}, folder {}); stop it first, or give this one another [train] name or \
+        "train \"{}\" is already up (process {pid}, folder {}); stop it first, or give this one another [train] name or \
          --instance folder",
         settings.name,
-        pid.trim(),
         settings.instance.dir.display()
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lock_file(folder: &Path) -> File {
+        let mut options = OpenOptions::new();
+        options.create(true).truncate(false).read(true).write(true);
+        options.open(folder.join("up.lock")).expect("a file")
+    }
+
+    #[test]
+    fn a_child_that_a_dead_predecessor_left_the_lock_is_waited_for_and_a_living_one_is_told_soon() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut gone = std::process::Command::new("true").spawn().expect("a process");
+        gone.wait().expect("its end");
+        let mut first = lock_file(folder.path());
+        first.try_lock().expect("nobody else");
+        write!(first, "{}", gone.id()).expect("written");
+        let heir = std::thread::spawn(move || {
+            std::thread::sleep(3 * CLAIM_PATIENCE);
+            drop(first);
+        });
+        let mut second = lock_file(folder.path());
+        assert!(take(&mut second).expect("a lock"), "the child is gone by now");
+        heir.join().expect("no panic");
+        second.set_len(0).and_then(|()| second.rewind()).expect("emptied");
+        write!(second, "{}", std::process::id()).expect("written");
+        let began = Instant::now();
+        assert!(!take(&mut lock_file(folder.path())).expect("a lock"), "this process lives");
+        assert!(began.elapsed() < HEIR_PATIENCE / 2);
+    }
 }
