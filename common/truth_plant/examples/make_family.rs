@@ -1,6 +1,6 @@
 //! Makes cases of the family and says what they are like and how fast they are made; writes them where a folder is given.
 //!
-//! `cargo run --release -p railgrip-truth-plant --example make_family -- CASES SEED a|b|c|all [DIR]`
+//! `cargo run --release -p railgrip-truth-plant --example make_family -- CASES SEED a|b|c|d|all [DIR]`
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
 use std::{path::PathBuf, time::Instant};
@@ -10,13 +10,14 @@ use railgrip_truth_plant::family::{FamilyCase, FormSet, Forms, family_deck};
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [cases, seed, forms, folder @ ..] = arguments.as_slice() else {
-        println!("usage: make_family CASES SEED a|b|c|all [DIR]");
+        println!("usage: make_family CASES SEED a|b|c|d|all [DIR]");
         return;
     };
     let forms = match forms.as_str() {
         "a" => Forms::Only(FormSet::A),
         "b" => Forms::Only(FormSet::B),
         "c" => Forms::Only(FormSet::C),
+        "d" => Forms::Only(FormSet::D),
         _ => Forms::All,
     };
     let (mut seconds, mut recorded_s) = (0.0, 0.0);

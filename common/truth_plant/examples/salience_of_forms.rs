@@ -1,6 +1,6 @@
 //! How far every form of every effect shows: median salience over some vehicles, at three sizes.
 //!
-//! `cargo run --release -p railgrip-truth-plant --example salience_of_forms -- VEHICLES [ID]`
+//! `cargo run --release -p railgrip-truth-plant --example salience_of_forms -- VEHICLES [ID or letter of a set]`
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
 use railgrip_truth_plant::family::{EFFECTS, FamilyCase, FamilyRecipe, OrderedEffect};
@@ -8,9 +8,10 @@ use railgrip_truth_plant::family::{EFFECTS, FamilyCase, FamilyRecipe, OrderedEff
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let vehicles: u64 = arguments.first().and_then(|count| count.parse().ok()).unwrap_or(3);
-    let wanted = |id: &str| arguments.get(1).is_none_or(|only| only == id);
-    for effect in EFFECTS.iter().filter(|effect| wanted(effect.id)) {
-        for form in effect.forms {
+    let wanted =
+        |id: &str, set: char| arguments.get(1).is_none_or(|only| *only == id || *only == set.to_string());
+    for effect in &EFFECTS {
+        for form in effect.forms.iter().filter(|form| wanted(effect.id, form.set.letter())) {
             let median = |strength: f64| {
                 let salience = |seed: u64| {
                     let ordered = OrderedEffect {

@@ -24,6 +24,10 @@ pub enum CreepLaw {
     QuarticAndHyperbola,
     /// `x / √(1 + x²)` beside a hyperbola.
     RootAndHyperbola,
+    /// A parabola that ends (full slip after Carter) beside Langevin's function.
+    ParabolaAndLangevin,
+    /// A quotient of two quadratics.
+    Quotient,
     /// The arctangent curve that data sheets state; for the reference model, never for a plant.
     Sheet,
 }
@@ -45,6 +49,16 @@ fn exponential(x: f64) -> (f64, f64) {
     (1.0 - rest, rest)
 }
 
+/// Value and slope of Langevin's function `coth x − 1/x`.
+fn langevin(x: f64) -> (f64, f64) {
+    // Near zero the two terms cancel.
+    if x < 0.01 {
+        return (x / 3.0 - x * x * x / 45.0, 1.0 / 3.0 - x * x / 15.0);
+    }
+    let coth = 1.0 / x.tanh();
+    (coth - 1.0 / x, 1.0 / (x * x) - (coth * coth - 1.0))
+}
+
 /// A curve: its value and slope at a strain.
 type Curve = fn(f64) -> (f64, f64);
 
@@ -59,13 +73,15 @@ fn mix<const N: usize>(x: f64, parts: [(f64, f64, Curve); N]) -> (f64, f64) {
 
 impl CreepLaw {
     /// The laws that plants have.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 8] = [
         Self::TangentAndHyperbola,
         Self::TwoRoots,
         Self::CubicAndHyperbola,
         Self::ThreeExponentials,
         Self::QuarticAndHyperbola,
         Self::RootAndHyperbola,
+        Self::ParabolaAndLangevin,
+        Self::Quotient,
     ];
 
     /// Name in labels.
@@ -78,6 +94,8 @@ impl CreepLaw {
             Self::ThreeExponentials => "three_exponentials",
             Self::QuarticAndHyperbola => "quartic_and_hyperbola",
             Self::RootAndHyperbola => "root_and_hyperbola",
+            Self::ParabolaAndLangevin => "parabola_and_langevin",
+            Self::Quotient => "quotient",
             Self::Sheet => "sheet",
         }
     }
@@ -89,6 +107,7 @@ impl CreepLaw {
             Self::TangentAndHyperbola | Self::TwoRoots | Self::Sheet => FormSet::A,
             Self::CubicAndHyperbola | Self::ThreeExponentials => FormSet::B,
             Self::QuarticAndHyperbola | Self::RootAndHyperbola => FormSet::C,
+            Self::ParabolaAndLangevin | Self::Quotient => FormSet::D,
         }
     }
 
@@ -129,6 +148,19 @@ impl CreepLaw {
                 mix(x, [(0.296, 1.567, quartic), (0.704, 0.63 * tail, hyperbola)])
             }
             Self::RootAndHyperbola => mix(x, [(0.496, 1.463, root), (0.504, 0.404 * tail, hyperbola)]),
+            Self::ParabolaAndLangevin => {
+                let parabola = |x: f64| {
+                    let left = (1.0 - 0.5 * x).max(0.0);
+                    (1.0 - left * left, left)
+                };
+                mix(x, [(0.475, 1.691, parabola), (0.525, 0.628 * tail, langevin)])
+            }
+            Self::Quotient => {
+                let (rise, middle, late) = (1.217, 1.405, 0.177 * tail);
+                let below = 1.0 + x * (middle + late * x);
+                let slope = (rise + late * x * (2.0 + (middle - rise) * x)) / (below * below);
+                (x * (rise + late * x) / below, slope)
+            }
             Self::Sheet => {
                 let (s, scale) = (0.4 * tail * x, std::f64::consts::FRAC_2_PI);
                 let area = 1.0 + x * x;

@@ -11,11 +11,15 @@ pub enum FormSet {
     B,
     /// Third forms.
     C,
+    /// Fourth forms, for judging alone: nothing is developed or calibrated on them.
+    D,
 }
 
 impl FormSet {
-    /// All sets.
+    /// The sets to develop on. Forms d are none of them: they judge alone, and a deck of a fixed seed stays what it was.
     pub const ALL: [Self; 3] = [Self::A, Self::B, Self::C];
+    /// Every set, the one for judging too.
+    pub const EVERY: [Self; 4] = [Self::A, Self::B, Self::C, Self::D];
 
     /// Its letter.
     #[must_use]
@@ -24,6 +28,7 @@ impl FormSet {
             Self::A => 'a',
             Self::B => 'b',
             Self::C => 'c',
+            Self::D => 'd',
         }
     }
 }
@@ -33,7 +38,7 @@ impl FormSet {
 pub enum Forms {
     /// One set.
     Only(FormSet),
-    /// All of them, one a case.
+    /// Any of those to develop on, one a case; never forms d.
     All,
 }
 
@@ -45,6 +50,7 @@ impl Forms {
             Self::Only(FormSet::A) => &[FormSet::A],
             Self::Only(FormSet::B) => &[FormSet::B],
             Self::Only(FormSet::C) => &[FormSet::C],
+            Self::Only(FormSet::D) => &[FormSet::D],
             Self::All => &FormSet::ALL,
         }
     }

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use crate::family::{
     forms::{
         Draw, Form,
-        FormSet::{A, B, C},
+        FormSet::{A, B, C, D},
     },
     law::{law, with_state},
     moment::{Departure, Moment},
@@ -24,7 +24,7 @@ fn delayed(waiting: &mut VecDeque<PerWheelset>, now: &Moment, dead_s: f64) -> Pe
     waiting.pop_front().unwrap_or(now.cylinder_force_n)
 }
 
-pub(super) const LAG: [Form; 4] = [
+pub(super) const LAG: [Form; 5] = [
     Form::new("dead_time_and_two_lags", A, |d| {
         let (dead_s, lag_s) =
             (d.size_below("dead_s", 0.03, 0.12, 0.5), d.size_below("lag_s", 0.12, 0.3, 1.5));
@@ -80,9 +80,23 @@ pub(super) const LAG: [Form; 4] = [
             .pad_force(|pad, k, _, _| pad[k])
             .boxed()
     }),
+    // Air through an orifice: the flow falls as the root of what is missing.
+    Form::new("through_an_orifice", D, |d| {
+        let (fill_s, full_n) = (d.size("fill_s", 0.3, 0.7), d.sheet.full_force_n());
+        with_state([0.0f64; 4])
+            .advance(move |pad, now| {
+                for (k, pad) in pad.iter_mut().enumerate().take(now.wheelsets) {
+                    let missing_n = now.cylinder_force_n[k] - *pad;
+                    let flown_n = now.step_s / fill_s * (missing_n.abs() * full_n).sqrt();
+                    *pad += flown_n.min(missing_n.abs()).copysign(missing_n);
+                }
+            })
+            .pad_force(|pad, k, _, _| pad[k])
+            .boxed()
+    }),
 ];
 
-pub(super) const HYSTERESIS: [Form; 4] = [
+pub(super) const HYSTERESIS: [Form; 5] = [
     Form::new("dahl", A, |d| {
         let (relative, reversal) = (
             d.size_below("relative", 0.05, 0.1, 0.4),
@@ -143,6 +157,23 @@ pub(super) const HYSTERESIS: [Form; 4] = [
             .pad_force(move |(_, side), k, force_n, _| force_n - (lost * side[k]).min(0.5 * force_n))
             .boxed()
     }),
+    Form::new("sticks_and_slips", D, |d| {
+        let (relative, rest) = (d.size_below("relative", 0.1, 0.22, 0.6), d.shape("rest", 0.1, 0.4));
+        // Force at the pad, and whether the rigging slips: it lets go at one difference and holds again at a smaller one.
+        with_state(([0.0f64; 4], [false; 4]))
+            .advance(move |(pad, slips), now| {
+                for k in 0..now.wheelsets {
+                    let missing_n = now.cylinder_force_n[k] - pad[k];
+                    let band_n = relative * pad[k].max(now.cylinder_force_n[k]);
+                    slips[k] = missing_n.abs() > if slips[k] { rest * band_n } else { band_n };
+                    if slips[k] {
+                        pad[k] += (1.0 - (-now.step_s / 0.03).exp()) * missing_n;
+                    }
+                }
+            })
+            .pad_force(|(pad, _), k, _, _| pad[k])
+            .boxed()
+    }),
 ];
 
 /// Pads get less while a state says that the pressure rises, more while it says that it falls.
@@ -158,7 +189,7 @@ fn side_of_motion(relative: f64, next: impl Fn(f64, f64) -> f64 + Send + 'static
         .boxed()
 }
 
-pub(super) const OFFSET: [Form; 3] = [
+pub(super) const OFFSET: [Form; 4] = [
     Form::new("soft_threshold", A, |d| {
         let threshold = d.sheet.full_force_n() * d.size_below("threshold", 0.04, 0.09, 0.4);
         law()
@@ -191,6 +222,18 @@ pub(super) const OFFSET: [Form; 3] = [
             })
             .boxed()
     }),
+    // Pins and guides hold the return spring's force back the less, the more the run shakes them.
+    Form::new("less_where_the_run_shakes_it", D, |d| {
+        let lost = d.sheet.full_force_n() * d.size_below("lost", 0.06, 0.12, 0.4);
+        let half = d.shape("half_m_s", 4.0, 12.0);
+        law()
+            .pad_force(move |(), _, force_n, now| {
+                let lost_n = lost * (0.5 + 1.0 / (1.0 + now.v_m_s / half));
+                // All of it only where the cylinder gives much more.
+                force_n * force_n / (force_n + lost_n)
+            })
+            .boxed()
+    }),
 ];
 
 /// Usual torque of a brake that does not let go, N m.
@@ -199,7 +242,7 @@ fn drag_nm(d: &mut Draw) -> f64 {
     per_kg * d.sheet.mass_kg * d.sheet.radius_m
 }
 
-pub(super) const DRAGGING: [Form; 4] = [
+pub(super) const DRAGGING: [Form; 5] = [
     Form::new("wears_free", A, |d| {
         let (wheelset, torque_nm) = (d.wheelset(), drag_nm(d));
         let (way_m, rest) = (d.shape("way_m", 150.0, 500.0), d.shape("rest", 0.3, 0.7));
@@ -246,6 +289,21 @@ pub(super) const DRAGGING: [Form; 4] = [
             })
             .boxed()
     }),
+    Form::new("tightens_as_it_warms", D, |d| {
+        let (wheelset, torque_nm) = (d.wheelset(), drag_nm(d));
+        let (warm_m, cool_s) = (d.shape("warm_m", 150.0, 500.0), d.shape("cool_s", 60.0, 200.0));
+        // The disc grows with the heat of its own dragging.
+        with_state(0.0f64)
+            .advance(move |warm, now| {
+                *warm += now.step_s * ((1.0 - *warm) * now.v_m_s / warm_m - *warm / cool_s);
+            })
+            .drag_torque(
+                move |warm, k, now| {
+                    if k == wheelset { torque_nm * (0.4 + 0.9 * warm) * now.moving() } else { 0.0 }
+                },
+            )
+            .boxed()
+    }),
 ];
 
 /// How far a wheelset slides (share of speed).
@@ -253,7 +311,7 @@ fn slide(now: &Moment, k: usize) -> f64 {
     -now.slip_m_s[k] / now.v_m_s.max(2.0)
 }
 
-pub(super) const DUMP: [Form; 3] = [
+pub(super) const DUMP: [Form; 4] = [
     Form::new("vents_in_slides", A, |d| {
         let (share, vent_s) = (d.size_below("share", 0.35, 0.6, 0.95), d.shape("vent_s", 0.1, 0.3));
         let above = d.shape("above", 0.04, 0.1);
@@ -278,6 +336,27 @@ pub(super) const DUMP: [Form; 3] = [
             },
         )
     }),
+    Form::new("vents_when_a_wheel_outfalls_the_wagon", D, |d| {
+        let (share, limit) = (d.size_below("share", 0.35, 0.6, 0.95), d.shape("limit_m_s2", 0.6, 1.5));
+        let r = d.sheet.radius_m;
+        // Wheel speed a little ago, and how far the valve is open: it shuts when the wheel runs with the wagon again.
+        with_state(([f64::NAN; 4], [0.0f64; 4]))
+            .advance(move |(ago, open), now| {
+                for k in 0..now.wheelsets {
+                    let wheel = now.wheel_speed_rad_s[k];
+                    ago[k] = if ago[k].is_nan() { wheel } else { ago[k] };
+                    let falls_m_s2 = r * (ago[k] - wheel) / 0.08 + now.acceleration_m_s2;
+                    ago[k] += (1.0 - (-now.step_s / 0.08).exp()) * (wheel - ago[k]);
+                    if falls_m_s2 > limit && slide(now, k) > 0.02 {
+                        open[k] = share;
+                    } else if slide(now, k) < 0.02 {
+                        open[k] -= now.step_s / 0.4 * open[k];
+                    }
+                }
+            })
+            .pad_force(|(_, open), k, force_n, _| force_n * (1.0 - open[k]))
+            .boxed()
+    }),
 ];
 
 /// A valve behind the pressure sensor that takes a share of the force away.
@@ -292,10 +371,33 @@ fn dump(next: impl Fn(f64, &Moment, usize) -> f64 + Send + 'static) -> Box<dyn D
         .boxed()
 }
 
-pub(super) const LEAK: [Form; 3] = [
+pub(super) const LEAK: [Form; 4] = [
     Form::new("exponential", A, |d| leak(d, |x| (-x).exp())),
     Form::new("straight_to_a_floor", B, |d| leak(d, |x| (1.0 - 0.8 * x).max(0.35))),
     Form::new("late", C, |d| leak(d, |x| 1.0 / (1.0 + 2.0 * x * x))),
+    // A distributor that feeds what leaks out: the more pressure, the more is lost, and some of it comes back.
+    Form::new("against_a_feed", D, |d| {
+        let (wheelset, rate) = (d.wheelset(), d.size("rate_per_s", 1.0 / 30.0, 1.0 / 15.0));
+        let (feed_s, full_n) = (d.shape("feed_s", 25.0, 70.0), d.sheet.full_force_n());
+        let touch_n = 0.03 * full_n;
+        with_state(0.0f64)
+            .advance(move |lost, now| {
+                let cylinder_n = now.cylinder_force_n[wheelset];
+                let pressed = cylinder_n / full_n * (1.0 - *lost).max(0.0);
+                // A new application fills it anew.
+                *lost = if cylinder_n > touch_n {
+                    *lost + now.step_s * (rate * pressed - *lost / feed_s)
+                } else {
+                    0.0
+                };
+            })
+            .pad_force(
+                move |lost, k, force_n, _| {
+                    if k == wheelset { force_n * (1.0 - lost.clamp(0.0, 1.0)) } else { force_n }
+                },
+            )
+            .boxed()
+    }),
 ];
 
 /// A cylinder that leaks behind its sensor: the longer it is held, the less its pads press.

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use crate::family::{
     forms::{
         Draw, Form,
-        FormSet::{A, B, C},
+        FormSet::{A, B, C, D},
     },
     law::{law, with_state},
     moment::{Departure, Moment},
@@ -18,7 +18,7 @@ fn leaning(d: &mut Draw) -> f64 {
     if more { size } else { -size.min(1.9) }
 }
 
-pub(super) const TRANSFER: [Form; 3] = [
+pub(super) const TRANSFER: [Form; 4] = [
     Form::new("grows_with_retardation", A, |d| {
         let (size, from) = (leaning(d), d.shape("from_m_s2", 0.3, 0.9));
         law()
@@ -41,9 +41,24 @@ pub(super) const TRANSFER: [Form; 3] = [
         let (size, half) = (leaning(d), d.shape("half_m_s", 10.0, 25.0));
         law().load_transfer(move |(), now| 1.0 + 1.7 * size / (1.0 + (now.v_m_s / half).powi(2))).boxed()
     }),
+    Form::new("body_that_pitches", D, |d| {
+        let (size, omega) = (leaning(d), TAU * d.shape("frequency_hz", 0.7, 1.4));
+        let damping = d.shape("damping", 0.1, 0.3);
+        // The body on its springs follows the retardation and swings beyond it.
+        with_state((0.0f64, 0.0f64))
+            .advance(move |(pitch, rate), now| {
+                let pull = omega * omega * (-now.acceleration_m_s2 - *pitch) - 2.0 * damping * omega * *rate;
+                *rate += now.step_s * pull;
+                *pitch += now.step_s * *rate;
+            })
+            .load_transfer(move |(pitch, _), now| {
+                1.0 + size * (pitch / (-now.acceleration_m_s2).max(0.2)).clamp(-1.0, 2.0)
+            })
+            .boxed()
+    }),
 ];
 
-pub(super) const MASS: [Form; 3] = [
+pub(super) const MASS: [Form; 4] = [
     Form::new("another_payload_each_run", A, |d| {
         let relative = d.signed_size("relative", 0.07, 0.12).max(-0.3);
         let (spread, mass) = (d.shape("spread", 0.15, 0.4), d.sheet.mass_kg);
@@ -78,9 +93,21 @@ pub(super) const MASS: [Form; 3] = [
             })
             .boxed()
     }),
+    Form::new("load_that_slips", D, |d| {
+        let relative = d.size_below("relative", 0.07, 0.12, 0.4);
+        let (holds, mass) = (d.shape("holds_m_s2", 0.3, 0.8), d.sheet.mass_kg);
+        // The floor holds a part of the load up to its friction; what is beyond does not reach the wagon.
+        law()
+            .extra_mass(move |(), _| mass * relative)
+            .body_force(move |(), now| {
+                let beyond = now.acceleration_m_s2 - now.acceleration_m_s2.clamp(-holds, holds);
+                0.6 * mass * relative * beyond
+            })
+            .boxed()
+    }),
 ];
 
-pub(super) const INERTIA: [Form; 3] = [
+pub(super) const INERTIA: [Form; 4] = [
     Form::new("front_half_alone", A, |d| {
         let relative = d.size("relative", 0.4, 0.9);
         let half = d.sheet.wheelsets / 2;
@@ -113,9 +140,20 @@ pub(super) const INERTIA: [Form; 3] = [
             })
             .boxed()
     }),
+    Form::new("gear_behind_its_play", D, |d| {
+        let (relative, play) = (d.size("relative", 0.3, 0.7), d.shape("play", 0.05, 0.2));
+        let full_nm = d.sheet.full_force_n() * d.sheet.pad_friction * d.sheet.brake_radius_m;
+        // Teeth that touch turn the gear with the wheel; without torque they part.
+        law()
+            .inertia(move |(), k, now| {
+                let torque = (now.brake_torque_nm[k] + now.drive_torque_nm[k].abs()) / (play * full_nm);
+                1.0 + relative * (0.2 + 0.8 * torque.tanh())
+            })
+            .boxed()
+    }),
 ];
 
-pub(super) const RADIUS: [Form; 3] = [
+pub(super) const RADIUS: [Form; 4] = [
     Form::new("wanders_with_the_track", A, |d| {
         let (wheelset, relative) = (d.wheelset(), d.signed_size("relative", 0.004, 0.010).clamp(-0.05, 0.05));
         let (share, wave_m) = (d.shape("share", 0.1, 0.35), d.shape("wave_m", 60.0, 400.0));
@@ -139,6 +177,13 @@ pub(super) const RADIUS: [Form; 3] = [
             f64::from(u8::from(k == wheelset)) * (1.0 + 0.2 * flank)
         })
     }),
+    Form::new("out_of_round", D, |d| {
+        let (wheelset, relative) = (d.wheelset(), d.signed_size("relative", 0.004, 0.010).clamp(-0.05, 0.05));
+        let (round, phase) = (d.shape("round", 0.15, 0.4), d.shape("phase_rad", 0.0, TAU));
+        radius(relative, move |k, now| {
+            f64::from(u8::from(k == wheelset)) * (1.0 + round * (now.wheel_angle_rad[k] + phase).sin())
+        })
+    }),
 ];
 
 /// Which share of a relative error each wheelset has.
@@ -146,7 +191,7 @@ fn radius(relative: f64, share: impl Fn(usize, &Moment) -> f64 + Send + 'static)
     law().radius(move |(), k, now| 1.0 + relative * share(k, now)).boxed()
 }
 
-pub(super) const RADIUS_OF_ALL: [Form; 3] = [
+pub(super) const RADIUS_OF_ALL: [Form; 4] = [
     Form::new("unevenly_worn", A, |d| {
         let relative = d.signed_size("relative", 0.006, 0.015).clamp(-0.06, 0.06);
         let uneven = d.shape("uneven", 0.05, 0.25);
@@ -162,15 +207,27 @@ pub(super) const RADIUS_OF_ALL: [Form; 3] = [
         let warm_s = d.shape("warm_s", 15.0, 60.0);
         radius(relative, move |_, now| 1.15 - 0.3 * (-now.time_s / warm_s).exp())
     }),
+    // The faster the run, the nearer to the flange the wheels roll.
+    Form::new("rolls_elsewhere_at_speed", D, |d| {
+        let relative = d.signed_size("relative", 0.006, 0.015).clamp(-0.06, 0.06);
+        let (part, half) = (d.shape("part", 0.2, 0.5), d.shape("half_m_s", 8.0, 20.0));
+        radius(relative, move |_, now| {
+            let x = now.v_m_s / half;
+            1.0 + part * (x * x / (1.0 + x * x) - 0.5)
+        })
+    }),
 ];
 
-pub(super) const TORSION: [Form; 3] = [
+pub(super) const TORSION: [Form; 4] = [
     Form::new("linear_shaft", A, |d| shaft(d, |twist, _| twist)),
     Form::new("shaft_with_backlash", B, |d| {
         shaft(d, |twist, scale| twist - twist.clamp(-0.3 * scale, 0.3 * scale))
     }),
     Form::new("stiffening_shaft", C, |d| {
         shaft(d, |twist, scale| twist * (0.7 + 0.5 * (twist / scale).powi(2).min(1.5)))
+    }),
+    Form::new("rubber_that_softens", D, |d| {
+        shaft(d, |twist, scale| 0.9 * scale * (1.3 * twist / scale).asinh())
     }),
 ];
 
@@ -219,7 +276,7 @@ fn push_n(d: &mut Draw) -> f64 {
     d.signed_size("m_s2", 0.08, 0.18) * d.sheet.mass_kg
 }
 
-pub(super) const COUPLER: [Form; 3] = [
+pub(super) const COUPLER: [Form; 4] = [
     Form::new("push_that_relaxes", A, |d| {
         let (force_n, relax_s) = (push_n(d), d.shape("relax_s", 4.0, 14.0));
         let (rest, full_n) = (d.shape("rest", 0.2, 0.6), d.sheet.full_force_n());
@@ -262,9 +319,22 @@ pub(super) const COUPLER: [Form; 3] = [
             .body_force(move |(_, x, _), now| 1.5 * force_n * x * now.moving())
             .boxed()
     }),
+    Form::new("neighbour_that_bites_when_slow", D, |d| {
+        let (force_n, late_s) = (push_n(d), d.shape("late_s", 0.8, 3.0));
+        let (slow, full_n) = (d.shape("slow_m_s", 4.0, 10.0), d.sheet.full_force_n());
+        // Cast iron beside discs: it pushes at speed and holds back before it stands.
+        with_state(0.0f64)
+            .advance(move |late, now| {
+                *late += now.step_s / late_s * (now.mean_force_n() / full_n - *late);
+            })
+            .body_force(move |late, now| {
+                force_n * late * (1.0 - 2.2 / (1.0 + (now.v_m_s / slow).powi(2))) * now.moving()
+            })
+            .boxed()
+    }),
 ];
 
-pub(super) const TRACK_BRAKE: [Form; 3] = [
+pub(super) const TRACK_BRAKE: [Form; 4] = [
     Form::new("logistic_of_demand", A, |d| {
         let (force_n, full_n) = (track_n(d), d.sheet.full_force_n());
         law()
@@ -294,13 +364,27 @@ pub(super) const TRACK_BRAKE: [Form; 3] = [
             })
             .boxed()
     }),
+    Form::new("magnets_that_grip_when_slow", D, |d| {
+        let (force_n, full_n, from) = (track_n(d), d.sheet.full_force_n(), d.shape("from", 0.5, 0.75));
+        let (lower_s, half) = (d.shape("lower_s", 0.3, 0.8), d.shape("half_m_s", 5.0, 15.0));
+        // They come down one after the other and grip like iron on iron.
+        with_state(0.0f64)
+            .advance(move |down, now| {
+                let wanted = f64::from(u8::from(now.mean_force_n() > from * full_n));
+                *down += (wanted - *down).clamp(-now.step_s / lower_s, now.step_s / lower_s);
+            })
+            .body_force(move |down, now| {
+                -force_n * down * (0.5 + 1.2 * half / (half + now.v_m_s)) * now.moving()
+            })
+            .boxed()
+    }),
 ];
 
 fn track_n(d: &mut Draw) -> f64 {
     d.size("m_s2", 0.06, 0.12) * d.sheet.mass_kg
 }
 
-pub(super) const UNEVEN_LOAD: [Form; 3] = [
+pub(super) const UNEVEN_LOAD: [Form; 4] = [
     Form::new("from_the_front", A, |d| {
         let size = d.signed_size("size", 0.06, 0.15).clamp(-0.6, 0.6);
         uneven(move |k, last| size * (1.0 - 2.0 * k as f64 / last))
@@ -320,6 +404,11 @@ pub(super) const UNEVEN_LOAD: [Form; 3] = [
             }
         })
     }),
+    // Springs of unlike height: every second wheelset carries more.
+    Form::new("every_second", D, |d| {
+        let size = d.signed_size("size", 0.08, 0.2).clamp(-0.6, 0.6);
+        uneven(move |k, _| if k % 2 == 0 { size } else { -size })
+    }),
 ];
 
 /// Weight that does not rest evenly on the wheelsets; the changes of all sum to zero.
@@ -334,7 +423,7 @@ fn uneven(change: impl Fn(usize, f64) -> f64 + Send + 'static) -> Box<dyn Depart
         .boxed()
 }
 
-pub(super) const WEAK_DRIVE: [Form; 3] = [
+pub(super) const WEAK_DRIVE: [Form; 4] = [
     Form::new("constant_share", A, |d| {
         let loss = d.size_below("loss", 0.1, 0.2, 0.6);
         law().drive(move |(), _, _| 1.0 - loss).boxed()
@@ -351,6 +440,15 @@ pub(super) const WEAK_DRIVE: [Form; 3] = [
                 *used += now.step_s / tire_s * (now.drive_torque_nm[0] / full_nm - *used)
             })
             .drive(move |used, _, _| 1.0 - loss * used)
+            .boxed()
+    }),
+    Form::new("saturates", D, |d| {
+        let (loss, full_nm) = (d.size_below("loss", 0.2, 0.4, 0.8), d.sheet.drive_nm.max(1.0));
+        law()
+            .drive(move |(), k, now| {
+                let asked = (now.drive_torque_nm[k] / full_nm).abs();
+                1.0 - loss * asked * asked / (0.2 + asked * asked)
+            })
             .boxed()
     }),
 ];

@@ -3,7 +3,7 @@
 use crate::family::{
     forms::{
         Draw, Form,
-        FormSet::{A, B, C},
+        FormSet::{A, B, C, D},
     },
     law::{law, with_state},
     moment::{Departure, Moment},
@@ -20,7 +20,7 @@ fn heat_w(now: &Moment, k: usize) -> f64 {
     now.brake_torque_nm[k].max(0.0) * now.wheel_speed_rad_s[k]
 }
 
-pub(super) const SPEED: [Form; 4] = [
+pub(super) const SPEED: [Form; 5] = [
     Form::new("lorentzian", A, |d| {
         let (rise, width, r) =
             (d.size("rise", 0.15, 0.35), d.shape("width_m_s", 4.0, 12.0), d.sheet.radius_m);
@@ -50,6 +50,13 @@ pub(super) const SPEED: [Form; 4] = [
             })
             .boxed()
     }),
+    // Asperities that melt in a flash: above a speed only the share of contacts that are still cold holds on.
+    Form::new("flash_heated_asperities", D, |d| {
+        let (fall, from) = (d.size_below("fall", 0.14, 0.28, 0.65), d.shape("from_m_s", 3.0, 7.0));
+        let r = d.sheet.radius_m;
+        let curve = move |v: f64| 1.0 - fall * (1.0 - from / v.max(from));
+        law().pad_friction(move |(), k, now| curve(rim_m_s(now, k, r)) / curve(12.0)).boxed()
+    }),
 ];
 
 /// Temperatures above ambient of one lumped disc per wheelset, K; heat capacity in J/K a kilogram of the vehicle.
@@ -61,7 +68,7 @@ fn warm(temperature_k: &mut PerWheelset, now: &Moment, capacity_j_per_k: f64, co
     }
 }
 
-pub(super) const FADE: [Form; 4] = [
+pub(super) const FADE: [Form; 5] = [
     Form::new("logistic_of_a_thin_layer", A, |d| {
         let depth = d.size_below("depth", 0.3, 0.5, 0.9);
         let (middle, width) = (d.shape("middle_k", 130.0, 220.0), d.shape("width_k", 40.0, 80.0));
@@ -110,9 +117,27 @@ pub(super) const FADE: [Form; 4] = [
             })
             .boxed()
     }),
+    // A glaze that heat bakes the faster the hotter, and that stays on the cooling disc until braking scrubs it off.
+    Form::new("glaze_that_outlasts_the_heat", D, |d| {
+        let loss = d.size_below("loss", 0.15, 0.3, 0.7);
+        let (at, bake_s) = (d.shape("at_k", 50.0, 110.0), d.shape("bake_s", 5.0, 12.0));
+        let of_wheelset = d.sheet.mass_kg / d.sheet.wheelsets as f64;
+        let capacity = of_wheelset * d.shape("j_per_k_kg", 2.0, 4.0);
+        let scrub_j = of_wheelset * d.shape("scrub_j_per_kg", 300.0, 900.0);
+        with_state(([0.0f64; 4], [0.0f64; 4]))
+            .advance(move |(t, glaze), now| {
+                warm(t, now, capacity, 250.0);
+                for (k, glaze) in glaze.iter_mut().enumerate().take(now.wheelsets) {
+                    let baked_per_s = ((t[k] - at) / 30.0).min(3.0).exp() / bake_s;
+                    *glaze += now.step_s * (baked_per_s * (1.0 - *glaze) - heat_w(now, k) / scrub_j * *glaze);
+                }
+            })
+            .pad_friction(move |(_, glaze), k, _| 1.0 - loss * glaze[k].clamp(0.0, 1.0))
+            .boxed()
+    }),
 ];
 
-pub(super) const PRESSURE: [Form; 3] = [
+pub(super) const PRESSURE: [Form; 4] = [
     Form::new("linear", A, |d| {
         let (fall, full) = (d.size_below("fall", 0.2, 0.4, 1.1), d.sheet.full_force_n());
         law().pad_friction(move |(), k, now| 1.0 - fall * (now.cylinder_force_n[k] / full - 0.6)).boxed()
@@ -133,9 +158,15 @@ pub(super) const PRESSURE: [Form; 3] = [
             })
             .boxed()
     }),
+    // The true area of contact comes to an end: what presses beyond it adds no friction.
+    Form::new("true_contact_comes_to_an_end", D, |d| {
+        let (used, full) = (d.size("used_at_full", 0.6, 1.3), d.sheet.full_force_n());
+        let curve = move |x: f64| if x * used < 1e-3 { 1.0 } else { (1.0 - (-x * used).exp()) / (x * used) };
+        law().pad_friction(move |(), k, now| curve(now.cylinder_force_n[k] / full) / curve(0.6)).boxed()
+    }),
 ];
 
-pub(super) const WET: [Form; 3] = [
+pub(super) const WET: [Form; 4] = [
     Form::new("film_worn_the_slower_the_thinner", A, |d| {
         let loss = d.size_below("loss", 0.25, 0.45, 0.8);
         let energy = d.sheet.mass_kg / d.sheet.wheelsets as f64 * d.shape("j_per_kg", 25.0, 70.0);
@@ -173,9 +204,26 @@ pub(super) const WET: [Form; 3] = [
             .pad_friction(move |spent, k, _| 1.0 - loss * (-spent[k] * spent[k]).exp())
             .boxed()
     }),
+    // A film that pressure squeezes out, ever more slowly; it carries the pad only while the disc runs.
+    Form::new("film_squeezed_out", D, |d| {
+        let (loss, half) = (d.size_below("loss", 0.17, 0.32, 0.7), d.shape("half_m_s", 1.5, 4.0));
+        let (squeeze_s, r, full) = (d.shape("squeeze_s", 2.0, 6.0), d.sheet.radius_m, d.sheet.full_force_n());
+        with_state([1.0f64; 4])
+            .advance(move |film, now| {
+                for (k, film) in film.iter_mut().enumerate().take(now.wheelsets) {
+                    let pressed = now.cylinder_force_n[k].max(0.0) / full;
+                    *film -= now.step_s / squeeze_s * pressed * film.powi(3);
+                }
+            })
+            .pad_friction(move |film, k, now| {
+                let v = rim_m_s(now, k, r).max(0.0);
+                1.0 - loss * film[k] * v / (v + half)
+            })
+            .boxed()
+    }),
 ];
 
-pub(super) const CAST_IRON: [Form; 3] = [
+pub(super) const CAST_IRON: [Form; 4] = [
     Form::new("powers", A, |d| {
         let (of_speed, of_force) =
             (d.size_below("of_speed", 0.15, 0.3, 0.8), d.size_below("of_force", 0.06, 0.15, 0.5));
@@ -210,9 +258,28 @@ pub(super) const CAST_IRON: [Form; 3] = [
             })
             .boxed()
     }),
+    // Iron softens where it rubs: at once in the spots that touch, late in the band around them.
+    Form::new("spots_and_band_of_heat", D, |d| {
+        let (fall, band_s) = (d.size("fall", 0.5, 1.0), d.shape("band_s", 4.0, 12.0));
+        let (full, r, top) = (d.sheet.full_force_n(), d.sheet.radius_m, d.sheet.top_speed_m_s);
+        let curve = move |hot: f64| 1.0 / (1.0 + fall * hot);
+        with_state([0.0f64; 4])
+            .advance(move |band, now| {
+                for (k, band) in band.iter_mut().enumerate().take(now.wheelsets) {
+                    let power = now.cylinder_force_n[k] / full * rim_m_s(now, k, r) / top;
+                    *band += now.step_s / band_s * (power - *band);
+                }
+            })
+            .pad_friction(move |band, k, now| {
+                let spots = (rim_m_s(now, k, r) / top).max(0.0).sqrt();
+                let pressed = now.cylinder_force_n[k].max(0.0) / full;
+                curve(spots * (0.5 + 0.5 * pressed) + 0.7 * band[k]) / curve(0.6)
+            })
+            .boxed()
+    }),
 ];
 
-pub(super) const BITE: [Form; 3] = [
+pub(super) const BITE: [Form; 4] = [
     Form::new("eases_with_time", A, |d| {
         bite(d.size("extra", 0.12, 0.25), d.shape("ease_s", 1.0, 2.5), |x| (-x).exp(), false, touch(d))
     }),
@@ -234,6 +301,24 @@ pub(super) const BITE: [Form; 3] = [
             touch(d),
         )
     }),
+    Form::new("rubbed_off_and_grown_again", D, |d| {
+        let (extra, grow_s) = (d.size("extra", 0.12, 0.25), d.shape("grow_s", 8.0, 25.0));
+        let work = d.sheet.mass_kg / d.sheet.wheelsets as f64 * d.shape("j_per_kg", 12.0, 40.0);
+        let touch_n = touch(d);
+        // What bites grows on the released disc and goes by work: soon after a stop there is less of it.
+        with_state([1.0f64; 4])
+            .advance(move |fresh, now| {
+                for (k, fresh) in fresh.iter_mut().enumerate().take(now.wheelsets) {
+                    *fresh += if now.cylinder_force_n[k] > touch_n {
+                        -now.step_s * heat_w(now, k) / work * *fresh
+                    } else {
+                        now.step_s / grow_s * (1.0 - *fresh)
+                    };
+                }
+            })
+            .pad_friction(move |fresh, k, _| 1.0 + extra * fresh[k].max(0.0))
+            .boxed()
+    }),
 ];
 
 fn touch(d: &Draw) -> f64 {
@@ -254,7 +339,7 @@ fn bite(extra: f64, ease: f64, curve: fn(f64) -> f64, by_turns: bool, touch_n: f
         .boxed()
 }
 
-pub(super) const UNEVEN_DISC: [Form; 3] = [
+pub(super) const UNEVEN_DISC: [Form; 4] = [
     Form::new("sine", A, |d| {
         let (amplitude, turns) = (d.size_below("amplitude", 0.12, 0.2, 0.6), d.shape("turns", 14.0, 30.0));
         law()
@@ -275,6 +360,22 @@ pub(super) const UNEVEN_DISC: [Form; 3] = [
             .pad_friction(move |(), k, now| {
                 let angle = now.wheel_angle_rad[k] / turns;
                 1.0 + amplitude * (angle.sin() * (angle / 4.3).sin())
+            })
+            .boxed()
+    }),
+    Form::new("hot_spots_that_grow_in_braking", D, |d| {
+        let (amplitude, turns) = (d.size_below("amplitude", 0.2, 0.35, 0.6), d.shape("turns", 7.0, 15.0));
+        let (grow_s, full) = (d.shape("grow_s", 2.0, 6.0), d.sheet.full_force_n());
+        with_state([0.0f64; 4])
+            .advance(move |hot, now| {
+                for (k, hot) in hot.iter_mut().enumerate().take(now.wheelsets) {
+                    *hot += now.step_s / grow_s * (now.cylinder_force_n[k] / full - *hot);
+                }
+            })
+            .pad_friction(move |hot, k, now| {
+                let wave =
+                    (now.wheel_angle_rad[k] / turns + k as f64).sin().abs() - std::f64::consts::FRAC_2_PI;
+                1.0 + amplitude * (0.4 + hot[k]) * 1.5 * wave
             })
             .boxed()
     }),

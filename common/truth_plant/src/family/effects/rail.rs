@@ -3,13 +3,13 @@
 use crate::family::{
     forms::{
         Draw, Form,
-        FormSet::{A, B, C},
+        FormSet::{A, B, C, D},
     },
     law::{law, with_state},
     moment::{Departure, Moment},
 };
 
-pub(super) const FALLING: [Form; 4] = [
+pub(super) const FALLING: [Form; 5] = [
     Form::new("hyperbola", A, |d| {
         let (depth, half) = (d.size_below("depth", 0.3, 0.5, 0.8), d.shape("half_m_s", 0.6, 2.5));
         of_slip(move |w| 1.0 - depth * w / (w + half))
@@ -29,6 +29,16 @@ pub(super) const FALLING: [Form; 4] = [
         let (depth, width) = (d.size_below("depth", 0.25, 0.45, 0.8), d.shape("width_m_s", 0.5, 2.0));
         of_slip(move |w| 1.0 - depth * (1.0 - (-(w / width).powi(2)).exp()))
     }),
+    // The contact warms with the root of the time that a point spends in it: the faster the run, the more it takes to fall.
+    Form::new("of_flash_temperature", D, |d| {
+        let (depth, half) = (d.size_below("depth", 0.3, 0.55, 0.85), d.shape("half_m_s", 0.5, 2.0));
+        law()
+            .rail_friction(move |(), k, now| {
+                let warm = now.slip_m_s[k].abs() / (half * ((now.v_m_s + 2.0) / 12.0).sqrt());
+                1.0 - depth * (1.0 - 1.0 / ((1.0 + warm) * (1.0 + warm)))
+            })
+            .boxed()
+    }),
 ];
 
 fn of_slip(curve: impl Fn(f64) -> f64 + Send + 'static) -> Box<dyn Departure> {
@@ -40,7 +50,7 @@ fn cleaned(now: &Moment) -> f64 {
     if now.rail == crate::sheet::Rail::Dry { 0.3 } else { 1.0 }
 }
 
-pub(super) const CLEANING: [Form; 3] = [
+pub(super) const CLEANING: [Form; 4] = [
     Form::new("work_of_those_before", A, |d| {
         let (gain, forget_s) = (d.size("gain", 0.3, 0.6), d.shape("forget_s", 0.5, 2.0));
         let half_j = d.sheet.mass_kg * d.shape("half_j_per_kg", 0.05, 0.25);
@@ -72,6 +82,21 @@ pub(super) const CLEANING: [Form; 3] = [
             })
             .boxed()
     }),
+    Form::new("each_takes_a_share_of_the_film", D, |d| {
+        let (gain, takes) = (d.size("gain", 0.3, 0.6), d.shape("takes", 0.5, 0.85));
+        let half = d.shape("half_m_s", 0.03, 0.2);
+        // Every wheelset leaves the next one what it did not take, and takes more where it slips.
+        law()
+            .rail_friction(move |(), k, now| {
+                let left = |slip_m_s: &f64| {
+                    let slip = slip_m_s.abs();
+                    1.0 - takes * (0.5 + 0.5 * slip / (slip + half))
+                };
+                let film: f64 = now.slip_m_s[..k].iter().map(left).product();
+                1.0 + cleaned(now) * gain * (1.0 - film)
+            })
+            .boxed()
+    }),
 ];
 
 /// A stretch of a low rail: how much of the adhesion is lost, from where and over which length (m).
@@ -84,7 +109,7 @@ fn at_place(share: impl Fn(f64) -> f64 + Send + 'static) -> Box<dyn Departure> {
     law().rail_friction(move |(), k, now| 1.0 - share(now.contact_m[k])).boxed()
 }
 
-pub(super) const PATCH: [Form; 4] = [
+pub(super) const PATCH: [Form; 5] = [
     Form::new("gaussian", A, |d| {
         let (loss, from, length) = stretch(d);
         at_place(move |x| loss * (-((x - from - 0.5 * length) / (0.35 * length)).powi(2)).exp())
@@ -105,9 +130,18 @@ pub(super) const PATCH: [Form; 4] = [
         let patch = move |x: f64| (1.0 - (x / (0.5 * length)).powi(4)).max(0.0);
         at_place(move |x| loss * patch(x - from) + second * loss * patch(x - from - length - apart))
     }),
+    Form::new("carried_on_by_the_wheels", D, |d| {
+        let (loss, from, length) = stretch(d);
+        let carried = d.shape("carried_m", 20.0, 60.0);
+        at_place(move |x| match x - from {
+            before if before < 0.0 => 0.0,
+            on if on < 0.6 * length => loss,
+            behind => loss * (-(behind - 0.6 * length) / carried).exp(),
+        })
+    }),
 ];
 
-pub(super) const SPEED: [Form; 3] = [
+pub(super) const SPEED: [Form; 4] = [
     Form::new("exponential", A, |d| {
         let rate = d.size("per_m_s", 1.0 / 60.0, 1.0 / 30.0);
         law().rail_friction(move |(), _, now| (-rate * (now.v_m_s - 12.0)).exp()).boxed()
@@ -121,9 +155,16 @@ pub(super) const SPEED: [Form; 3] = [
         let curve = move |v: f64| 1.0 / (1.0 + (rate * v).powi(2));
         law().rail_friction(move |(), _, now| curve(now.v_m_s) / curve(12.0)).boxed()
     }),
+    // Water lifts the wheel about a speed: it holds below it and has fallen above it.
+    Form::new("film_lifts_the_wheel", D, |d| {
+        let depth = d.size_below("depth", 0.25, 0.45, 0.8);
+        let (middle, width) = (d.shape("middle_m_s", 9.0, 16.0), d.shape("width_m_s", 6.0, 12.0));
+        let curve = move |v: f64| 1.0 - depth * ((v - middle) / width).tanh();
+        law().rail_friction(move |(), _, now| curve(now.v_m_s) / curve(12.0)).boxed()
+    }),
 ];
 
-pub(super) const SAND: [Form; 3] = [
+pub(super) const SAND: [Form; 4] = [
     Form::new("root_of_cover", A, |d| {
         let (gain, fall_s, stay_s) =
             (d.size("gain", 0.3, 0.6), d.shape("fall_s", 0.4, 1.0), d.shape("stay_s", 0.8, 2.0));
@@ -157,12 +198,44 @@ pub(super) const SAND: [Form; 3] = [
             .rail_friction(move |cover, _, now| 1.0 + gain * cover * half / (half + now.v_m_s))
             .boxed()
     }),
+    Form::new("crushed_by_those_before", D, |d| {
+        let (gain, strew_s) = (d.size("gain", 0.4, 0.75), d.shape("strew_s", 0.3, 0.9));
+        let (way_m, crushed) = (d.shape("way_m", 10.0, 40.0), d.shape("crushed", 0.7, 0.9));
+        // Strewn with time, lost with way; the first wheelset has whole grains, the others what it left of them.
+        with_state(0.0f64)
+            .advance(move |cover, now| {
+                *cover += if now.sanding {
+                    now.step_s / strew_s * (1.0 - *cover)
+                } else {
+                    -now.step_s * now.v_m_s / way_m * *cover
+                };
+            })
+            .rail_friction(move |cover, k, _| {
+                1.0 + gain * crushed.powi(k as i32) * (1.0 - (-2.0 * cover.max(0.0)).exp())
+            })
+            .boxed()
+    }),
 ];
 
-pub(super) const CONDITIONING: [Form; 3] = [
+pub(super) const CONDITIONING: [Form; 4] = [
     Form::new("hyperbola_of_work", A, |d| conditioning(d, false, |x| x / (1.0 + x))),
     Form::new("straight_with_way", B, |d| conditioning(d, true, |x| x.min(1.0))),
     Form::new("square_of_work", C, |d| conditioning(d, false, |x| 1.0 - (-x * x).exp())),
+    Form::new("film_breaks_and_heals", D, |d| {
+        let (gain, forget_s) = (d.size("gain", 0.16, 0.33), d.shape("forget_s", 2.0, 6.0));
+        let breaks_j = d.sheet.mass_kg * d.shape("j_per_kg", 0.1, 0.5);
+        // Work of late, whether the film is broken, and what that has changed by now.
+        with_state([(0.0f64, false, 0.0f64); 4])
+            .advance(move |films, now| {
+                for (k, (work_j, broken, more)) in films.iter_mut().enumerate().take(now.wheelsets) {
+                    *work_j += now.step_s * (now.sliding_power_w[k] - *work_j / forget_s);
+                    *broken = *work_j > if *broken { 0.3 * breaks_j } else { breaks_j };
+                    *more += now.step_s / 0.2 * (f64::from(u8::from(*broken)) - *more);
+                }
+            })
+            .rail_friction(move |films, k, _| 1.0 + gain * films[k].2)
+            .boxed()
+    }),
 ];
 
 /// A wheel that conditions its own contact by sliding, and forgets in rolling.

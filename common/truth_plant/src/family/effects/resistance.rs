@@ -6,7 +6,7 @@ use crate::{
     family::{
         forms::{
             Draw, Form,
-            FormSet::{A, B, C},
+            FormSet::{A, B, C, D},
         },
         law::{law, with_state},
         moment::{Departure, Moment},
@@ -23,7 +23,7 @@ fn slope(d: &mut Draw) -> (f64, f64, f64) {
     )
 }
 
-pub(super) const GRADE: [Form; 4] = [
+pub(super) const GRADE: [Form; 5] = [
     Form::new("rounded_ends", A, |d| {
         let ((slope_rad, from_m, length_m), round_m) = (slope(d), d.shape("round_m", 20.0, 50.0));
         let ramp = move |x: f64| 0.5 * (1.0 - (PI * (x / round_m).clamp(0.0, 1.0)).cos());
@@ -60,6 +60,16 @@ pub(super) const GRADE: [Form; 4] = [
             })
             .boxed()
     }),
+    // Ground that has settled: waves that die away.
+    Form::new("waves_that_die_away", D, |d| {
+        let (slope_rad, from_m, length_m) = slope(d);
+        law()
+            .grade_error(move |(), now| {
+                let x = ((now.position_m - from_m) / length_m).max(0.0);
+                2.2 * slope_rad * (TAU * x).sin() * (-0.8 * x).exp()
+            })
+            .boxed()
+    }),
 ];
 
 /// Resistance over the sheet's, as a curve of speed scaled to about 1 at 15 m/s.
@@ -68,7 +78,7 @@ fn rolling(d: &mut Draw, curve: impl Fn(f64) -> f64 + Send + 'static) -> Box<dyn
     law().body_force(move |(), now| -force_n * curve(now.v_m_s) * now.moving()).boxed()
 }
 
-pub(super) const RUNNING: [Form; 3] = [
+pub(super) const RUNNING: [Form; 4] = [
     Form::new("constant_and_broken_power", A, |d| {
         let share = d.shape("share", 0.2, 0.8);
         rolling(d, move |v| share + (1.0 - share) * (v / 15.0).powf(1.5))
@@ -81,9 +91,21 @@ pub(super) const RUNNING: [Form; 3] = [
         let half = d.shape("half_m_s", 3.0, 12.0);
         rolling(d, move |v| 1.5 * v / (v + half))
     }),
+    Form::new("hunts_above_a_speed", D, |d| {
+        let force_n = d.size("m_s2", 0.02, 0.04) * d.sheet.mass_kg;
+        let (from, share) = (d.shape("from_m_s", 7.0, 14.0), d.shape("share", 0.3, 0.5));
+        // A bogie that hunts goes on hunting below the speed at which it began.
+        with_state((false, 0.0f64))
+            .advance(move |(hunts, swing), now| {
+                *hunts = now.v_m_s > if *hunts { 0.7 * from } else { from };
+                *swing += now.step_s / 1.5 * (f64::from(u8::from(*hunts)) - *swing);
+            })
+            .body_force(move |(_, swing), now| -force_n * (share + 0.9 * swing) * now.moving())
+            .boxed()
+    }),
 ];
 
-pub(super) const DRAG: [Form; 3] = [
+pub(super) const DRAG: [Form; 4] = [
     Form::new("power_of_2_3", A, |d| {
         let force_n = drag_n(d);
         law().body_force(move |(), now| -force_n * (now.v_m_s / 25.0).powf(2.3)).boxed()
@@ -106,6 +128,16 @@ pub(super) const DRAG: [Form; 3] = [
             })
             .boxed()
     }),
+    // The flow closes behind the wagon above a speed, and drags less.
+    Form::new("flow_that_closes", D, |d| {
+        let (force_n, from, less) = (drag_n(d), d.shape("from_m_s", 11.0, 20.0), d.shape("less", 0.3, 0.6));
+        law()
+            .body_force(move |(), now| {
+                let closed = 0.5 * (1.0 + ((now.v_m_s - from) / 2.0).tanh());
+                -1.25 * force_n * (now.v_m_s / 25.0).powi(2) * (1.0 - less * closed)
+            })
+            .boxed()
+    }),
 ];
 
 /// Force of extra drag at 25 m/s, N.
@@ -113,7 +145,7 @@ fn drag_n(d: &mut Draw) -> f64 {
     d.size("over_the_sheets", 0.6, 1.5) * d.sheet.resistance[2] * 625.0
 }
 
-pub(super) const WIND: [Form; 3] = [
+pub(super) const WIND: [Form; 4] = [
     Form::new("breathes", A, |d| {
         let mean = d.signed_size("mean_m_s", 6.0, 11.0).clamp(-25.0, 25.0);
         let stream = Stream::new(d.stream.below(1 << 30) as u64, "breath", 0);
@@ -143,9 +175,16 @@ pub(super) const WIND: [Form; 3] = [
             .headwind(move |(), now| mean * (0.7 + 0.5 / (1.0 + (-(now.time_s - from_s) / rise_s).exp())))
             .boxed()
     }),
+    Form::new("comes_with_a_squall", D, |d| {
+        let mean = d.signed_size("mean_m_s", 7.0, 12.0).clamp(-25.0, 25.0);
+        let (at_s, lasts_s) = (d.shape("at_s", 4.0, 20.0), d.shape("lasts_s", 4.0, 10.0));
+        law()
+            .headwind(move |(), now| mean * (0.6 + 0.8 * (-((now.time_s - at_s) / lasts_s).powi(2)).exp()))
+            .boxed()
+    }),
 ];
 
-pub(super) const COLD_BEARINGS: [Form; 3] = [
+pub(super) const COLD_BEARINGS: [Form; 4] = [
     Form::new("free_after_some_way", A, |d| {
         let way_m = d.shape("way_m", 90.0, 250.0);
         stiff(d, move |now| (-now.position_m / way_m).exp())
@@ -163,6 +202,15 @@ pub(super) const COLD_BEARINGS: [Form; 3] = [
                 *burnt_j += now.step_s * force_n * (1.0 - *burnt_j / warm).max(0.0) * now.v_m_s;
             })
             .body_force(move |burnt_j, now| -force_n * (1.0 - burnt_j / warm).max(0.0) * now.moving())
+            .boxed()
+    }),
+    Form::new("grease_that_thins", D, |d| {
+        let (force_n, way_m) = (d.size("m_s2", 0.07, 0.14) * d.sheet.mass_kg, d.shape("way_m", 60.0, 160.0));
+        let viscous = |warm: f64, v: f64| (-warm).exp() * (0.3 + 0.7 * (v / 12.0).max(0.0).sqrt());
+        // Thick grease warms with what it burns, and the thinner it is the less it burns.
+        with_state(0.0f64)
+            .advance(move |warm, now| *warm += now.step_s * now.v_m_s / way_m * viscous(*warm, now.v_m_s))
+            .body_force(move |warm, now| -force_n * viscous(*warm, now.v_m_s) * now.moving())
             .boxed()
     }),
 ];

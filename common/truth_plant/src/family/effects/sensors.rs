@@ -5,7 +5,7 @@ use std::{collections::VecDeque, f64::consts::TAU};
 use crate::family::{
     forms::{
         Draw, Form,
-        FormSet::{A, B, C},
+        FormSet::{A, B, C, D},
     },
     law::{law, with_state},
     moment::{Departure, Moment, Sensed},
@@ -27,7 +27,7 @@ fn factor_of(wheelset: usize, factor: impl Fn(&Moment) -> f64 + Send + 'static) 
     law().sense(move |(), now, shown| shown.wheel_speed_rad_s[wheelset] *= factor(now)).boxed()
 }
 
-pub(super) const ECCENTRIC: [Form; 4] = [
+pub(super) const ECCENTRIC: [Form; 5] = [
     Form::new("wobbles", A, |d| {
         let (k, amplitude) = (d.wheelset(), d.size_below("amplitude", 0.005, 0.012, 0.2));
         let (phase, slow) = (d.shape("phase_rad", 0.0, TAU), d.shape("slow_turns", 20.0, 60.0));
@@ -60,9 +60,16 @@ pub(super) const ECCENTRIC: [Form; 4] = [
             1.0 + amplitude * sine.signum() * sine.abs().powf(0.4)
         })
     }),
+    Form::new("bent_over_half_a_turn", D, |d| {
+        let (k, amplitude) = (d.wheelset(), d.size_below("amplitude", 0.012, 0.026, 0.3));
+        let phase = d.shape("phase_rad", 0.0, TAU);
+        factor_of(k, move |now| {
+            1.0 + amplitude * ((now.wheel_angle_rad[k] + phase).sin().max(0.0) - std::f64::consts::FRAC_1_PI)
+        })
+    }),
 ];
 
-pub(super) const WINDOW: [Form; 3] = [
+pub(super) const WINDOW: [Form; 4] = [
     Form::new("triangular_weights", A, |d| {
         let window_s = d.size_below("window_s", 0.15, 0.32, 1.2);
         with_state(VecDeque::<PerWheelset>::new())
@@ -115,9 +122,29 @@ pub(super) const WINDOW: [Form; 3] = [
             })
             .boxed()
     }),
+    Form::new("filter_that_overshoots", D, |d| {
+        let (lag_s, damping) = (d.size_below("lag_s", 0.07, 0.15, 0.6), d.shape("damping", 0.4, 0.7));
+        let omega = 2.0 * damping / lag_s.max(1e-3);
+        with_state(([f64::NAN; 4], [0.0f64; 4]))
+            .sense(move |(smooth, rate), now, shown| {
+                let substeps = (now.sample_s * omega / 0.2).ceil().max(1.0);
+                let sub_s = now.sample_s / substeps;
+                for k in 0..now.wheelsets {
+                    let w = shown.wheel_speed_rad_s[k];
+                    smooth[k] = if smooth[k].is_nan() { w } else { smooth[k] };
+                    for _ in 0..substeps as usize {
+                        let pull = omega * omega * (w - smooth[k]) - 2.0 * damping * omega * rate[k];
+                        rate[k] += sub_s * pull;
+                        smooth[k] += sub_s * rate[k];
+                    }
+                    shown.wheel_speed_rad_s[k] = smooth[k];
+                }
+            })
+            .boxed()
+    }),
 ];
 
-pub(super) const CLOCK: [Form; 3] = [
+pub(super) const CLOCK: [Form; 4] = [
     Form::new("slower_as_it_warms", A, |d| {
         let (drift, warming) = (d.size_below("drift", 0.003, 0.007, 0.03), d.shape("per_s", 0.01, 0.03));
         shifted(move |time_s| drift * time_s * (1.0 + warming * time_s))
@@ -130,6 +157,10 @@ pub(super) const CLOCK: [Form; 3] = [
         let (offset_s, settle_s) =
             (d.size_below("offset_s", 0.15, 0.35, 1.2), d.shape("settle_s", 12.0, 40.0));
         shifted(move |time_s| offset_s * (1.0 - (-time_s / settle_s).exp()))
+    }),
+    Form::new("slewed_to_and_fro", D, |d| {
+        let (most_s, period_s) = (d.size_below("most_s", 0.15, 0.35, 1.2), d.shape("period_s", 25.0, 60.0));
+        shifted(move |time_s| 0.5 * most_s * (1.0 - (TAU * time_s / period_s).cos()))
     }),
 ];
 
@@ -147,7 +178,7 @@ fn shifted(late_s: impl Fn(f64) -> f64 + Send + 'static) -> Box<dyn Departure> {
         .boxed()
 }
 
-pub(super) const LATENCY: [Form; 3] = [
+pub(super) const LATENCY: [Form; 4] = [
     Form::new("delay_and_smoothing", A, |d| {
         let (latency_s, share) = (d.size_below("latency_s", 0.18, 0.35, 1.2), d.shape("share", 0.3, 0.7));
         late_speed(move |past, now, smooth| {
@@ -184,6 +215,15 @@ pub(super) const LATENCY: [Form; 3] = [
             held[0]
         })
     }),
+    // A speed that is measured over a way is the later the slower the run.
+    Form::new("over_a_way", D, |d| {
+        let latency_s = d.size_below("latency_s", 0.15, 0.3, 1.0);
+        let from = d.shape("from_m_s", 2.0, 5.0);
+        late_speed(move |past, now, _| {
+            let late_s = latency_s * ((10.0 + from) / (now.v_m_s + from)).min(3.0);
+            ago(past, late_s / now.sample_s, |v| *v)
+        })
+    }),
 ];
 
 fn late_speed(
@@ -198,7 +238,7 @@ fn late_speed(
         .boxed()
 }
 
-pub(super) const SCALE: [Form; 3] = [
+pub(super) const SCALE: [Form; 4] = [
     Form::new("bends_with_speed", A, |d| {
         let (relative, bend) =
             (d.signed_size("relative", 0.006, 0.015), d.shape("bend_per_m_s", 0.005, 0.02));
@@ -212,17 +252,34 @@ pub(super) const SCALE: [Form; 3] = [
         let (relative, warm_s) = (d.signed_size("relative", 0.008, 0.018), d.shape("warm_s", 10.0, 40.0));
         scaled(move |_, now| relative.clamp(-0.09, 0.09) * (1.0 - 0.5 * (-now.time_s / warm_s).exp()))
     }),
+    Form::new("tilts_in_braking", D, |d| {
+        let (relative, tilt) = (d.signed_size("relative", 0.007, 0.016), d.shape("tilt_per_m_s2", 0.3, 0.7));
+        let settle_s = d.shape("settle_s", 0.3, 1.0);
+        // A radar that nods with the body looks at the rail under another angle.
+        with_state(0.0f64)
+            .sense(move |nod, now, shown| {
+                *nod += (1.0 - (-now.sample_s / settle_s).exp()) * (-now.acceleration_m_s2 - *nod);
+                shown.v_m_s *= 1.0 + relative.clamp(-0.09, 0.09) * (0.8 + tilt * nod.clamp(-1.5, 1.5));
+            })
+            .boxed()
+    }),
 ];
 
 fn scaled(error: impl Fn(f64, &Moment) -> f64 + Send + 'static) -> Box<dyn Departure> {
     law().sense(move |(), now, shown: &mut Sensed| shown.v_m_s *= 1.0 + error(shown.v_m_s, now)).boxed()
 }
 
-pub(super) const RADAR: [Form; 3] = [
+pub(super) const RADAR: [Form; 4] = [
     Form::new("sine", A, |d| ripple(d, |x| (TAU * x).sin())),
     Form::new("sawtooth", B, |d| ripple(d, |x| 1.6 * (x.fract() - 0.5))),
     Form::new("bursts", C, |d| {
         ripple(d, |x| if (x / 6.0).fract() < 0.5 { 1.3 * (TAU * x).sin() } else { 0.0 })
+    }),
+    Form::new("peaks", D, |d| {
+        ripple(d, |x| {
+            let off = (x.fract() - 0.5) / 0.16;
+            2.0 * ((-off * off).exp() - 0.28)
+        })
     }),
 ];
 
@@ -232,7 +289,7 @@ fn ripple(d: &mut Draw, wave: fn(f64) -> f64) -> Box<dyn Departure> {
     law().sense(move |(), now, shown| shown.v_m_s *= 1.0 + amplitude * wave(now.position_m / wave_m)).boxed()
 }
 
-pub(super) const DISTURBED: [Form; 3] = [
+pub(super) const DISTURBED: [Form; 4] = [
     Form::new("with_force", A, |d| {
         let full_n = d.sheet.full_force_n();
         disturbed(d, move |now, k| now.cylinder_force_n[k] / full_n)
@@ -245,6 +302,14 @@ pub(super) const DISTURBED: [Form; 3] = [
     Form::new("above_a_force", C, |d| {
         let threshold_n = d.sheet.full_force_n() * d.shape("threshold", 0.3, 0.6);
         disturbed(d, move |now, k| 0.8 * f64::from(u8::from(now.cylinder_force_n[k] > threshold_n)))
+    }),
+    Form::new("where_the_brake_squeals", D, |d| {
+        let full_n = d.sheet.full_force_n();
+        let (at, width) = (d.shape("at_m_s", 6.0, 14.0), d.shape("width_m_s", 4.0, 9.0));
+        disturbed(d, move |now, k| {
+            let off = (now.v_m_s - at) / width;
+            2.5 * (now.cylinder_force_n[k] / full_n).max(0.0).sqrt() / (1.0 + off * off)
+        })
     }),
 ];
 
