@@ -57,7 +57,9 @@ pub(super) enum FormsArg {
     B,
     /// Third forms.
     C,
-    /// Each case from any one set.
+    /// Fourth forms, for judging alone: calibrate nothing on them.
+    D,
+    /// Each case from any one of a, b and c.
     All,
 }
 
@@ -68,6 +70,7 @@ impl FormsArg {
             Self::A => Forms::Only(FormSet::A),
             Self::B => Forms::Only(FormSet::B),
             Self::C => Forms::Only(FormSet::C),
+            Self::D => Forms::Only(FormSet::D),
             Self::All => Forms::All,
         }
     }
@@ -78,6 +81,7 @@ impl FormsArg {
             Self::A => "a",
             Self::B => "b",
             Self::C => "c",
+            Self::D => "d",
             Self::All => "all",
         }
     }
