@@ -67,7 +67,7 @@ pub static RULES: [(Verdict, Rule, Holds); 7] = [
             verdict: Verdict::EffectsAndUnknown,
             missing: Missing::BesideEffects,
         },
-        |practice, limits| practice.lasting[1] > practice.unnatural(limits),
+        Practice::leaves_much,
     ),
 ];
 
@@ -113,9 +113,22 @@ impl Practice {
         f64::sqrt(sum / count)
     }
 
+    /// The gap that a right model would leave, RMS of fitted and predicted runs.
+    fn natural(&self) -> f64 {
+        self.natural[0].hypot(self.natural[1]) * std::f64::consts::FRAC_1_SQRT_2
+    }
+
     /// Gap beyond which something is missing.
     fn unnatural(&self, limits: &VerdictLimits) -> f64 {
-        limits.unnatural_ratio * self.natural[0].hypot(self.natural[1]) * std::f64::consts::FRAC_1_SQRT_2
+        limits.unnatural_ratio * self.natural()
+    }
+
+    /// Whether effects leave a gap beyond that, and more of what tolerances alone have above a right model's than laws of another form
+    /// leave.
+    fn leaves_much(&self, limits: &VerdictLimits) -> bool {
+        let above = |gap: f64| gap.powi(2) - self.natural().powi(2);
+        let [calibrated, extended] = self.lasting;
+        extended > self.unnatural(limits) && above(extended) > limits.other_form_leaves * above(calibrated)
     }
 
     /// Whether the greater part of the gap is closed in the fitted runs, and at least half as much in those only predicted, which may
@@ -290,16 +303,19 @@ mod tests {
     fn effects_that_leave_more_than_a_right_model_would_are_not_the_whole_answer() {
         let criteria = Criteria::default();
         let named = decide(&EXPLAINED, &criteria);
-        let asked = |natural: f64, lasting: f64| {
-            let practice = Practice {
-                lasting: [20.0, lasting],
-                natural: [natural; 2],
-                ..gaps([25.0, 10.0], Some([26.0, 10.0]))
-            };
+        let asked_of = |natural: f64, lasting: [f64; 2]| {
+            let practice =
+                Practice { lasting, natural: [natural; 2], ..gaps([25.0, 10.0], Some([26.0, 10.0])) };
             in_practice(named, &practice, &criteria).rule.name
         };
+        let asked = |natural: f64, lasting: f64| asked_of(natural, [20.0, lasting]);
         assert_eq!(asked(1.7, 9.0), "gap_left_beside", "however much the effects close");
-        assert_eq!(asked(1.7, 2.5), "gap_left_beside");
+        assert_eq!(asked_of(1.7, [5.0, 2.5]), "gap_left_beside");
+        assert_eq!(
+            asked(1.7, 3.0),
+            "effects_explain_gap",
+            "a law of another form leaves some hundredths of a gross gap"
+        );
         assert_eq!(
             asked(1.7, 2.3),
             "effects_explain_gap",
