@@ -6,6 +6,7 @@ pub mod discrepancies;
 pub mod frozen;
 pub mod hearing;
 pub mod linearisation;
+pub mod margin;
 pub mod objective;
 pub mod solver;
 pub mod windows;

@@ -2,6 +2,7 @@
 
 use crate::data::case::{Case, Run};
 use crate::fit::candidate::Fitted;
+use crate::fit::margin;
 use crate::fit::objective::Windows;
 use crate::fit::solver::{self, Effort, Problem};
 use crate::model::parameters::{Built, Shape};
@@ -98,12 +99,12 @@ impl Models {
     }
 }
 
-/// [`fit`] of a wagon that runs alone. Open loop, the couplers of a coupled wagon hide everything else: there the fit on
+/// [`fit`] of a wagon that runs alone, clear of the edge of sliding. Open loop, the couplers of a coupled wagon hide everything else: there the fit on
 /// innovations, the first of `starts`, stands.
 fn fit_free(case: &Case, shape: &Shape, starts: &[Vec<f64>]) -> Vec<f64> {
     match starts {
         [innovations, ..] if case.is_coupled() => innovations.clone(),
-        _ => fit(case, shape, starts),
+        _ => margin::keep_clear(case, shape, &fit(case, shape, starts)),
     }
 }
 
