@@ -304,13 +304,13 @@ pub struct VerdictLimits {
     /// nothing in a filter speaks for it. Set by hand: RMS of fitted and predicted runs, the ratio was 0.75 to 1.31 in 61 cases
     /// of the family (forms a and b, seeds 281173 and 281174) in which nothing could be seen.
     pub unnatural_ratio: f64,
+    /// The same in sigmas of the sensors where a report does not say what a right model would leave (a law measured alone, a coupled
+    /// wagon): then a rest is only told. Set by hand.
+    pub unnatural_gap: f64,
     /// Share of the squared gap above that of a right model up to which a rest is laid to the effects' form and not to something else. Set
     /// by hand (family): of cases of forms a to c that leave more than [`Self::unnatural_ratio`], five of twelve whose effects were named
     /// left 0.01 to 0.07, the others and the four with something else at work 0.15 and more.
     pub other_form_leaves: f64,
-    /// The same in sigmas of the sensors where a report does not say what a right model would leave (a law measured alone, a coupled
-    /// wagon): then a rest is only told. Set by hand.
-    pub unnatural_gap: f64,
     /// Share of the gap that one effect must close to be named although a free curve gains more by a filter. Set by hand: the greater
     /// part.
     pub most_of_gap: f64,
