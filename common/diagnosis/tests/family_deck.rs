@@ -139,11 +139,11 @@ fn thirty_cases_are_answered_no_worse_than_before() {
         "nothing to see {quiet:?}, one effect {one:?}, several {several:?}, their effects that show {showing:?}, unknown {unknown:?}"
     );
     println!("closure of {}: median {median:.2}, lower decile {lower:.2}", closures.len());
-    // When the deck was drawn: one of 14, two of 8, two of 4 and one of 5 wrong, closure 0.91 and 0.30. One more of each may fall the other
-    // way by rounding, except of the first.
+    // When the deck was drawn: one of 14, two of 8, two of 4 (unknown) and one of 5 (showing) wrong, closure 0.91 and 0.30. Counts may not
+    // be worse, but for one of the showing.
     assert!(quiet.misses_at_most(1), "{quiet:?}");
-    assert!(one.misses_at_most(3), "{one:?}");
-    assert!(unknown.misses_at_most(3), "{unknown:?}");
+    assert!(one.misses_at_most(2), "{one:?}");
+    assert!(unknown.misses_at_most(2), "{unknown:?}");
     assert!(showing.misses_at_most(2), "{showing:?}");
     assert!(median >= 0.65 && lower >= 0.2, "{median:.2}, {lower:.2} of {}", closures.len());
 }
