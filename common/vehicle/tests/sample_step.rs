@@ -254,6 +254,39 @@ fn a_quick_step_comes_back_to_rolling() {
     assert!(worst < 0.5, "{worst}");
 }
 
+/// The step of filters follows a slide as the exact one does, to a small part of what their sensors' noise is.
+#[test]
+fn a_quick_step_slides_on_where_the_exact_one_slides() {
+    let (mut worst, mut slides): (f64, usize) = (0.0, 0);
+    for falling in [false, true] {
+        let model = WagonModel::new(&vehicle(falling)).expect("model");
+        for (rate_hz, v, demand) in [20.0, 50.0, 100.0].into_iter().flat_map(|rate| {
+            [3.3, 8.0, 20.0, 60.0]
+                .into_iter()
+                .flat_map(move |v| [0.07, -0.07].map(|demand| (rate, v, demand)))
+        }) {
+            let mut start = start(&model, v, 0.05, demand, [0.0; 2]);
+            let exact = SampleStep::<1>::new(model.constants(), 1.0 / rate_hz);
+            let quick = exact.clone().quick();
+            for _ in 0..12 {
+                let step = |step: &SampleStep<1>| {
+                    step.advance(&start.state, &start.load_n, &start.loading, start.acceleration_m_s2).0
+                };
+                let next = step(&exact);
+                let (v_error, wheel_error) = apart(&step(&quick), &next);
+                worst = worst.max(v_error / NOISE).max(wheel_error / NOISE);
+                start.state = next;
+                let radius_m = model.constants().wheel_radius_m[0];
+                slides += usize::from((next.v_m_s - radius_m * next.wheel_speed_rad_s[0]).abs() > 0.1);
+            }
+        }
+    }
+    println!(
+        "a quick step of a slide is off by at most {worst:.3} of a sensor's noise; {slides} of 576 slide"
+    );
+    assert!(worst < 0.2 && slides > 200, "{worst} {slides}");
+}
+
 /// Noise of the sensors: m/s and rad/s.
 const NOISE: f64 = 0.03;
 

@@ -212,8 +212,14 @@ impl Service {
                 self.event(EventKind::FilterRestarted, [age_s, 0.0, 0.0, 0.0], &text)
             }
             Err(error) => {
-                tracing::warn!(%error, "the snapshot is refused; the estimator starts fresh");
+                match error {
+                    SnapshotError::EarlierStart(_) => tracing::info!(%error, "estimator has started fresh"),
+                    _ => tracing::warn!(%error, "the snapshot is refused; the estimator starts fresh"),
+                }
                 let text = match &error {
+                    SnapshotError::EarlierStart(_) => {
+                        "estimator has started fresh: of an earlier start; without a vehicle number it may be of another wagon".to_owned()
+                    }
                     SnapshotError::Kept(KeptError::Form { problem, .. }) => {
                         format!("estimator has started fresh: {problem}")
                     }

@@ -20,6 +20,9 @@ pub enum SnapshotError {
     /// The file cannot be read or written, is damaged, or of something else.
     #[error(transparent)]
     Kept(#[from] KeptError),
+    /// It is of an earlier start of the train, and the wagon has no vehicle number: an ordinary day.
+    #[error("{}: of an earlier start; without a vehicle number it may be of another wagon", .0.display())]
+    EarlierStart(PathBuf),
     /// The filter refuses the state.
     #[error("{}: {source}", file.display())]
     Filter {
@@ -82,7 +85,7 @@ pub fn restore(file: &Path, worker: &mut Worker) -> Result<Option<Stamp>, Snapsh
             return Err(problem("the snapshot of another wagon"));
         }
         if state.session != worker.session {
-            return Err(problem("of an earlier start; without a vehicle number it may be of another wagon"));
+            return Err(SnapshotError::EarlierStart(file.to_owned()));
         }
     }
     if state.turned != worker.turned {

@@ -65,7 +65,8 @@ pub fn judge(selection: &Selection, criteria: &Criteria, seed: u64) -> Judgement
         without_instead(selection, criteria, chance.as_ref().map_or(0.0, Chance::threshold), &beside);
     let likely = localise::likely(&selection.places, criteria.localisation.likely_share);
     let instead = if is_doubtful(selection, &evidence, criteria) {
-        discrepancies::instead_of_effects(&selection.base, likely, &criteria.pursuit)
+        let fit = || discrepancies::instead_of_effects(&selection.base, likely, &criteria.pursuit);
+        selection.instead.get_or_init(fit).clone()
     } else {
         Vec::new()
     };

@@ -8,6 +8,7 @@ use crate::decide::acceptance::{Stop, is_hopeless, is_quiet, why_not};
 use crate::decide::criteria::Criteria;
 use crate::decide::round::{Gain, Round, Standpoint, refit_finalists, start_from, try_all};
 use crate::fit::aligned;
+use crate::fit::discrepancies::FittedDiscrepancy;
 use crate::fit::frozen::{self, FrozenFit};
 use crate::fit::hearing;
 use crate::fit::objective::Whitening;
@@ -16,6 +17,7 @@ use crate::model::parameters::{FittedEffect, Shape};
 use crate::predict::disturbances::{DisturbanceModel, TOLERANCES};
 use crate::predict::localise::{self, PlaceEvidence, Stretches};
 use rayon::prelude::*;
+use std::sync::OnceLock;
 
 /// The outcome of the selection.
 #[derive(Debug)]
@@ -36,6 +38,8 @@ pub struct Selection<'a> {
     pub lost_without: Vec<f64>,
     /// The best of the first round where none was taken: what is slow a filter takes for pads that drift.
     pub faint: Vec<FrozenFit<'a>>,
+    /// Flexible discrepancies instead of any effect, with the evidence that they gain over the base, once they were asked for.
+    pub(crate) instead: OnceLock<Vec<(FittedDiscrepancy, f64)>>,
 }
 
 impl<'a> Selection<'a> {
@@ -184,7 +188,7 @@ pub fn select<'a>(
             (best, places.clone(), Vec::new())
         }
     };
-    Selection { base, best, rounds, stop, places, rest, lost_without, faint }
+    Selection { base, best, rounds, stop, places, rest, lost_without, faint, instead: OnceLock::new() }
 }
 
 /// How far a selection has come.

@@ -56,7 +56,7 @@ pub(super) const FULL: Effort = Effort { iterations: 10, slow_columns: 0, refres
 /// Effort of a try on open-loop windows.
 pub(super) const OPEN_LOOP: Effort = Effort { iterations: 3, slow_columns: 0, refresh: 100, tolerance: 0.5 };
 /// Effort that tells a start that leads somewhere from one that does not.
-const FIRST: Effort = Effort { iterations: 1, slow_columns: 0, refresh: 100, tolerance: 0.5 };
+pub(super) const FIRST: Effort = Effort { iterations: 1, slow_columns: 0, refresh: 100, tolerance: 0.5 };
 /// Effort spent on each start that leads somewhere.
 pub(super) const SHORT: Effort = Effort { iterations: 3, slow_columns: 0, refresh: 100, tolerance: 0.5 };
 /// Effort of the starts that go on.
@@ -152,7 +152,8 @@ fn pursue(objective: &dyn Objective, base: &Fitted, trials: &[Trial]) -> Fitted 
 pub(super) fn settle(objective: &dyn Objective, led: &Fitted) -> Fitted {
     let problem = objective.of(&led.shape);
     let effort = Effort { slow_columns: led.shape.nuisance_count(), ..LONG };
-    let fit = solver::fit(&*problem, led.shape.parameters(), &led.fit.theta, effort, None);
+    let nuisances = led.columns.get(..led.shape.nuisance_count());
+    let fit = solver::fit(&*problem, led.shape.parameters(), &led.fit.theta, effort, nuisances);
     close(objective, &led.shape, fit)
 }
 

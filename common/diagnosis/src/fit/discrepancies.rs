@@ -13,7 +13,7 @@ use crate::predict::localise::PlaceEvidence;
 use rayon::prelude::*;
 
 /// A flexible discrepancy that was fitted.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct FittedDiscrepancy {
     /// Which.
     pub discrepancy: Discrepancy,

@@ -1,7 +1,7 @@
 //! Frozen fits: a model fitted with the one-step filter frozen at itself, at the tolerance that makes it most likely.
 
 use crate::data::case::Case;
-use crate::fit::candidate::{FULL, Fitted, OPEN_LOOP, SHORT, close};
+use crate::fit::candidate::{FIRST, FULL, Fitted, OPEN_LOOP, SHORT, close};
 use crate::fit::objective::{Innovations, Whitening, Windows};
 use crate::fit::solver::{self, Effort, Fit, Problem};
 use crate::fit::windows;
@@ -30,7 +30,7 @@ impl FrozenFit<'_> {
     }
 }
 
-/// Fits a shape at the tolerance that makes its innovations most likely, from the most tolerant one down.
+/// Fits a shape at the tolerance that makes its innovations most likely, from the tolerance `from` down.
 pub fn freeze<'a>(
     case: &'a Case,
     shape: &Shape,
@@ -38,18 +38,7 @@ pub fn freeze<'a>(
     start: &[f64],
     from: usize,
 ) -> FrozenFit<'a> {
-    let (mut whitening, mut fit) = fit_at(case, shape, &disturbances.tolerant(from), start);
-    let mut tolerance = from;
-    while tolerance > 0 {
-        let (next, closer) = fit_at(case, shape, &disturbances.tolerant(tolerance - 1), &fit.theta);
-        let cost = |whitening: &Whitening, fit: &Fit| fit.total() + whitening.half_log_determinant();
-        if cost(&next, &closer) >= cost(&whitening, &fit) {
-            break;
-        }
-        (whitening, fit, tolerance) = (next, closer, tolerance - 1);
-    }
-    let fitted = close(&whitening, shape, fit);
-    FrozenFit { case, tolerance, whitening, fitted }
+    freeze_along(case, shape, disturbances, start, (from, (0..from).rev()))
 }
 
 /// Fits a shape at the tolerance that makes its innovations most likely, from the least tolerant one up.
@@ -60,19 +49,44 @@ pub fn freeze_upwards<'a>(
     start: &[f64],
     to: usize,
 ) -> FrozenFit<'a> {
-    let (mut whitening, mut fit) = fit_at(case, shape, &disturbances.tolerant(0), start);
-    let mut tolerance = 0;
-    while tolerance < to {
-        let (next, looser) = fit_at(case, shape, &disturbances.tolerant(tolerance + 1), &fit.theta);
-        let cost = |whitening: &Whitening, fit: &Fit| fit.total() + whitening.half_log_determinant();
-        if cost(&next, &looser) >= cost(&whitening, &fit) {
+    freeze_along(case, shape, disturbances, start, (0, 1..=to))
+}
+
+/// Fits a shape at one tolerance after the other while that makes its innovations more likely: in short fits, of which the last
+/// is carried to its end.
+fn freeze_along<'a>(
+    case: &'a Case,
+    shape: &Shape,
+    disturbances: &DisturbanceModel,
+    start: &[f64],
+    (first, further): (usize, impl Iterator<Item = usize>),
+) -> FrozenFit<'a> {
+    let begin = |tolerance: usize, start: &[f64]| {
+        let (whitening, begun) = begin_at(case, shape, &disturbances.tolerant(tolerance), start);
+        (begun.fit.total() + whitening.half_log_determinant(), begun)
+    };
+    let mut tolerance = first;
+    let (mut cost, mut begun) = begin(first, start);
+    for next in further {
+        let (next_cost, next_begun) = begin(next, &begun.fit.theta);
+        if next_cost >= cost {
             break;
         }
-        (whitening, fit, tolerance) = (next, looser, tolerance + 1);
+        (tolerance, cost, begun) = (next, next_cost, next_begun);
     }
+    let (whitening, fit) = end_at(case, shape, &disturbances.tolerant(tolerance), begun);
     let fitted = close(&whitening, shape, fit);
     FrozenFit { case, tolerance, whitening, fitted }
 }
+
+/// Effort of a fit that tells how likely a tolerance is.
+const BEGINNING: Effort = Effort { iterations: 5, ..SHORT };
+
+/// Rate to which recordings are thinned to try candidates on open-loop windows, Hz: what is left of an open-loop error within a window
+/// drifts slowly. Effort.
+const TRIAL_RATE_HZ: f64 = 25.0;
+/// Of the candidates tried on open-loop windows, so many times those that are asked for get more than a first step. Effort.
+const GOING_ON: usize = 4;
 
 /// Short fits of all candidates on open-loop windows on top of a model, each from its first start and from where `led` says, if it
 /// does: indices, shapes and parameters of the best `count`, and of the best that is `wanted` if it is not among them. A stretch of
@@ -89,6 +103,8 @@ pub fn open_loop_trials(
     count: usize,
     wanted: &dyn Fn(&Shape, &[f64]) -> bool,
 ) -> Vec<(usize, Shape, Vec<f64>)> {
+    let thinned = case.thinned(TRIAL_RATE_HZ);
+    let case = thinned.as_ref().unwrap_or(case);
     let (problem, base) = windows::reweighted(case, shape, theta);
     let residuals = problem.residuals(&base);
     let columns = problem.columns(shape.parameters(), &base, &residuals, 0..base.len());
@@ -106,20 +122,35 @@ pub fn open_loop_trials(
         costs.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, effect)| effect.clone())
     };
     let scan = Scan { problem: &problem, shape, base: &base, residuals: &residuals, columns: &columns };
-    let best = |(i, c): (usize, &Candidate)| {
+    let begin = |(i, c): (usize, &Candidate)| {
         let first = scan
             .best(&c.scan(case))
             .or_else(|| nearest(&c.frequencies()))
             .or_else(|| c.starts.first().cloned());
         // A stretch has its place to find before its strength means anything.
-        let effort = if c.is_stretch() { FULL } else { OPEN_LOOP };
+        let effort = if c.is_stretch() { OPEN_LOOP } else { FIRST };
         let fit = |effect: &FittedEffect| fit_as(effect, effort);
         let starts = first.iter().chain(led.get(i).and_then(Option::as_ref));
         let fits = starts.map(fit).min_by(|a, b| a.0.total_cmp(&b.0));
         fits.map(|(cost, shape, theta)| (cost, i, shape, theta))
     };
     let mut all: Vec<(f64, usize, Shape, Vec<f64>)> =
-        candidates.par_iter().enumerate().filter_map(best).collect();
+        candidates.par_iter().enumerate().filter_map(begin).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let goes_on: Vec<bool> = (all.iter().enumerate())
+        .map(|(rank, (_, _, with, start))| rank < GOING_ON * count || wanted(with, start))
+        .collect();
+    let go_on = |(begun, goes_on): ((f64, usize, Shape, Vec<f64>), bool)| {
+        let (_, i, with, start) = &begun;
+        if !goes_on {
+            return begun;
+        }
+        let effort = if candidates[*i].is_stretch() { FULL } else { OPEN_LOOP };
+        let effort = Effort { slow_columns: base.len(), ..effort };
+        let fit = solver::fit(&problem.with(with), with.parameters(), start, effort, Some(&columns));
+        (fit.total(), *i, with.clone(), fit.theta)
+    };
+    let mut all: Vec<(f64, usize, Shape, Vec<f64>)> = all.into_par_iter().zip(goes_on).map(go_on).collect();
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
     let first = all.iter().position(|(_, _, shape, theta)| wanted(shape, theta));
     let beyond = first.filter(|first| *first >= count);
@@ -173,22 +204,38 @@ impl Scan<'_, '_> {
     }
 }
 
-/// Fits a shape at one tolerance: twice, since the gains depend on the fit.
-fn fit_at<'a>(
+/// A short fit, and the derivatives with respect to the nuisances where it began.
+struct Begun {
+    fit: Fit,
+    columns: Vec<Vec<f64>>,
+}
+
+/// Begins to fit a shape at one tolerance, with the filter frozen at `start`.
+fn begin_at<'a>(
     case: &'a Case,
     shape: &Shape,
     disturbances: &DisturbanceModel,
     start: &[f64],
+) -> (Whitening<'a>, Begun) {
+    let whitening = Whitening::new(case, &shape.build(start), disturbances);
+    let problem = Innovations { whitening: &whitening, shape };
+    let effort = Effort { slow_columns: shape.nuisance_count(), ..BEGINNING };
+    let (fit, columns) = solver::fit_keeping(&problem, shape.parameters(), start, effort);
+    (whitening, Begun { fit, columns })
+}
+
+/// Carries on what was begun at the same tolerance to its end, with the filter frozen where that is: its gains depend on it.
+fn end_at<'a>(
+    case: &'a Case,
+    shape: &Shape,
+    disturbances: &DisturbanceModel,
+    Begun { fit, columns }: Begun,
 ) -> (Whitening<'a>, Fit) {
-    let fit_with = |start: &[f64], effort: Effort| {
-        let whitening = Whitening::new(case, &shape.build(start), disturbances);
-        let effort = Effort { slow_columns: shape.nuisance_count(), ..effort };
-        let problem = Innovations { whitening: &whitening, shape };
-        let fit = solver::fit(&problem, shape.parameters(), start, effort, None);
-        (whitening, fit)
-    };
-    let (_, first) = fit_with(start, SHORT);
-    fit_with(&first.theta, FULL)
+    let whitening = Whitening::new(case, &shape.build(&fit.theta), disturbances);
+    let problem = Innovations { whitening: &whitening, shape };
+    let effort = Effort { slow_columns: shape.nuisance_count(), ..FULL };
+    let fit = solver::fit(&problem, shape.parameters(), &fit.theta, effort, Some(&columns));
+    (whitening, fit)
 }
 
 /// Robust cost of each stretch of so many residuals.

@@ -1,6 +1,7 @@
 //! Fits: the solver, what it minimises, and whole models fitted by it.
 
 pub mod aligned;
+mod bounded_step;
 pub mod candidate;
 pub mod discrepancies;
 pub mod frozen;

@@ -4,6 +4,7 @@
 //! predictions from one fit: without a block's equations the optimum moves by one Newton step. Levels that only one run shows, such
 //! as the adhesion of a low rail, are no prediction's business: they are fitted to all runs.
 
+use crate::fit::bounded_step::{step_with, step_within};
 use crate::model::parameters::Parameter;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -208,21 +209,6 @@ pub fn cost_of_leaving(parameters: &[Parameter], fit: &Fit, index: usize, by: f6
     Some((gradient[index] * by).max(0.0) + 0.5 * by * by / spread)
 }
 
-/// Solves a damped Newton step.
-fn step(
-    parameters: &[Parameter],
-    gradient: &DVector<f64>,
-    curvature: &DMatrix<f64>,
-    damping: f64,
-) -> Option<DVector<f64>> {
-    let mut damped = curvature.clone();
-    for (i, p) in parameters.iter().enumerate() {
-        damped[(i, i)] +=
-            damping * (curvature[(i, i)] + 1e-3 / (p.scale * p.scale)) + 1e-12 / (p.scale * p.scale);
-    }
-    Some(-damped.cholesky()?.solve(gradient))
-}
-
 /// What the solver may spend.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
@@ -244,12 +230,32 @@ pub fn fit(
     effort: Effort,
     slow: Option<&[Vec<f64>]>,
 ) -> Fit {
+    fit_with(problem, parameters, start, effort, slow.map(Cow::Borrowed)).0
+}
+
+/// As [`fit`], with the columns of the first parameters as they were last computed.
+pub(super) fn fit_keeping(
+    problem: &(impl Problem + ?Sized),
+    parameters: &[Parameter],
+    start: &[f64],
+    effort: Effort,
+) -> (Fit, Vec<Vec<f64>>) {
+    let (fit, slow) = fit_with(problem, parameters, start, effort, None);
+    (fit, slow.map_or_else(Vec::new, Cow::into_owned))
+}
+
+fn fit_with<'c>(
+    problem: &(impl Problem + ?Sized),
+    parameters: &[Parameter],
+    start: &[f64],
+    effort: Effort,
+    mut slow: Option<Cow<'c, [Vec<f64>]>>,
+) -> (Fit, Option<Cow<'c, [Vec<f64>]>>) {
     let huber = problem.huber();
     let mut theta: Vec<f64> = start.iter().zip(parameters).map(|(t, p)| t.clamp(p.lower, p.upper)).collect();
     let mut residuals = problem.residuals(&theta);
     let mut cost = cost_of(&residuals, huber);
     let mut prior = prior_cost(parameters, &theta);
-    let mut slow: Option<Cow<'_, [Vec<f64>]>> = slow.map(Cow::Borrowed);
     let mut damping = 1e-3;
     let mut converged = false;
     // Iterations since the slow columns were computed.
@@ -292,69 +298,7 @@ pub fn fit(
             age = effort.refresh;
         }
     }
-    Fit { theta, cost, prior_cost: prior, converged, blocks: Vec::new() }
-}
-
-/// A step that keeps to the bounds: parameters that would leave are held at their bound and the rest solved again.
-fn step_within(
-    parameters: &[Parameter],
-    theta: &[f64],
-    gradient: &DVector<f64>,
-    curvature: &DMatrix<f64>,
-    damping: f64,
-) -> Option<DVector<f64>> {
-    step_with(parameters, theta, (gradient, curvature), damping, vec![None; theta.len()])
-}
-
-/// The same, where some parameters change by what is `held`.
-fn step_with(
-    parameters: &[Parameter],
-    theta: &[f64],
-    (gradient, curvature): (&DVector<f64>, &DMatrix<f64>),
-    damping: f64,
-    mut held: Vec<Option<f64>>,
-) -> Option<DVector<f64>> {
-    let n = theta.len();
-    let wanted = held.clone();
-    for _ in 0..4 {
-        let (mut g, mut h) = (gradient.clone(), curvature.clone());
-        for (i, hold) in held.iter().enumerate() {
-            if let Some(change) = hold {
-                g += curvature.column(i) * *change;
-            }
-        }
-        for (i, hold) in held.iter().enumerate() {
-            if hold.is_some() {
-                h.row_mut(i).fill(0.0);
-                h.column_mut(i).fill(0.0);
-                h[(i, i)] = 1.0 / (parameters[i].scale * parameters[i].scale);
-                g[i] = 0.0;
-            }
-        }
-        let mut change = step(parameters, &g, &h, damping)?;
-        let mut more = false;
-        for i in 0..n {
-            if let Some(fixed) = held[i] {
-                change[i] = fixed;
-                continue;
-            }
-            let bounded = (theta[i] + change[i]).clamp(parameters[i].lower, parameters[i].upper);
-            if (bounded - theta[i] - change[i]).abs() > 1e-12 * parameters[i].scale {
-                held[i] = Some(bounded - theta[i]);
-                more = true;
-            }
-        }
-        if !more {
-            return Some(change);
-        }
-    }
-    let mut change = step(parameters, gradient, curvature, damping)?;
-    for i in 0..n {
-        change[i] = wanted[i].unwrap_or_else(|| {
-            (theta[i] + change[i]).clamp(parameters[i].lower, parameters[i].upper) - theta[i]
-        });
-    }
-    Some(change)
+    (Fit { theta, cost, prior_cost: prior, converged, blocks: Vec::new() }, slow)
 }
 
 /// Normal equations and columns of a fit at its solution.

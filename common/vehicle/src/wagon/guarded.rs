@@ -12,6 +12,8 @@ use crate::{CREEPAGE_SPEED_FLOOR_M_S, MAX_WHEELSETS, PerWheelset};
 
 /// Error of one step of one equation, m/s.
 const TOLERANCE_M_S: f64 = 2e-5;
+/// The same for filters, whose sensors' noise is a hundred times as large.
+const QUICK_TOLERANCE_M_S: f64 = 2e-4;
 /// What the mean forces may change of the body's speed from one sweep over the wheelsets to the next, m/s.
 const DISAGREEMENT_M_S: f64 = 1e-4;
 /// Sweeps over the wheelsets until their mean forces agree.
@@ -19,6 +21,8 @@ const SWEEPS: usize = 4;
 
 /// Longest stretch, s: the mean forces of the others stand for their course.
 const LONGEST_S: f64 = 0.01;
+/// The same for filters, s.
+const QUICK_LONGEST_S: f64 = 0.02;
 /// A wheelset that its brake stops within this share of a stretch counts as standing from its start.
 const AT_ONCE: f64 = 0.02;
 
@@ -72,8 +76,9 @@ impl<const PAIRS: usize> SampleStep<'_, PAIRS> {
         let (mut now, mut left_s) = (*state, self.dt_s);
         // Each wheelset may stop once; more stretches would be chatter.
         let mut stops = MAX_WHEELSETS;
+        let longest_s = if self.quick { QUICK_LONGEST_S } else { LONGEST_S };
         while left_s > 1e-9 * self.dt_s {
-            let span_s = left_s / (left_s / LONGEST_S - 1e-9).ceil().max(1.0);
+            let span_s = left_s / (left_s / longest_s - 1e-9).ceil().max(1.0);
             self.stop_at_once(&mut now, load_n, loading, span_s);
             let stretch = self.stretch(&now, load_n, loading, span_s, acceleration_m_s2);
             let used_s = match self.pass(stretch, None) {
@@ -224,7 +229,13 @@ impl<const PAIRS: usize> SampleStep<'_, PAIRS> {
             }
             Rate { value: force * self.per_mass, slope: -slope * self.per_mass }
         };
-        flow::follow(start, stretch.span_s, stretch.span_s, TOLERANCE_M_S, rate_at, |_, _| 1.0).x - start
+        flow::follow(start, stretch.span_s, stretch.span_s, self.tolerance_m_s(), rate_at, |_, _| 1.0).x
+            - start
+    }
+
+    /// Error that one step of one equation may make, m/s.
+    fn tolerance_m_s(&self) -> f64 {
+        if self.quick { QUICK_TOLERANCE_M_S } else { TOLERANCE_M_S }
     }
 
     fn contact(&self, stretch: &Stretch, i: usize, slip_m_s: f64, reference_m_s: f64) -> ContactForce {
@@ -256,7 +267,7 @@ impl<const PAIRS: usize> SampleStep<'_, PAIRS> {
         // A slide that ends is steep at its end.
         let until_rolling = -wheel.slip_m_s / wheel.rate_m_s2;
         let first = if until_rolling > 0.0 { until_rolling.min(stretch.span_s) } else { stretch.span_s };
-        flow::follow(wheel.slip_m_s, stretch.span_s, first, TOLERANCE_M_S, rate_at, clear)
+        flow::follow(wheel.slip_m_s, stretch.span_s, first, self.tolerance_m_s(), rate_at, clear)
     }
 
     /// Speeds from slips by the balance of momentum.

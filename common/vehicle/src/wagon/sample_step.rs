@@ -22,6 +22,8 @@ use wide::f64x2;
 const NEGLECTED_M_S: f64 = 2e-6;
 /// Error that may stay behind the correction of bent creep, m/s of slip: about the correction's square over the change.
 const UNCORRECTED_M_S: f64 = 1e-5;
+/// The same for filters, whose sensors' noise is a hundred times as large.
+const QUICK_UNCORRECTED_M_S: f64 = 1e-4;
 /// Distance from rolling that may be left of a wheelset that has settled, m/s of slip.
 pub(super) const UNSETTLED_M_S: f64 = 1e-5;
 /// Speed from which nobody asks whether the wagon stands, m/s.
@@ -42,7 +44,7 @@ pub struct SampleStep<'a, const PAIRS: usize> {
     bend_n: f64,
     pairs: [Pair; PAIRS],
     /// See [`SampleStep::quick`].
-    quick: bool,
+    pub(super) quick: bool,
 }
 
 /// Constants of two wheelsets; a place that no wheelset takes has zeros.
@@ -155,10 +157,12 @@ impl<'a, const PAIRS: usize> SampleStep<'a, PAIRS> {
         {
             return (next, force_n);
         }
-        let next = (self.slide(&mut lanes, rest, reference) || self.settle(&mut lanes, rest, reference))
-            .then(|| self.speeds(&lanes, state, loading, rest))
-            .flatten()
-            .unwrap_or_else(|| self.guarded(state, load_n, loading, acceleration_m_s2));
+        let next = (self.slide(&mut lanes, rest, reference)
+            || self.settle(&mut lanes, rest, reference)
+            || (self.quick && self.slide_on(&mut lanes, rest, reference)))
+        .then(|| self.speeds(&lanes, state, loading, rest))
+        .flatten()
+        .unwrap_or_else(|| self.guarded(state, load_n, loading, acceleration_m_s2));
         (next, force_n)
     }
 
@@ -227,6 +231,13 @@ impl<'a, const PAIRS: usize> SampleStep<'a, PAIRS> {
         smooth || (!self.quick && self.correct(lanes, reference_m_s))
     }
 
+    /// Corrected changes of the slips of wheelsets that do not come to rest in rolling; false where creep bends too much.
+    #[inline]
+    fn slide_on(&self, lanes: &mut [Lanes; PAIRS], rest_n: f64, reference_m_s: f64) -> bool {
+        self.slip_on(lanes, rest_n);
+        self.correct(lanes, reference_m_s)
+    }
+
     /// Changes of the slips over one step with creep as steep as at its start.
     #[inline]
     fn slip_on(&self, lanes: &mut [Lanes; PAIRS], rest_n: f64) {
@@ -251,6 +262,7 @@ impl<'a, const PAIRS: usize> SampleStep<'a, PAIRS> {
     /// The correction of order three; false where it does not suffice.
     fn correct(&self, lanes: &mut [Lanes; PAIRS], reference_m_s: f64) -> bool {
         let h = self.dt_s;
+        let uncorrected = if self.quick { QUICK_UNCORRECTED_M_S } else { UNCORRECTED_M_S };
         let mut small = true;
         for (lane, pair) in lanes.iter_mut().zip(&self.pairs) {
             let slip = lane.slip + lane.change;
@@ -258,7 +270,7 @@ impl<'a, const PAIRS: usize> SampleStep<'a, PAIRS> {
             let (ahead, _) = creep_force_pair_at(contact, slip, reference_m_s, lane.load, lane.peak);
             let bent = ahead - lane.force - lane.slope * lane.change;
             let correction = third_weight(lane.stiff, lane.one) * (-2.0 * h) * pair.kappa * bent;
-            let allowed = lane.change.abs().max(f64x2::splat(UNCORRECTED_M_S)) * UNCORRECTED_M_S;
+            let allowed = lane.change.abs().max(f64x2::splat(uncorrected)) * uncorrected;
             small &= (correction * correction).simd_le(allowed).all();
             lane.change += correction;
         }
