@@ -281,7 +281,10 @@ fn sets(report: &Report) -> Option<String> {
             names.push(say("{count} others that are less likely", &[("count", &count)]));
         }
         let names = or_list(&names);
-        say("In nine of ten such cases the truth is among these: {names}.", &[("names", &names)])
+        say(
+            "On simulated trains the truth was among these in about nine of ten such cases: {names}.",
+            &[("names", &names)],
+        )
     })
 }
 
