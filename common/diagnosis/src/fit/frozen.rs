@@ -95,6 +95,9 @@ const GOING_ON: usize = 4;
 /// Where the model is grossly wrong, a tolerant filter follows the measurements so closely that a late or smoothed sensor in
 /// its feedback unsettles it, and a form that is not quite right looks like any other. Open loop there is no feedback, and
 /// what pads and wind add is small beside what is wrong.
+///
+/// All take a first step, on recordings thinned to `TRIAL_RATE_HZ`; `GOING_ON` times `count` of them, and those `wanted`, are
+/// fitted further.
 pub fn open_loop_trials(
     case: &Case,
     (shape, theta): (&Shape, &[f64]),
@@ -132,33 +135,37 @@ pub fn open_loop_trials(
         let fit = |effect: &FittedEffect| fit_as(effect, effort);
         let starts = first.iter().chain(led.get(i).and_then(Option::as_ref));
         let fits = starts.map(fit).min_by(|a, b| a.0.total_cmp(&b.0));
-        fits.map(|(cost, shape, theta)| (cost, i, shape, theta))
+        fits.map(|(cost, shape, theta)| Trial { cost, candidate: i, shape, theta })
     };
-    let mut all: Vec<(f64, usize, Shape, Vec<f64>)> =
-        candidates.par_iter().enumerate().filter_map(begin).collect();
-    all.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let goes_on: Vec<bool> = (all.iter().enumerate())
-        .map(|(rank, (_, _, with, start))| rank < GOING_ON * count || wanted(with, start))
-        .collect();
-    let go_on = |(begun, goes_on): ((f64, usize, Shape, Vec<f64>), bool)| {
-        let (_, i, with, start) = &begun;
-        if !goes_on {
-            return begun;
-        }
-        let effort = if candidates[*i].is_stretch() { FULL } else { OPEN_LOOP };
+    let mut all: Vec<Trial> = candidates.par_iter().enumerate().filter_map(begin).collect();
+    all.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let is_wanted = |trial: &Trial| wanted(&trial.shape, &trial.theta);
+    let going_on: Vec<bool> =
+        (all.iter().enumerate()).map(|(rank, trial)| rank < GOING_ON * count || is_wanted(trial)).collect();
+    all.par_iter_mut().zip(going_on).filter(|(_, goes_on)| *goes_on).for_each(|(trial, _)| {
+        let Trial { cost, candidate, shape, theta } = trial;
+        let effort = if candidates[*candidate].is_stretch() { FULL } else { OPEN_LOOP };
         let effort = Effort { slow_columns: base.len(), ..effort };
-        let fit = solver::fit(&problem.with(with), with.parameters(), start, effort, Some(&columns));
-        (fit.total(), *i, with.clone(), fit.theta)
-    };
-    let mut all: Vec<(f64, usize, Shape, Vec<f64>)> = all.into_par_iter().zip(goes_on).map(go_on).collect();
-    all.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let first = all.iter().position(|(_, _, shape, theta)| wanted(shape, theta));
+        let fit = solver::fit(&problem.with(shape), shape.parameters(), theta, effort, Some(&columns));
+        (*cost, *theta) = (fit.total(), fit.theta);
+    });
+    all.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let first = all.iter().position(is_wanted);
     let beyond = first.filter(|first| *first >= count);
     if let Some(first) = beyond {
         all.swap(count, first);
     }
     all.truncate(count + usize::from(beyond.is_some()));
-    all.into_iter().map(|(_, i, shape, theta)| (i, shape, theta)).collect()
+    all.into_iter().map(|trial| (trial.candidate, trial.shape, trial.theta)).collect()
+}
+
+/// A candidate fitted on open-loop windows so far.
+struct Trial {
+    cost: f64,
+    /// Its index among the candidates.
+    candidate: usize,
+    shape: Shape,
+    theta: Vec<f64>,
 }
 
 /// Looks for the place of an effect on the windows of a model: on each stretch its strength alone is fitted, in one step, because
