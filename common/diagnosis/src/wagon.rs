@@ -94,7 +94,7 @@ fn diagnose_and<T>(
 
     let alignments = Alignments::default();
 
-    // Thin: what is to be found shows at fifty samples a second. The gap is that of all samples.
+    // Thin: what is to be found shows at 25 samples a second. The gap is that of all samples.
     let recorded = case;
     let thinned = case.thinned(criteria.pursuit.rate_hz);
     let case = thinned.as_ref().unwrap_or(case);
@@ -121,10 +121,13 @@ fn diagnose_and<T>(
     // A filter takes what is slow for pads that drift. On the windows of the gap it is told from them: effects that gained too
     // little are looked at there, and further ones.
     let calibrated = Models::calibrated(case, &selection.base.fitted);
+    let [_, right, _] = calibrated.build();
+    let enough = if case.is_coupled() { f64::INFINITY } else { natural_gap(case, &right, options.seed).fit };
     let search = Search {
         case,
         alignments: &alignments,
         calibrated: &calibrated,
+        enough,
         without: &options.without,
         criteria: &criteria,
     };
@@ -148,6 +151,16 @@ fn diagnose_and<T>(
 
     // Fit once more, on the windows by which the gap is defined: the verdict stands, the numbers of the report are these.
     progress("fit on windows");
+    let (coarse, like_heard) =
+        (case, |finer: &Case| Case { noise: case.noise, notes: case.notes.clone(), ..finer.clone() });
+    let finer = thinned
+        .is_some()
+        .then(|| like_heard(recorded.thinned(criteria.report.rate_hz).as_ref().unwrap_or(recorded)));
+    let case = finer.as_ref().unwrap_or(coarse);
+    let calibrated = match &finer {
+        Some(finer) => calibrated.on_samples_of(finer),
+        None => calibrated,
+    };
     let fitted = |judgement: &Judgement, selection: &Selection| {
         let named = judgement.decision.names_effects().then_some(&selection.best.fitted);
         calibrated.extended_by(case, named)
@@ -156,7 +169,7 @@ fn diagnose_and<T>(
     // A further effect whose strength may be none and without which the gap is the same is none, however sure a filter is.
     while !case.is_coupled()
         && let Some(idle) = in_gap::idle(case, &selection, &models, &criteria)
-        && selection.drop_effect((case, &alignments), idle, &criteria)
+        && selection.drop_effect((coarse, &alignments), idle, &criteria)
     {
         judgement = evidence::judge(&selection, &criteria, options.seed);
         models = fitted(&judgement, &selection);
@@ -164,8 +177,7 @@ fn diagnose_and<T>(
     let mut named = judgement.decision.names_effects().then_some(&selection.best.fitted);
     // What is predicted and reported is the gap of all samples.
     let thin = case;
-    let dense =
-        thinned.is_some().then(|| Case { noise: case.noise, notes: case.notes.clone(), ..recorded.clone() });
+    let dense = thinned.is_some().then(|| like_heard(recorded));
     let case = dense.as_ref().unwrap_or(case);
     let mut built = models.build();
     let predict = |built: &[Built; 3], runs: &[Run]| predictions::predict(case, runs, built.each_ref());

@@ -57,6 +57,8 @@ pub(crate) struct Search<'s, 'a> {
     pub(crate) alignments: &'a Alignments,
     /// The calibrated model.
     pub(crate) calibrated: &'s Models,
+    /// The gap that a right model would leave of the fitted runs: where no more is left there is nothing to look for.
+    pub(crate) enough: f64,
     /// Ids to leave out.
     pub(crate) without: &'s [String],
     /// Limits.
@@ -77,6 +79,9 @@ impl<'a> Search<'_, 'a> {
         let shape = best.fitted.shape.on_recordings();
         let theta = windows::fit(self.case, &shape, std::slice::from_ref(&best.fitted.fit.theta));
         let now = Fit::new(self.case, shape, theta);
+        if now.gap() <= self.enough {
+            return None;
+        }
         let more = self.one_more(&now)?;
         if self.mends(selection, &now, &more) { None } else { self.frozen(best, &more) }
     }
@@ -88,7 +93,7 @@ impl<'a> Search<'_, 'a> {
         let best = &selection.best;
         let Models { nominal, calibrated, .. } = self.calibrated;
         let now = Fit::new(self.case, nominal.clone(), calibrated.clone());
-        let is_large = Tally::total(&now.windows).gap() > self.criteria.verdict.noticeable_gap;
+        let is_large = now.gap() > self.criteria.verdict.noticeable_gap.max(self.enough);
         if !best.fitted.shape.effects.is_empty() || !is_large {
             return None;
         }
@@ -161,11 +166,17 @@ impl Fit {
         let windows = windows::tallies(case, &shape, &theta);
         Self { shape, theta, windows }
     }
+
+    /// What it leaves of the gap.
+    fn gap(&self) -> f64 {
+        Tally::total(&self.windows).gap()
+    }
 }
 
-/// The effect, of several, without which the gap of fitted and of predicted runs grows least, if that is next to nothing. Asked of
-/// those whose evidence is a small part of the strongest one's and whose strength may be none, and of all but the strongest that
-/// gain much less when they are fitted to other runs or by a filter that tolerates gross errors.
+/// The effect, of several, without which the gap grows least, if that is next to nothing: of fitted runs a hundredth, of any but the
+/// strongest; or of fitted and of predicted runs some hundredths, of those whose evidence is a small part of the strongest one's and whose
+/// strength may be none, and of all but the strongest that gain much less when they are fitted to other runs or by a filter that tolerates
+/// gross errors.
 pub(crate) fn idle(
     case: &Case,
     selection: &Selection,
@@ -187,9 +198,18 @@ pub(crate) fn idle(
         own.is_some_and(|own| own.predictive < limits.doubted_predictive_share * own.gain)
     };
     let is_loose = selection.best.tolerance >= criteria.pursuit.gross_tolerance;
-    let is_doubted = |e: &usize| is_faint(*e) || (lost[*e] < most && (is_loose || is_of_one_run(*e)));
-    let doubted = (0..lost.len()).filter(is_doubted);
-    let least = doubted.map(|effect| (effect, models.grows_without(case, effect, true)));
-    let least = least.min_by(|a, b| a.1.total_cmp(&b.1));
-    least.filter(|(_, grown)| *grown < limits.least_further_reduction).map(|(effect, _)| effect)
+    let is_doubted = |e: usize| is_faint(e) || (lost[e] < most && (is_loose || is_of_one_run(e)));
+    let asked = (0..lost.len()).filter(|e| lost[*e] < most || is_doubted(*e));
+    let grown = |e: usize| {
+        let [fitted, predicted] = models.growth_without(case, e, true, [&case.fit, &case.holdout]);
+        (e, fitted.unwrap_or(0.0), predicted)
+    };
+    let grown: Vec<(usize, f64, Option<f64>)> =
+        asked.collect::<Vec<_>>().into_par_iter().map(grown).collect();
+    let is_idle = |(e, fitted, predicted): &(usize, f64, Option<f64>)| {
+        let largest = predicted.map_or(*fitted, |predicted| predicted.max(*fitted));
+        *fitted < limits.least_reduction || (is_doubted(*e) && largest < limits.least_further_reduction)
+    };
+    let least = grown.into_iter().filter(is_idle).min_by(|a, b| a.1.total_cmp(&b.1));
+    least.map(|(effect, ..)| effect)
 }

@@ -48,6 +48,8 @@ pub(super) const HIDDEN: usize = 5 * MAX_WHEELSETS;
 const APPLIED_N: f64 = 3e3;
 /// How long ago "a moment ago" is, s.
 const MOMENT_S: f64 = 0.3;
+/// Time from one of the thinned samples to the next, s.
+const THINNED_S: f64 = 0.2;
 /// Fewest of the thinned samples at which a covariate must be at work: ten seconds of recordings.
 const FEWEST: usize = 50;
 /// Slip velocity below which a wheelset rolls, m/s.
@@ -143,7 +145,8 @@ impl Covariate {
 
     /// Values along the recordings, thinned.
     fn samples(self, case: &Case) -> Vec<f64> {
-        let along = case.fit.iter().flat_map(|run| along(case, run, self).into_iter().step_by(20));
+        let step = |run: &Run| ((THINNED_S / run.dt_s).round() as usize).max(1);
+        let along = case.fit.iter().flat_map(|run| along(case, run, self).into_iter().step_by(step(run)));
         along.filter(|value| self.is_at_work(*value)).collect()
     }
 }
