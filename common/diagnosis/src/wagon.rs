@@ -122,7 +122,10 @@ fn diagnose_and<T>(
     // little are looked at there, and further ones.
     let calibrated = Models::calibrated(case, &selection.base.fitted);
     let [_, right, _] = calibrated.build();
-    let enough = if case.is_coupled() { f64::INFINITY } else { natural_gap(case, &right, options.seed).fit };
+    let enough = match case.is_coupled() {
+        true => f64::INFINITY,
+        false => natural_gap_of(case, &case.fit, &right, options.seed),
+    };
     let search = Search {
         case,
         alignments: &alignments,
@@ -149,7 +152,8 @@ fn diagnose_and<T>(
     progress("verdict");
     let mut judgement = evidence::judge(&selection, &criteria, options.seed);
 
-    // Fit once more, on the windows by which the gap is defined: the verdict stands, the numbers of the report are these.
+    // Fit once more, on the windows by which the gap is defined and to more samples than a choice needs: the verdict stands,
+    // the numbers of the report are these.
     progress("fit on windows");
     let (coarse, like_heard) =
         (case, |finer: &Case| Case { noise: case.noise, notes: case.notes.clone(), ..finer.clone() });
@@ -290,11 +294,14 @@ fn practice(
 
 /// The gap that the calibrated model would leave if it were right.
 fn natural_gap(case: &Case, calibrated: &Built, seed: u64) -> NaturalGap {
-    let of = |runs: &[Run]| {
-        let disturbances = DisturbanceModel::default();
-        open_loop::Tally::total(&natural::tallies(case, runs, calibrated, &disturbances, seed)).gap()
-    };
+    let of = |runs: &[Run]| natural_gap_of(case, runs, calibrated, seed);
     NaturalGap { fit: of(&case.fit), holdout: (!case.holdout.is_empty()).then(|| of(&case.holdout)) }
+}
+
+/// The same of some runs.
+fn natural_gap_of(case: &Case, runs: &[Run], calibrated: &Built, seed: u64) -> f64 {
+    let disturbances = DisturbanceModel::default();
+    open_loop::Tally::total(&natural::tallies(case, runs, calibrated, &disturbances, seed)).gap()
 }
 
 /// What is said of a wagon that does not run alone.
