@@ -173,8 +173,8 @@ impl Fit {
     }
 }
 
-/// The effect, of several, without which the gap grows least, if that is next to nothing: of fitted runs a hundredth, of any but the
-/// strongest; or of fitted and of predicted runs some hundredths, of those whose evidence is a small part of the strongest one's and whose
+/// The effect, of several, without which the gap grows least, if that is next to nothing: of fitted runs a few hundredths, of any but
+/// the strongest; or of fitted and of predicted runs some hundredths, of those whose evidence is a small part of the strongest one's and whose
 /// strength may be none, and of all but the strongest that gain much less when they are fitted to other runs or by a filter that tolerates
 /// gross errors.
 pub(crate) fn idle(
@@ -208,7 +208,7 @@ pub(crate) fn idle(
         asked.collect::<Vec<_>>().into_par_iter().map(grown).collect();
     let is_idle = |(e, fitted, predicted): &(usize, f64, Option<f64>)| {
         let largest = predicted.map_or(*fitted, |predicted| predicted.max(*fitted));
-        *fitted < limits.least_reduction || (is_doubted(*e) && largest < limits.least_further_reduction)
+        *fitted < limits.least_shown || (is_doubted(*e) && largest < limits.least_further_reduction)
     };
     let least = grown.into_iter().filter(is_idle).min_by(|a, b| a.1.total_cmp(&b.1));
     least.map(|(effect, ..)| effect)
