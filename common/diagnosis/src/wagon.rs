@@ -78,20 +78,47 @@ pub fn plan(
         progress("plan");
         plan::plan(case, selection, report, limits, criteria)
     });
-    let plan = plan.map(|plan| Plan { seconds: started.elapsed().as_secs_f64(), ..plan });
+    let plan = plan.flatten().map(|plan| Plan { seconds: started.elapsed().as_secs_f64(), ..plan });
     (outcome, plan)
 }
 
-/// Diagnoses a case, and does something more with what was weighed.
+/// Diagnoses a case, and does something more with what was weighed: at the samples that are left when dense recordings are thinned, and
+/// where something is wrong there that has no name, at more of them.
 fn diagnose_and<T>(
     case: &Case,
     options: &Options,
     progress: &(dyn Fn(&'static str) + Sync),
+    more: impl Fn(&Case, &Selection, &Report, &Criteria) -> T,
+) -> (Outcome, Option<T>) {
+    let started = Instant::now();
+    let mut criteria = Criteria::default();
+    let is_thinned = case.thinned(criteria.pursuit.rate_hz).is_some();
+    let is_settled = |report: &Report| !is_thinned || report.verdict != Verdict::Unknown;
+    let (outcome, done) = answer(case, options, &criteria, progress, |case, selection, report, criteria| {
+        is_settled(report).then(|| more(case, selection, report, criteria))
+    });
+    let (mut outcome, done) = match is_settled(&outcome.report) {
+        true => (outcome, done),
+        false => {
+            criteria.pursuit.rate_hz = criteria.report.rate_hz;
+            let more = |case: &Case, selection: &Selection, report: &Report, criteria: &Criteria| {
+                Some(more(case, selection, report, criteria))
+            };
+            answer(case, options, &criteria, progress, more)
+        }
+    };
+    outcome.report.seconds = started.elapsed().as_secs_f64();
+    (outcome, done)
+}
+
+/// Diagnoses a case by some criteria, and does something more with what was weighed.
+fn answer<T>(
+    case: &Case,
+    options: &Options,
+    criteria: &Criteria,
+    progress: &(dyn Fn(&'static str) + Sync),
     more: impl FnOnce(&Case, &Selection, &Report, &Criteria) -> T,
 ) -> (Outcome, T) {
-    let started = Instant::now();
-    let criteria = Criteria::default();
-
     let alignments = Alignments::default();
 
     // Thin: what is to be found shows at 25 samples a second. The gap is that of all samples.
@@ -103,7 +130,7 @@ fn diagnose_and<T>(
     let mut base = selection::calibrate(case);
 
     // Listen: take the noise of the sensors from the recordings, and calibrate again if it is not as the vehicle file says.
-    let heard = selection::heard(&base, &criteria);
+    let heard = selection::heard(&base, criteria);
     let case = heard.as_ref().unwrap_or(case);
     if heard.is_some() {
         base = selection::calibrate_again(case, &base);
@@ -111,12 +138,12 @@ fn diagnose_and<T>(
 
     // Localise: let one place of the equations err after the other. Where that gains most, the model is wrong, whatever the
     // cause; a cause that cannot act there will have to explain itself.
-    let places = selection::localise(&base, &criteria);
+    let places = selection::localise(&base, criteria);
 
     // Select: which effects of the library the recordings ask for. Each must gain more than chance and more than a mere
     // mending of the one before it; `selection.stop` says why no further one was taken.
     let mut selection =
-        selection::select((case, &alignments), base, places, &options.without, &criteria, progress);
+        selection::select((case, &alignments), base, places, &options.without, criteria, progress);
 
     // A filter takes what is slow for pads that drift. On the windows of the gap it is told from them: effects that gained too
     // little are looked at there, and further ones.
@@ -132,25 +159,25 @@ fn diagnose_and<T>(
         calibrated: &calibrated,
         enough,
         without: &options.without,
-        criteria: &criteria,
+        criteria,
     };
     if !case.is_coupled() {
         progress("gap");
-        if let Some(faint) = in_gap::first(case, &selection, &calibrated, &criteria) {
-            selection.take_faint(faint, &criteria);
+        if let Some(faint) = in_gap::first(case, &selection, &calibrated, criteria) {
+            selection.take_faint(faint, criteria);
         }
         if let Some(alone) = search.alone(&selection) {
-            selection.take_further((case, &alignments), alone, &criteria);
+            selection.take_further((case, &alignments), alone, criteria);
         }
         while let Some(further) = search.further(&selection)
-            && selection.take_further((case, &alignments), further, &criteria)
+            && selection.take_further((case, &alignments), further, criteria)
         {}
     }
 
     // Judge: are they the answer, a part of it, or none? What they leave, and what a free curve would explain beside them or
     // instead of them, goes through the table of rules. Here a case becomes `unknown`.
     progress("verdict");
-    let mut judgement = evidence::judge(&selection, &criteria, options.seed);
+    let mut judgement = evidence::judge(&selection, criteria, options.seed);
 
     // Fit once more, on the windows by which the gap is defined and to more samples than a choice needs: the verdict stands,
     // the numbers of the report are these.
@@ -172,10 +199,10 @@ fn diagnose_and<T>(
     let mut models = fitted(&judgement, &selection);
     // A further effect whose strength may be none and without which the gap is the same is none, however sure a filter is.
     while !case.is_coupled()
-        && let Some(idle) = in_gap::idle(case, &selection, &models, &criteria)
-        && selection.drop_effect((coarse, &alignments), idle, &criteria)
+        && let Some(idle) = in_gap::idle(case, &selection, &models, criteria)
+        && selection.drop_effect((coarse, &alignments), idle, criteria)
     {
-        judgement = evidence::judge(&selection, &criteria, options.seed);
+        judgement = evidence::judge(&selection, criteria, options.seed);
         models = fitted(&judgement, &selection);
     }
     let mut named = judgement.decision.names_effects().then_some(&selection.best.fitted);
@@ -196,7 +223,7 @@ fn diagnose_and<T>(
         let share = criteria.localisation.event_share;
         let practice =
             |fit: &[Predicted], holdout: &[Predicted]| practice(case, natural, share, [fit, holdout]);
-        judgement.decision = in_practice(judgement.decision, &practice(&fit, &holdout), &criteria);
+        judgement.decision = in_practice(judgement.decision, &practice(&fit, &holdout), criteria);
         let tried = &selection.best.fitted;
         let is_overruled = judgement.decision.verdict == Verdict::Unknown && judgement.evidence.is_named();
         if is_overruled && tried.shape.effects.len() == 1 {
@@ -204,7 +231,7 @@ fn diagnose_and<T>(
             let with_built = with.build();
             let (fit_with, holdout_with) =
                 (predict(&with_built, &case.fit), predict(&with_built, &case.holdout));
-            if let Some(decision) = in_spite_of_curve(&practice(&fit_with, &holdout_with), &criteria) {
+            if let Some(decision) = in_spite_of_curve(&practice(&fit_with, &holdout_with), criteria) {
                 judgement.decision = decision;
                 judgement.forget_missing();
                 named = Some(tried);
@@ -216,7 +243,7 @@ fn diagnose_and<T>(
             let models = calibrated.extended_by(thin, Some(&missing.fitted));
             let built = models.build();
             let practice = practice(&predict(&built, &case.fit), &predict(&built, &case.holdout));
-            judgement.decision = in_practice_of_curve(judgement.decision, &practice, &criteria);
+            judgement.decision = in_practice_of_curve(judgement.decision, &practice, criteria);
             judgement.forget_missing();
         }
         judgement.look_beside();
@@ -250,9 +277,9 @@ fn diagnose_and<T>(
         [&fit, &holdout],
         natural,
         regime,
-        &criteria,
+        criteria,
     );
-    let mut detail = details::detail(case, &selection, &judgement, &models, &report, &criteria);
+    let mut detail = details::detail(case, &selection, &judgement, &models, &report, criteria);
     detail.case = options.case.clone();
     detail.settings = settings(options, &selection);
     detail.heat_map = heat_map;
@@ -265,8 +292,8 @@ fn diagnose_and<T>(
     detail.notes.extend(notes.iter().cloned());
     let predictions = predictions::tables(&case.holdout, &holdout).unwrap_or_default();
     let vehicle = models.vehicle();
-    let report = Report { seconds: started.elapsed().as_secs_f64(), notes, ..report };
-    let more = more(case, &selection, &report, &criteria);
+    let report = Report { notes, ..report };
+    let more = more(case, &selection, &report, criteria);
     (Outcome { report, detail, predictions, vehicle }, more)
 }
 
