@@ -198,18 +198,14 @@ pub(crate) fn idle(
         own.is_some_and(|own| own.predictive < limits.doubted_predictive_share * own.gain)
     };
     let is_loose = selection.best.tolerance >= criteria.pursuit.gross_tolerance;
-    let is_doubted = |e: usize| is_faint(e) || (lost[e] < most && (is_loose || is_of_one_run(e)));
-    let asked = (0..lost.len()).filter(|e| lost[*e] < most || is_doubted(*e));
+    let is_doubted = |e: usize| is_faint(e) || is_loose || is_of_one_run(e);
+    let further: Vec<usize> = (0..lost.len()).filter(|e| lost[*e] < most).collect();
     let grown = |e: usize| {
-        let [fitted, predicted] = models.growth_without(case, e, true, [&case.fit, &case.holdout]);
-        (e, fitted.unwrap_or(0.0), predicted)
+        let (fitted, predicted) = models.growth_without(case, e, true);
+        let does_nothing = fitted < limits.least_shown
+            || (is_doubted(e) && predicted.unwrap_or(fitted).max(fitted) < limits.least_further_reduction);
+        does_nothing.then_some((e, fitted))
     };
-    let grown: Vec<(usize, f64, Option<f64>)> =
-        asked.collect::<Vec<_>>().into_par_iter().map(grown).collect();
-    let is_idle = |(e, fitted, predicted): &(usize, f64, Option<f64>)| {
-        let largest = predicted.map_or(*fitted, |predicted| predicted.max(*fitted));
-        *fitted < limits.least_shown || (is_doubted(*e) && largest < limits.least_further_reduction)
-    };
-    let least = grown.into_iter().filter(is_idle).min_by(|a, b| a.1.total_cmp(&b.1));
-    least.map(|(effect, ..)| effect)
+    let idle: Vec<(usize, f64)> = further.into_par_iter().filter_map(grown).collect();
+    idle.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).map(|(effect, _)| effect)
 }

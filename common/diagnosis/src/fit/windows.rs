@@ -41,8 +41,7 @@ impl Models {
     /// These models fitted again to other samples of the same runs, from where they stand.
     pub(crate) fn on_samples_of(&self, case: &Case) -> Self {
         let calibrated = fit_free(case, &self.nominal, std::slice::from_ref(&self.calibrated));
-        let (extended_shape, extended) = (self.nominal.clone(), calibrated.clone());
-        Self { nominal: self.nominal.clone(), calibrated, extended_shape, extended }
+        Self { calibrated, ..self.clone() }.extended_by(case, None)
     }
 
     /// These models with the effects of `named` in the extended one, or with none.
@@ -71,18 +70,12 @@ impl Models {
     /// By how much the gap grows, relative, where one effect is taken out of the extended model: the larger of fitted and
     /// predicted runs. All else stays, or is fitted again if `refit`, so that what can stand in for it does.
     pub(crate) fn grows_without(&self, case: &Case, effect: usize, refit: bool) -> f64 {
-        let grows = self.growth_without(case, effect, refit, [&case.fit, &case.holdout]);
-        grows.into_iter().flatten().fold(f64::NEG_INFINITY, f64::max)
+        let (fitted, predicted) = self.growth_without(case, effect, refit);
+        predicted.map_or(fitted, |predicted| predicted.max(fitted))
     }
 
-    /// The same of some sets of runs, each by itself; `None` where there are none.
-    pub(crate) fn growth_without<const N: usize>(
-        &self,
-        case: &Case,
-        effect: usize,
-        refit: bool,
-        sets: [&[Run]; N],
-    ) -> [Option<f64>; N] {
+    /// The same of fitted runs, and of predicted ones, if there are any.
+    pub(crate) fn growth_without(&self, case: &Case, effect: usize, refit: bool) -> (f64, Option<f64>) {
         let (shape, theta) = self.extended_shape.without(&self.extended, effect);
         let theta = if refit { fit(case, &shape, &[theta]) } else { theta };
         let models = [self.extended_shape.build(&self.extended), shape.build(&theta)];
@@ -92,10 +85,11 @@ impl Models {
                 runs.iter().flat_map(|run| open_loop::tallies(built, run, &sigma)).collect();
             Tally::total(&tallies).gap()
         };
-        sets.map(|runs| {
+        let growth = |runs: &[Run]| {
             let [with, without] = [0, 1].map(|model| gap(&models[model], runs));
-            (!runs.is_empty()).then(|| without / with.max(f64::MIN_POSITIVE) - 1.0)
-        })
+            without / with.max(f64::MIN_POSITIVE) - 1.0
+        };
+        (growth(&case.fit), (!case.holdout.is_empty()).then(|| growth(&case.holdout)))
     }
 
     /// The vehicle file of the extended model: fitted nuisances, each pad's own level, and the effects found.
