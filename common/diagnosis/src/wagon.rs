@@ -184,9 +184,9 @@ fn answer<T>(
     progress("fit on windows");
     let (coarse, like_heard) =
         (case, |finer: &Case| Case { noise: case.noise, notes: case.notes.clone(), ..finer.clone() });
-    let finer = thinned
-        .is_some()
-        .then(|| like_heard(recorded.thinned(criteria.report.rate_hz).as_ref().unwrap_or(recorded)));
+    let is_coarse = thinned.is_some() && criteria.pursuit.rate_hz < criteria.report.rate_hz;
+    let finer =
+        is_coarse.then(|| like_heard(recorded.thinned(criteria.report.rate_hz).as_ref().unwrap_or(recorded)));
     let case = finer.as_ref().unwrap_or(coarse);
     let calibrated = match &finer {
         Some(finer) => calibrated.on_samples_of(finer),

@@ -290,9 +290,10 @@ pub struct VerdictLimits {
     /// Share of its gain on all runs below which a further effect that gains no more when it is fitted to the other runs must show in the
     /// gap. Set by hand (family).
     pub doubted_predictive_share: f64,
-    /// Relative reduction of the gap below which a further effect whose strength may be none does next to nothing. Set by hand (open).
+    /// Growth of the gap of fitted runs, relative, below which the one effect taken out did next to nothing, of further effects that
+    /// are doubted. Set by hand (open).
     pub least_further_reduction: f64,
-    /// The same of any further effect, in fitted runs alone. Set by hand (open): as [`Self::least_curve_reduction`].
+    /// The same of any further effect. Set by hand (open): as [`Self::least_curve_reduction`].
     pub least_shown: f64,
     /// Share of what a free curve at an effect's own place explains that the effect must explain to be named although the
     /// curve explains much more. Set by hand (family): a lag where the cylinder's rate is limited explains six tenths.

@@ -173,10 +173,9 @@ impl Fit {
     }
 }
 
-/// The effect, of several, without which the gap grows least, if that is next to nothing: of fitted runs a few hundredths, of any but
-/// the strongest; or of fitted and of predicted runs some hundredths, of those whose evidence is a small part of the strongest one's and whose
-/// strength may be none, and of all but the strongest that gain much less when they are fitted to other runs or by a filter that tolerates
-/// gross errors.
+/// The effect, of several, without which the gap of fitted runs grows least, if that is next to nothing: a few hundredths, of any
+/// but the strongest; some more of one whose evidence is a small part of the strongest one's and whose strength may be none, or
+/// that gains much less when it is fitted to other runs, and of all but the strongest with a filter that tolerates gross errors.
 pub(crate) fn idle(
     case: &Case,
     selection: &Selection,
@@ -201,10 +200,9 @@ pub(crate) fn idle(
     let is_doubted = |e: usize| is_faint(e) || is_loose || is_of_one_run(e);
     let further: Vec<usize> = (0..lost.len()).filter(|e| lost[*e] < most).collect();
     let grown = |e: usize| {
-        let (fitted, predicted) = models.growth_without(case, e, true);
-        let does_nothing = fitted < limits.least_shown
-            || (is_doubted(e) && predicted.unwrap_or(fitted).max(fitted) < limits.least_further_reduction);
-        does_nothing.then_some((e, fitted))
+        let least = if is_doubted(e) { limits.least_further_reduction } else { limits.least_shown };
+        let fitted = models.fitted_grows_without(case, e);
+        (fitted < least).then_some((e, fitted))
     };
     let idle: Vec<(usize, f64)> = further.into_par_iter().filter_map(grown).collect();
     idle.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).map(|(effect, _)| effect)

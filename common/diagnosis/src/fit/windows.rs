@@ -67,29 +67,23 @@ impl Models {
         ]
     }
 
-    /// By how much the gap grows, relative, where one effect is taken out of the extended model: the larger of fitted and
-    /// predicted runs. All else stays, or is fitted again if `refit`, so that what can stand in for it does.
-    pub(crate) fn grows_without(&self, case: &Case, effect: usize, refit: bool) -> f64 {
-        let (fitted, predicted) = self.growth_without(case, effect, refit);
-        predicted.map_or(fitted, |predicted| predicted.max(fitted))
+    /// By how much the gap grows, relative, where one effect is taken out of the extended model and all else stays: the larger of
+    /// fitted and predicted runs.
+    pub(crate) fn grows_without(&self, case: &Case, effect: usize) -> f64 {
+        let (shape, theta) = self.extended_shape.without(&self.extended, effect);
+        let models = [self.extended_shape.build(&self.extended), shape.build(&theta)];
+        let growth = |runs: &[Run]| growth(case, runs, models.each_ref());
+        match case.holdout.is_empty() {
+            true => growth(&case.fit),
+            false => growth(&case.holdout).max(growth(&case.fit)),
+        }
     }
 
-    /// The same of fitted runs, and of predicted ones, if there are any.
-    pub(crate) fn growth_without(&self, case: &Case, effect: usize, refit: bool) -> (f64, Option<f64>) {
+    /// The same of fitted runs alone, with all else fitted again, so that what can stand in for the effect does.
+    pub(crate) fn fitted_grows_without(&self, case: &Case, effect: usize) -> f64 {
         let (shape, theta) = self.extended_shape.without(&self.extended, effect);
-        let theta = if refit { fit(case, &shape, &[theta]) } else { theta };
-        let models = [self.extended_shape.build(&self.extended), shape.build(&theta)];
-        let sigma = sigmas(&case.vehicle.sensors);
-        let gap = |built: &Built, runs: &[Run]| {
-            let tallies: Vec<Tally> =
-                runs.iter().flat_map(|run| open_loop::tallies(built, run, &sigma)).collect();
-            Tally::total(&tallies).gap()
-        };
-        let growth = |runs: &[Run]| {
-            let [with, without] = [0, 1].map(|model| gap(&models[model], runs));
-            without / with.max(f64::MIN_POSITIVE) - 1.0
-        };
-        (growth(&case.fit), (!case.holdout.is_empty()).then(|| growth(&case.holdout)))
+        let theta = fit(case, &shape, &[theta]);
+        growth(case, &case.fit, [&self.extended_shape.build(&self.extended), &shape.build(&theta)])
     }
 
     /// The vehicle file of the extended model: fitted nuisances, each pad's own level, and the effects found.
@@ -108,6 +102,17 @@ impl Models {
         }
         vehicle
     }
+}
+
+/// By how much the gap of some runs is larger, relative, by the second of two models.
+fn growth(case: &Case, runs: &[Run], models: [&Built; 2]) -> f64 {
+    let sigma = sigmas(&case.vehicle.sensors);
+    let gap = |built: &Built| {
+        let tallies = runs.iter().flat_map(|run| open_loop::tallies(built, run, &sigma));
+        Tally::total(&tallies.collect::<Vec<Tally>>()).gap()
+    };
+    let [with, without] = models.map(gap);
+    without / with.max(f64::MIN_POSITIVE) - 1.0
 }
 
 /// [`fit`] of a wagon that runs alone, clear of the edge of sliding. Open loop, the couplers of a coupled wagon hide everything else: there the fit on

@@ -167,7 +167,7 @@ fn effects(
                 confidence: f64::NAN,
                 p: None,
                 score: Some(confidence::score(standing, &criteria.confidence)),
-                gap_grows_without: (!case.is_coupled()).then(|| models.grows_without(case, e, false)),
+                gap_grows_without: (!case.is_coupled()).then(|| models.grows_without(case, e)),
                 equivalent,
                 rivals,
                 parameters,

@@ -81,6 +81,13 @@ impl Alert {
         );
     }
 
+    /// What happens at one of its wagons, in words that need not name the wagon.
+    pub(crate) fn reason_at(&self, wagon: u32) -> String {
+        let there: Vec<AlertPlace> =
+            self.places.iter().filter(|place| place.wagon == wagon).cloned().collect();
+        place::reason(Scope::Wagon, &there)
+    }
+
     /// Names the latest recording that was kept of its wagon.
     pub(super) fn find_recording(&mut self, recordings: &Recordings) {
         if let Some(path) = recordings.of(self).first() {

@@ -202,7 +202,7 @@ fn accuse(table: Table, alerts: &[Alert], rows: &mut [WagonRow], wagons: &mut [W
             }
             if place.grade > row.grade {
                 row.grade = place.grade;
-                row.reason = alert.reason.clone();
+                row.reason = alert.reason_at(place.wagon);
                 (wagon.grade, wagon.reason) = (row.grade, row.reason.clone());
             }
             let accused = |wheelset: &&mut WheelsetView| Some(wheelset.id) == place.wheelset;

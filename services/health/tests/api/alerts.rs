@@ -187,6 +187,32 @@ async fn what_is_well_again_is_worth_a_look_until_its_alert_is_over() {
     assert!(well.contains("All wagons are well"));
 }
 
+/// "Wagon 8: wagon 8: well since" once stood above the train.
+#[tokio::test]
+async fn a_wagon_that_speaks_again_is_named_once() {
+    let mut store = sound_train();
+    let mut play = |from_s: u32, until_s: u32, wagons: std::ops::Range<u32>| {
+        for tenth in 10 * from_s..10 * until_s {
+            let now = later(f64::from(tenth) * 0.1);
+            for wagon in wagons.clone() {
+                store.receive_health(wagon, &health(wagon, now), now).unwrap();
+            }
+            let _ = store.snapshot(now);
+        }
+    };
+    play(0, 20, 1..9);
+    play(20, 40, 1..8);
+    play(40, 41, 1..9);
+    let (router, _) = serve(&mut store, later(41.0));
+    let alert = get_json(&router, "/api/v1/alerts").await["alerts"][0].clone();
+    assert_eq!((&alert["cause"], &alert["grade_now"]), (&"silent".into(), &"watch".into()));
+    let row = get_json(&router, "/api/v1/train").await["worst"][0].clone();
+    let reason = row["reason"].as_str().unwrap();
+    assert!(reason.starts_with("well since 2026-03-01T12:00:40.000Z; before: no data since"), "{reason}");
+    let train = get_json(&router, "/api/v1/train").await;
+    assert_eq!(train["reason"], format!("wagon 8: {reason}"));
+}
+
 /// A recording that was played to its end once raised "no data, act" for every wagon.
 #[tokio::test]
 async fn a_recording_that_has_ended_is_not_missing() {
