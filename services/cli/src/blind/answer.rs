@@ -67,6 +67,8 @@ pub(super) struct Answer {
     pub most_p: f64,
     /// Entropy of the sets that are listed, nats.
     pub entropy: f64,
+    /// Gap of the fitted runs that the calibrated model leaves.
+    pub calibrated_fit: f64,
     /// Holdout gaps of the calibrated and the extended model.
     pub calibrated: f64,
     /// The same of the extended model.
@@ -101,6 +103,7 @@ impl Answer {
             most_p: p().fold(f64::NAN, f64::max),
             entropy: -p().filter(|p| *p > 0.0).map(|p| p * p.ln()).sum::<f64>(),
             verdict_set,
+            calibrated_fit: number("/gap/fit/calibrated"),
             calibrated: number("/gap/holdout/calibrated"),
             extended: number("/gap/holdout/extended"),
             sets,

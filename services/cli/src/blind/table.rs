@@ -42,6 +42,7 @@ pub(super) fn markdown(score: &Score, outcomes: &[Outcome], head: &Head) -> Stri
     };
     let nothing = || [String::new(), String::new()];
     row("top-1, one effect", rate(score.top_1), baselines.map(|baseline| rate(baseline.top_1)), "≥ 0.90");
+    row("… that the calibration under test does not take up", rate(score.top_1_of_left), nothing(), "");
     row("top-1 or a declared equivalent", rate(score.top_1_or_equivalent), nothing(), "≥ 0.95");
     row("term, one effect", rate(score.term), nothing(), "≥ 0.95");
     row(
@@ -56,6 +57,7 @@ pub(super) fn markdown(score: &Score, outcomes: &[Outcome], head: &Head) -> Stri
         baselines.map(|b| rate(b.unknown_called_unknown)),
         "≥ 0.85",
     );
+    row("… that the calibration under test does not take up", rate(score.unknown_of_left), nothing(), "");
     row("… and no effect named beside it", rate(score.unknown_and_nothing_else), nothing(), "");
     row("… with the right term", rate(score.unknown_with_right_term), nothing(), "≥ 0.80");
     row("… whose id was withheld", rate(score.withheld_called_unknown), nothing(), "");
