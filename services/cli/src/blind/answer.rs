@@ -159,7 +159,7 @@ mod tests {
                          "parameters": {"gain": {"value": 0.3, "ci95": [0.2, 0.4]}}}],
             "posterior": [{"effects": ["sanding"], "unknown": true, "p": 0.5}, {"effects": [], "unknown": false, "p": 0.5}],
             "verdict_set": [0, 7],
-            "gap": {"holdout": {"calibrated": 8.0, "extended": 2.0}}
+            "gap": {"fit": {"calibrated": 9.0}, "holdout": {"calibrated": 8.0, "extended": 2.0}}
         });
         let answer = Answer::read(&report);
         assert_eq!((answer.stated(), answer.most_p), (0.9, 0.5));
@@ -174,6 +174,6 @@ mod tests {
         assert_eq!(answer.word(), "sanding + unknown");
         assert!(answer.effects[0].is("self_cleaning") && !answer.effects[0].is("brake_lag"));
         assert_eq!(answer.effects[0].parameters["gain"], (0.3, 0.2, 0.4));
-        assert_eq!((answer.calibrated, answer.extended), (8.0, 2.0));
+        assert_eq!((answer.calibrated_fit, answer.calibrated, answer.extended), (9.0, 8.0, 2.0));
     }
 }

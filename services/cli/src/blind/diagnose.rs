@@ -352,6 +352,20 @@ END
     }
 
     #[test]
+    fn an_effect_is_left_where_the_calibration_leaves_a_tenth_more_than_the_twin() {
+        let folder = tempfile::tempdir().unwrap();
+        let outcome = surgery(folder.path(), "1.0").outcome(&made(folder.path())).unwrap();
+        let floor = outcome.made.label.gap_without_the_effect.fit;
+        let is_left = |gap: f64| {
+            let mut told = outcome.clone();
+            told.answer.as_mut().unwrap().calibrated_fit = gap;
+            told.is_left_by_calibration()
+        };
+        assert!(is_left(1.2 * floor) && !is_left(1.05 * floor));
+        assert!(!is_left(f64::NAN), "a report that does not say it");
+    }
+
+    #[test]
     fn an_interrupted_run_takes_reports_over_under_the_same_circumstances() {
         let folder = tempfile::tempdir().unwrap();
         let made = made(folder.path());
