@@ -46,6 +46,7 @@ pub mod law_bench;
 pub mod model;
 pub mod plan;
 pub mod predict;
+mod shown;
 pub mod wagon;
 pub mod words;
 pub mod write;

@@ -20,14 +20,13 @@ use crate::data::lacks;
 use crate::decide::criteria::Criteria;
 use crate::decide::evidence::{self, Judgement};
 use crate::decide::in_gap::{self, Search};
-use crate::decide::practice::{Practice, in_practice, in_practice_of_curve, in_spite_of_curve};
 use crate::decide::selection::{self, Selection};
 use crate::fit::windows::Models;
 use crate::model::parameters::Built;
 use crate::plan::{self, Limits, Plan};
 use crate::predict::disturbances::DisturbanceModel;
 use crate::predict::{natural, open_loop};
-use crate::write::predictions::Predicted;
+use crate::shown::{Shown, Trial};
 use crate::write::{details, predictions, regime, report};
 use railgrip_recording::Table;
 use railgrip_vehicle::VehicleParameters;
@@ -205,60 +204,41 @@ fn answer<T>(
         judgement = evidence::judge(&selection, criteria, options.seed);
         models = fitted(&judgement, &selection);
     }
-    let mut named = judgement.decision.names_effects().then_some(&selection.best.fitted);
-    // What is predicted and reported is the gap of all samples.
+
+    // Predict: what is shown is the gap of all samples.
     let thin = case;
     let dense = thinned.is_some().then(|| like_heard(recorded));
     let case = dense.as_ref().unwrap_or(case);
-    let mut built = models.build();
-    let predict = |built: &[Built; 3], runs: &[Run]| predictions::predict(case, runs, built.each_ref());
-    let (mut fit, mut holdout) = (predict(&built, &case.fit), predict(&built, &case.holdout));
+    let tried = &selection.best.fitted;
+    let mut shown = Shown::new(case, models, judgement.decision.names_effects().then_some(tried));
 
-    // What a right model would leave: the noise that was heard, drifting pads and gusts, on these very runs.
-    let natural = (!case.is_coupled()).then(|| natural_gap(case, &built[1], options.seed));
-
-    // In practice: what does next to nothing to the gap is no answer to where it comes from, and a gap that is left is one. That
-    // of a coupled wagon is mostly its couplers.
+    // In practice: is the gap what a right model would leave on these very runs, with the noise that was heard, drifting pads and
+    // gusts? That of a coupled wagon is mostly its couplers.
+    let natural = (!case.is_coupled()).then(|| natural_gap(case, &shown.built[1], options.seed));
     if let Some(natural) = natural {
-        let share = criteria.localisation.event_share;
-        let practice =
-            |fit: &[Predicted], holdout: &[Predicted]| practice(case, natural, share, [fit, holdout]);
-        judgement.decision = in_practice(judgement.decision, &practice(&fit, &holdout), criteria);
-        let tried = &selection.best.fitted;
-        let is_overruled = judgement.decision.verdict == Verdict::Unknown && judgement.evidence.is_named();
-        if is_overruled && tried.shape.effects.len() == 1 {
-            let with = calibrated.extended_by(thin, Some(tried));
-            let with_built = with.build();
-            let (fit_with, holdout_with) =
-                (predict(&with_built, &case.fit), predict(&with_built, &case.holdout));
-            if let Some(decision) = in_spite_of_curve(&practice(&fit_with, &holdout_with), criteria) {
-                judgement.decision = decision;
-                judgement.forget_missing();
-                named = Some(tried);
-                (models, built, fit, holdout) = (with, with_built, fit_with, holdout_with);
-            }
-        }
-        let is_unnamed = judgement.decision.verdict == Verdict::Unknown;
-        if is_unnamed && let Some(missing) = &judgement.missing {
-            let models = calibrated.extended_by(thin, Some(&missing.fitted));
-            let built = models.build();
-            let practice = practice(&predict(&built, &case.fit), &predict(&built, &case.holdout));
-            judgement.decision = in_practice_of_curve(judgement.decision, &practice, criteria);
-            judgement.forget_missing();
-        }
-        judgement.look_beside();
-        if named.is_some() && !judgement.decision.names_effects() {
-            named = None;
-            models = calibrated.clone();
-            built = models.build();
-            (fit, holdout) = (predict(&built, &case.fit), predict(&built, &case.holdout));
-        }
+        let trial = Trial { case, fitted: thin, calibrated: &calibrated, natural, criteria };
+        shown = trial.revise(&mut judgement, tried, shown);
     }
 
-    // Write: predictions of the three models, the report, what is shown beside it, the vehicle file.
+    // Write: the report, what is shown beside it, predictions of the three models, the vehicle file.
     progress("report");
-    let [_, calibrated, extended] = &built;
-    let answer = match named.and_then(|fitted| fitted.shape.effects.first()) {
+    let outcome = written(case, options, &selection, &judgement, &shown, natural, criteria);
+    let more = more(case, &selection, &outcome.report, criteria);
+    (outcome, more)
+}
+
+/// Writes down what was found.
+fn written(
+    case: &Case,
+    options: &Options,
+    selection: &Selection,
+    judgement: &Judgement,
+    shown: &Shown,
+    natural: Option<NaturalGap>,
+    criteria: &Criteria,
+) -> Outcome {
+    let ([_, calibrated, extended], models) = (&shown.built, &shown.models);
+    let answer = match shown.named.and_then(|fitted| fitted.shape.effects.first()) {
         Some(effect) => {
             Some(regime::Answer { term: effect.spec.term, variable: regime::variable_of(effect.spec.id) })
         }
@@ -268,55 +248,22 @@ fn answer<T>(
         }),
     };
     let (heat_map, regime) = regime::locate(case, calibrated, extended, criteria.report.region_share, answer);
-    let report = report::report(
-        case,
-        options.seed,
-        &selection,
-        &judgement,
-        &models,
-        [&fit, &holdout],
-        natural,
-        regime,
-        criteria,
-    );
-    let mut detail = details::detail(case, &selection, &judgement, &models, &report, criteria);
+    let predicted = [&shown.fit[..], &shown.holdout[..]];
+    let (seed, widening) = (options.seed, criteria.report.widening);
+    let report =
+        report::report(case, seed, selection, judgement, models, predicted, natural, regime, criteria);
+    let mut detail = details::detail(case, selection, judgement, models, &report, criteria);
     detail.case = options.case.clone();
-    detail.settings = settings(options, &selection);
+    detail.settings = settings(options, selection);
     detail.heat_map = heat_map;
-    details::add_runs(&mut detail, case, &fit, &holdout);
-    detail.effect_curves =
-        details::effect_curves(case, &selection, &models, calibrated, &report, criteria.report.widening);
+    details::add_runs(&mut detail, case, &shown.fit, &shown.holdout);
+    detail.effect_curves = details::effect_curves(case, selection, models, calibrated, &report, widening);
     let lacks = lacks::of(case).into_iter().map(|lack| format!("the recordings show little: {}", lack.words));
     let coupled = case.is_coupled().then(|| COUPLED.to_owned());
     let notes: Vec<String> = case.notes.iter().cloned().chain(lacks).chain(coupled).collect();
     detail.notes.extend(notes.iter().cloned());
-    let predictions = predictions::tables(&case.holdout, &holdout).unwrap_or_default();
-    let vehicle = models.vehicle();
-    let report = Report { notes, ..report };
-    let more = more(case, &selection, &report, criteria);
-    (Outcome { report, detail, predictions, vehicle }, more)
-}
-
-/// What the models do to the gap of fitted and of predicted runs; `natural` is what a right model would leave of it.
-fn practice(
-    case: &Case,
-    natural: NaturalGap,
-    event_share: f64,
-    [fit, holdout]: [&[Predicted]; 2],
-) -> Practice {
-    let gaps = |runs: &[Predicted]| {
-        let [_, calibrated, extended] = predictions::totals(runs).map(|tally| tally.gap());
-        [calibrated, extended]
-    };
-    let is_held_out = !holdout.is_empty();
-    Practice {
-        fitted: gaps(fit),
-        held_out: is_held_out.then(|| gaps(holdout)),
-        predicted: is_held_out.then(|| predictions::robust_gaps(holdout)),
-        moved: predictions::moved(case, holdout),
-        lasting: predictions::lasting_gaps([fit, holdout], event_share),
-        natural: [natural.fit, natural.holdout.unwrap_or(natural.fit)],
-    }
+    let predictions = predictions::tables(&case.holdout, &shown.holdout).unwrap_or_default();
+    Outcome { report: Report { notes, ..report }, detail, predictions, vehicle: models.vehicle() }
 }
 
 /// The gap that the calibrated model would leave if it were right.

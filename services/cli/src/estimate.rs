@@ -20,7 +20,7 @@ use railgrip_filter::{
     smooth_record,
 };
 use railgrip_messages::{Estimate, Sample};
-use railgrip_recording::{BogieRecording, Mapping, MotorRecording, Recording, Row, Strictness};
+use railgrip_recording::{BogieRecording, Mapping, MotorRecording, Quantity, Recording, Row, Strictness};
 use railgrip_settings::{Overrides, TrainSettings};
 use railgrip_vehicle::{Running, VehicleParameters};
 
@@ -145,6 +145,9 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
             "; {empty} rows left empty, because no speed was measured for long (nothing_measured)"
         ));
     }
+    if let Some(lacking) = recorded.lacking() {
+        text.push_str(&format!("; cells without a value: {lacking}"));
+    }
     let without = counted.silent.saturating_sub(empty);
     // The first rows of a filter are no news.
     if without * 20 > recorded.rows() {
@@ -214,6 +217,23 @@ impl Recorded {
             Self::Traction(recording) => recording.rows.len(),
             Self::Bogie(recording) => recording.rows.len(),
         }
+    }
+
+    /// Cells without a value of a wagon's recording, counted by column; `None` where there are none.
+    fn lacking(&self) -> Option<String> {
+        let Self::Wagon(recording) = self else { return None };
+        let mut counted = Vec::new();
+        for quantity in Quantity::ALL {
+            let columns = if quantity.per_wheelset() { recording.wheelsets } else { 1 };
+            for wheelset in 0..columns {
+                let cells = recording.column(quantity, wheelset).unwrap_or_default();
+                let lacking = cells.iter().filter(|cell| !cell.is_finite()).count();
+                if lacking > 0 {
+                    counted.push(format!("{} {lacking}", quantity.column(wheelset, recording.wheelsets)));
+                }
+            }
+        }
+        (!counted.is_empty()).then(|| counted.join(", "))
     }
 
     fn inputs(&self) -> Box<dyn Iterator<Item = EstimatorInput> + '_> {

@@ -46,6 +46,20 @@ fn where_nothing_is_measured_for_long_nothing_is_estimated() {
 }
 
 #[test]
+fn cells_without_a_value_are_counted_by_their_column() {
+    let of = |rows: &str| {
+        let header = "t_s,v_m_s,omega_f_rad_s,omega_r_rad_s,f_perp_f_n,f_perp_r_n";
+        let text = format!("{header}\n{rows}");
+        let label = std::path::Path::new("run.csv");
+        let read = Recording::read_csv(text.as_bytes(), label, Strictness::Tolerant).expect("a recording");
+        Recorded::Wagon(Box::new(read)).lacking()
+    };
+    assert_eq!(of("0.0,20,43.5,43.5,0,0\n0.1,20,43.5,43.5,0,0\n"), None);
+    let holes = "0.0,NaN,43.5,43.5,0,0\n0.1,,43.5,,0,0\n0.2,20,43.5,43.5,0,0\n";
+    assert_eq!(of(holes).as_deref(), Some("v_m_s 2, omega_r_rad_s 1"));
+}
+
+#[test]
 fn without_any_measured_speed_there_is_nothing_to_estimate() {
     let rows: String = (0..4000).map(|k| format!("{},,,,8000,8000\n", f64::from(k) * 0.01)).collect();
     let error = columns_of(&rows, false).expect_err("nothing is measured");
