@@ -36,6 +36,8 @@ pub struct Detail {
     pub parameters: Vec<ParameterRow>,
     /// Candidates' intervals and forms, in the order of the report's candidates; may be shorter.
     pub candidates: Vec<CandidateDetail>,
+    /// Fitted gap with none of the candidates, found in the same way as theirs (wagon cases).
+    pub gap_without_any: Option<f64>,
     /// Candidates that the data cannot separate, and why.
     pub ties: Vec<Tie>,
     /// The test against chance.

@@ -39,7 +39,10 @@ pub fn section(report: &Report, detail: &Detail) -> Markup {
                     th.n scope="col" { "p" } th scope="col" { (t("Settled")) }
                     @if detail.candidates.iter().any(|c| !c.form.is_empty()) { th scope="col" { (t("Best form")) } }
                 } }
-                tbody { @for candidate in &report.candidates { (row(report, detail, candidate)) } }
+                tbody {
+                    @for candidate in &report.candidates { (row(report, detail, candidate)) }
+                    @if let Some(without) = detail.gap_without_any { (without_any(without, detail)) }
+                }
             } }
             @if !detail.ties.is_empty() {
                 h3 { (t("What these data cannot tell apart")) }
@@ -88,6 +91,18 @@ fn row(report: &Report, detail: &Detail, candidate: &Candidate) -> Markup {
                 }
             }
             @if forms { td.form data-label=(t("Best form")) { @if let Some(more) = more { (law(&more.form)) } } }
+        }
+    }
+}
+
+/// What the candidates' gaps compare with.
+fn without_any(without: f64, detail: &Detail) -> Markup {
+    let empty = if detail.candidates.iter().any(|c| !c.form.is_empty()) { 4 } else { 3 };
+    html! {
+        tr {
+            th scope="row" { (t("tolerances alone")) }
+            td.n data-label=(t("Gap, fitted")) { (gap(without)) }
+            @for _ in 0..empty { td {} }
         }
     }
 }

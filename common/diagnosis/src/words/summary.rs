@@ -128,6 +128,9 @@ fn candidates(text: &mut String, report: &Report, detail: &Detail) -> std::fmt::
             if candidate.converged { t("yes") } else { t("no") }
         )?;
     }
+    if let Some(without) = detail.gap_without_any {
+        writeln!(text, "| {} | {} | | | |", t("tolerances alone"), gap(without))?;
+    }
     if report.candidates.len() > MOST_CANDIDATES {
         let more = report.candidates.len() - MOST_CANDIDATES;
         writeln!(text, "\n{}", say("{count} more candidates in the report.", &[("count", &more)]))?;

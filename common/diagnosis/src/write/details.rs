@@ -9,8 +9,9 @@ use crate::data::case::{Case, Run};
 use crate::decide::criteria::Criteria;
 use crate::decide::evidence::Judgement;
 use crate::decide::selection::Selection;
+use crate::fit::candidate::Fitted;
 use crate::fit::solver::assemble;
-use crate::fit::windows::Models;
+use crate::fit::windows::{self, Models};
 use crate::model::discrepancy::{Covariate, Place};
 use crate::model::parameters::Built;
 use crate::model::places;
@@ -64,6 +65,11 @@ pub(crate) fn may_do_nothing(selection: &Selection, models: &Models, effect: usi
     holds.next() == Some(true) && holds.all(|held| held)
 }
 
+/// Gap of the fitted runs, open loop, with a model as the errors of its filter fit it.
+pub(crate) fn fit_gap(case: &Case, fitted: &Fitted) -> f64 {
+    Tally::total(&windows::tallies(case, &fitted.shape, &fitted.fit.theta)).gap()
+}
+
 pub(crate) fn detail(
     case: &Case,
     selection: &Selection,
@@ -85,6 +91,7 @@ pub(crate) fn detail(
         rule: judgement.decision.rule.words.to_owned(),
         parameters: parameters(selection, models, criteria.report.widening),
         candidates: candidate_details(selection, report),
+        gap_without_any: Some(fit_gap(case, &selection.base.fitted)),
         ties: ties(report),
         freed: freed(case.wheelsets(), selection, report),
         missing_curve: missing_curve(judgement, report),

@@ -17,10 +17,10 @@ use crate::decide::verdict::Decision;
 use crate::fit::windows::Models;
 use crate::model::discrepancy::{Covariate, Place};
 use crate::model::places;
-use crate::predict::open_loop::{self, Tally, sigmas};
+use crate::predict::open_loop::Tally;
 use crate::words::findings::AMBIENT_C;
 use crate::words::format::{plain, term};
-use crate::write::details;
+use crate::write::details::{self, fit_gap};
 use crate::write::predictions::{self, Predicted};
 use rayon::prelude::*;
 
@@ -193,7 +193,6 @@ fn candidates(
     let excess = (selection.base.fitted.fit.cost - expected).max(most);
     let mut order: Vec<&Gain> = round.gains.iter().collect();
     order.sort_by(|a, b| b.predictive.total_cmp(&a.predictive));
-    let sigma = sigmas(&case.vehicle.sensors);
     // What one named effect gains by its own filter was held against chance; the table says the same of it.
     let effects = &selection.best.fitted.shape.effects;
     let is_decided = |g: &Gain| {
@@ -205,17 +204,12 @@ fn candidates(
     };
     order
         .into_par_iter()
-        .map(|g| {
-            let built = g.fitted.shape.build(&g.fitted.fit.theta);
-            let tallies: Vec<Tally> =
-                case.fit.iter().flat_map(|run| open_loop::tallies(&built, run, &sigma)).collect();
-            Candidate {
-                id: g.id.to_owned(),
-                fit_gap: Tally::total(&tallies).gap(),
-                cv_gain: g.predictive / excess,
-                p_value: judgement.chance.as_ref().map_or(1.0, |chance| chance.p_value(gain(g))),
-                converged: g.converged,
-            }
+        .map(|g| Candidate {
+            id: g.id.to_owned(),
+            fit_gap: fit_gap(case, &g.fitted),
+            cv_gain: g.predictive / excess,
+            p_value: judgement.chance.as_ref().map_or(1.0, |chance| chance.p_value(gain(g))),
+            converged: g.converged,
         })
         .collect()
 }

@@ -118,6 +118,7 @@ fn a_wagon_case_with_traces() {
         "The seconds 20 to 30 of run wet_stop.wet",
         "disc above 140\u{a0}°C",
         "This explains the gap.",
+        "<th scope=\"row\">tolerances alone</th>",
     ] {
         assert!(page.contains(needed), "{needed}");
     }
@@ -137,6 +138,7 @@ fn the_summary_says_the_same_in_markdown() {
         "# case00: effects",
         "| holdout | 19.0 | 8.34 | 3.31 |",
         "Decided by the rule `effects_explain_gap`: The effects explain more than chance, and nothing that they leave asks for another cause.",
+        "| tolerances alone | 9.28 | | | |",
         "`brake_fade` (confidence 0.94",
         "loss of friction 8\u{a0}% per 100 K (7–9)",
         "How sure: Very likely that brake fade is at work",

@@ -222,6 +222,7 @@ pub fn wagon_detail() -> Detail {
             form: String::new(),
             on_bound: Vec::new(),
         }],
+        gap_without_any: Some(9.28),
         ties: vec![Tie {
             ids: vec!["brake_fade".to_owned(), "brake_friction_speed".to_owned()],
             because: "they predict the recordings equally well; separated by two stops from the same speed in quick succession, and one after a long cool-down".to_owned(),

@@ -359,7 +359,7 @@ END
         let is_left = |gap: f64| {
             let mut told = outcome.clone();
             told.answer.as_mut().unwrap().calibrated_fit = gap;
-            told.is_left_by_calibration()
+            told.is_left_by_calibration(super::super::make::VISIBLE)
         };
         assert!(is_left(1.2 * floor) && !is_left(1.05 * floor));
         assert!(!is_left(f64::NAN), "a report that does not say it");

@@ -19,6 +19,8 @@ use crate::sealed::{digest::digest_of_folder, files::cannot_write};
 
 /// Salience from which an effect can be seen at all.
 pub(crate) const VISIBLE: f64 = 1.1;
+/// The same of one that shows clearly.
+pub(super) const CLEAR: f64 = 1.4;
 /// Share of all cases whose id is taken out of the library.
 const WITHHELD_SHARE: f64 = 0.12;
 /// Another one spans the model of each, so that taking it out leaves the right answer in the library: wheels that are all worn

@@ -50,10 +50,11 @@ impl Outcome {
         self.made.label.effects.is_empty() || self.made.label.salience() >= VISIBLE
     }
 
-    /// Whether the calibration that was diagnosed leaves it to be seen, too: one with other freedom may take an effect up.
-    pub(super) fn is_left_by_calibration(&self) -> bool {
+    /// Whether the calibration that was diagnosed leaves a gap of so many times the floor, too: one with other freedom may take an
+    /// effect up.
+    pub(super) fn is_left_by_calibration(&self, times: f64) -> bool {
         let floor = self.made.label.gap_without_the_effect.fit;
-        self.answer.as_ref().is_some_and(|answer| answer.calibrated_fit >= VISIBLE * floor)
+        self.answer.as_ref().is_some_and(|answer| answer.calibrated_fit >= times * floor)
     }
 
     pub(super) fn says_none(&self) -> bool {

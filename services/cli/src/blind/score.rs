@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::{
     answer::Named,
     belief::{Agreement, Beliefs, Bin, agreements, beliefs, reliability},
+    make::{CLEAR, VISIBLE},
     outcome::{Outcome, Rate},
 };
 
@@ -38,19 +39,27 @@ impl Baseline {
     }
 }
 
+/// The score of effects that the calibration under test leaves to be seen.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct OfLeft {
+    /// How many times the floor the calibrated gap of the fitted runs is at least.
+    pub times: f64,
+    pub top_1: Rate,
+    pub top_1_or_equivalent: Rate,
+    pub unknown_called_unknown: Rate,
+}
+
 /// The score of a run.
 #[derive(Debug, Clone, Serialize)]
 pub(super) struct Score {
     pub failed: usize,
     pub top_1: Rate,
     pub top_1_or_equivalent: Rate,
-    /// First names that are right, of the effects that the diagnosis' own calibration leaves to be seen.
-    pub top_1_of_left: Rate,
     pub term: Rate,
     pub false_alarms: Rate,
     pub unknown_called_unknown: Rate,
-    /// The same of those that the diagnosis' own calibration leaves to be seen.
-    pub unknown_of_left: Rate,
+    /// What the diagnosis' own calibration leaves to be seen, and what it leaves clearly.
+    pub left: [OfLeft; 2],
     pub unknown_and_nothing_else: Rate,
     pub unknown_with_right_term: Rate,
     pub withheld_called_unknown: Rate,
@@ -107,18 +116,21 @@ impl Score {
             failed: outcomes.iter().filter(|outcome| outcome.answer.is_none()).count(),
             top_1: Rate::count(single(), |outcome| first(outcome, &|named, id| named.id == id)),
             top_1_or_equivalent: Rate::count(single(), |outcome| first(outcome, &|named, id| named.is(id))),
-            top_1_of_left: Rate::count(single().filter(|o| o.is_left_by_calibration()), |outcome| {
-                first(outcome, &|named, id| named.id == id)
-            }),
             term: Rate::count(single(), Outcome::term_is_right),
             false_alarms: Rate::count(none(), |outcome| {
                 outcome.answer.as_ref().is_none_or(|answer| answer.verdict != "none")
             }),
             unknown_called_unknown: Rate::count(unknown(), Outcome::says_unknown),
-            unknown_of_left: Rate::count(
-                unknown().filter(|o| o.is_left_by_calibration()),
-                Outcome::says_unknown,
-            ),
+            left: [VISIBLE, CLEAR].map(|times| {
+                let single = || single().filter(move |outcome| outcome.is_left_by_calibration(times));
+                let unknown = unknown().filter(move |outcome| outcome.is_left_by_calibration(times));
+                OfLeft {
+                    times,
+                    top_1: Rate::count(single(), |outcome| first(outcome, &|named, id| named.id == id)),
+                    top_1_or_equivalent: Rate::count(single(), |o| first(o, &|named, id| named.is(id))),
+                    unknown_called_unknown: Rate::count(unknown, Outcome::says_unknown),
+                }
+            }),
             unknown_and_nothing_else: Rate::count(unknown(), |outcome| {
                 outcome.answer.as_ref().is_some_and(|answer| answer.verdict == "unknown")
             }),

@@ -50,7 +50,7 @@ fn cells_without_a_value_are_counted_by_their_column() {
     let of = |rows: &str| {
         let header = "t_s,v_m_s,omega_f_rad_s,omega_r_rad_s,f_perp_f_n,f_perp_r_n";
         let text = format!("{header}\n{rows}");
-        let label = std::path::Path::new("run.csv");
+        let label = Path::new("run.csv");
         let read = Recording::read_csv(text.as_bytes(), label, Strictness::Tolerant).expect("a recording");
         Recorded::Wagon(Box::new(read)).lacking()
     };

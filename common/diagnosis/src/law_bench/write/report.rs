@@ -105,6 +105,7 @@ fn detail(
         missing_curve: None,
         parameters: Vec::new(),
         candidates: figures::candidates(selection),
+        gap_without_any: None,
         ties: if named { words::ties(&selection.effects, criteria) } else { Vec::new() },
         alarm: Some(alarm(findings)),
         settings: settings(findings, options),
