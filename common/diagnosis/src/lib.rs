@@ -8,7 +8,7 @@
 //! * [`predict`] – whitened one-step errors, open-loop errors, and errors with one place of the equations freed;
 //! * [`fit`] – the solver, what it minimises, whole models fitted by it;
 //! * [`decide`] – which effects are selected, what chance alone would gain, the verdict and how sure it is;
-//! * [`plan`] – the next run, which would tell apart what is left open;
+//! * [`plan`] – the next run, which would tell apart what is left open, and what it says once it is made;
 //! * [`answer`] – the form of a report; [`mod@write`] fills it, [`words`] says it in sentences, [`html`] draws it.
 //!
 //! Everything is deterministic: results are collected in the order of the library whatever the threads, random numbers

@@ -23,7 +23,7 @@ use crate::decide::in_gap::{self, Search};
 use crate::decide::selection::{self, Selection};
 use crate::fit::windows::Models;
 use crate::model::parameters::Built;
-use crate::plan::{self, Limits, Plan};
+use crate::plan::{self, Limits, Plan, Settled};
 use crate::predict::disturbances::DisturbanceModel;
 use crate::predict::{natural, open_loop};
 use crate::shown::{Shown, Trial};
@@ -79,6 +79,20 @@ pub fn plan(
     });
     let plan = plan.flatten().map(|plan| Plan { seconds: started.elapsed().as_secs_f64(), ..plan });
     (outcome, plan)
+}
+
+/// Diagnoses a case and says what a test run, which the diagnosis has not seen, makes of what is left open. `test` has it among its fitted
+/// runs.
+pub fn settle(
+    case: &Case,
+    test: &Case,
+    options: &Options,
+    progress: &(dyn Fn(&'static str) + Sync),
+) -> (Outcome, Option<Settled>) {
+    diagnose_and(case, options, progress, |case, selection, report, criteria| {
+        progress("test");
+        plan::settle((case, test), selection, report, options.seed, criteria)
+    })
 }
 
 /// Diagnoses a case, and does something more with what was weighed: at the samples that are left when dense recordings are thinned, and

@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 
 use crate::gap_shared::{LanguageArgs, SearchArgs, name_of, version, write};
 use crate::output::{apart, say};
-use crate::{CliError, blind, gap_calibrate, gap_compare, gap_plan, gap_prepare};
+use crate::{CliError, blind, gap_calibrate, gap_compare, gap_plan, gap_prepare, gap_settle};
 
 /// Diagnose the gap between simulator and recordings.
 #[derive(Debug, clap::Args)]
@@ -31,6 +31,8 @@ enum Command {
     Diagnose(DiagnoseArgs),
     /// Design the run that would best tell apart what a diagnosis leaves open
     Plan(gap_plan::Args),
+    /// Say what a test run makes of what a diagnosis leaves open
+    Settle(gap_settle::Args),
     /// Compare two reports of one vehicle: what is new, what is gone, what has changed
     Compare(gap_compare::Args),
     /// Make runs of a case out of recordings as they are: regular rate, cut at gaps, columns mapped
@@ -81,6 +83,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         Command::Diagnose(args) => diagnose(args),
         Command::Prepare(args) => gap_prepare::run(args),
         Command::Plan(args) => gap_plan::run(args),
+        Command::Settle(args) => gap_settle::run(args),
         Command::Compare(args) => gap_compare::run(args),
         Command::Effects(args) => {
             list_effects(args);

@@ -3,9 +3,10 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use railgrip_diagnosis::answer::schema::Report;
+use railgrip_diagnosis::answer::schema::{PosteriorSet, Report};
 use railgrip_diagnosis::decide::learning::{self, Agreement, Truth};
 use railgrip_diagnosis::decide::posterior::Calibration;
+use railgrip_diagnosis::decide::test_run::{Taught, TestRun, TestWeights};
 use railgrip_truth_plant::label::Gaps;
 use railgrip_vehicle::effects;
 use serde::Deserialize;
@@ -25,12 +26,25 @@ pub(crate) struct Args {
     /// Folder with a report NAME.json for each of these cases, in the order of the labels; may be repeated
     #[arg(long, value_name = "DIR", required = true)]
     reports: Vec<PathBuf>,
+    /// Learn this part anew and keep the rest of the program's calibration: spread (of values), tests (runs beside the reports,
+    /// NAME.designed.json and NAME.any.json of `gap settle`)
+    #[arg(long, value_name = "PART")]
+    only: Option<Part>,
     /// What the cases are, for whoever reads the result
     #[arg(long, value_name = "WORDS", default_value = "simulated cases")]
     provenance: String,
     /// Where the calibration goes; without it, the calibration of this program is compared with the cases and not changed
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+}
+
+/// A part of a calibration that can be learnt alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Part {
+    /// How far fitted values lie from true ones.
+    Spread,
+    /// How far a test moves probabilities.
+    Tests,
 }
 
 /// Learns a calibration, or compares the program's own with cases that it was not learnt from.
@@ -42,25 +56,40 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
             args.reports.len()
         )));
     }
-    let mut cases = Vec::new();
+    let (mut cases, mut tests) = (Vec::new(), Vec::new());
     for (labels, reports) in args.labels.iter().zip(&args.reports) {
-        read(labels, reports, &mut cases)?;
+        read(labels, reports, &mut cases, &mut tests)?;
     }
     if cases.is_empty() {
         return Err(CliError::bad_input("no report of any of these cases was found"));
     }
-    if args.out.is_some() {
+    if args.out.is_some() && args.only.is_none() {
         report_agreement(&learning::agreement_apart(&cases), cases.len(), " (told by what the others say)");
     }
-    let calibration = match args.out {
-        Some(_) => learning::learn(&cases, args.provenance.clone()),
-        None => Calibration::shipped(),
+    let provenance = || args.provenance.clone();
+    let shipped = Calibration::shipped();
+    let weights = |kept: &TestWeights| match tests.as_slice() {
+        [] => kept.clone(),
+        tests => TestWeights::fit(tests, &args.provenance),
     };
+    let calibration = match (&args.out, args.only) {
+        (None, _) => shipped,
+        (Some(_), None) => {
+            Calibration { tests: weights(&shipped.tests), ..learning::learn(&cases, provenance()) }
+        }
+        (Some(_), Some(Part::Spread)) => {
+            Calibration { spread: learning::spread(&cases, provenance()), ..shipped }
+        }
+        (Some(_), Some(Part::Tests)) => Calibration { tests: weights(&shipped.tests), ..shipped },
+    };
+    report_tests(&tests, &calibration.tests);
     for (report, _) in &mut cases {
         calibration.settle(report);
     }
     let from = if args.out.is_some() { " (on the cases that it was learnt from)" } else { "" };
     report_agreement(&learning::agreement(&cases), cases.len(), from);
+    let (held, of) = learning::values_held(&cases);
+    say(&format!("{of} values whose true ones are known: 90 % intervals hold {held}{from}"));
     if let Some(out) = &args.out {
         let text = toml::to_string_pretty(&calibration).map_err(CliError::failed)?;
         write(
@@ -88,8 +117,41 @@ fn report_agreement(agreement: &Agreement, cases: usize, from: &str) {
     ));
 }
 
-/// The reports that exist of the cases of one file of labels.
-fn read(labels: &Path, reports: &Path, cases: &mut Vec<(Report, Truth)>) -> Result<(), CliError> {
+/// One line about what tests do to the probability of the truth.
+fn report_tests(tests: &[Taught], weights: &TestWeights) {
+    if tests.is_empty() {
+        return;
+    }
+    let mean = |of: &dyn Fn(&Taught) -> Vec<PosteriorSet>| {
+        let truth = |taught: &Taught| -> f64 {
+            of(taught).iter().zip(&taught.2).filter(|(_, right)| **right).map(|(set, _)| set.p).sum()
+        };
+        tests.iter().map(truth).sum::<f64>() / tests.len() as f64
+    };
+    say(&format!(
+        "{} tests: mean probability of the truth {:.2} before and {:.2} after ({:.1} errors a window, allowance {:.2})",
+        tests.len(),
+        mean(&|(_, before, _)| before.clone()),
+        mean(&|(test, before, _)| test.reweigh(before, weights)),
+        weights.per_window,
+        weights.allowance,
+    ));
+}
+
+/// What `gap settle` wrote of a test, as far as is learnt from it.
+#[derive(Debug, Deserialize)]
+struct Told {
+    before: Vec<PosteriorSet>,
+    test: TestRun,
+}
+
+/// The reports that exist of the cases of one file of labels, and the tests beside them.
+fn read(
+    labels: &Path,
+    reports: &Path,
+    cases: &mut Vec<(Report, Truth)>,
+    tests: &mut Vec<Taught>,
+) -> Result<(), CliError> {
     let bad = |path: &Path, error: &dyn std::fmt::Display| {
         CliError::bad_input(format!("{}: {error}", path.display()))
     };
@@ -99,6 +161,14 @@ fn read(labels: &Path, reports: &Path, cases: &mut Vec<(Report, Truth)>) -> Resu
     for (index, label) in listed.into_iter().enumerate() {
         let (case, truth) = truth(label)
             .map_err(|error| bad(labels, &format!("label {} from the top: {error}", index + 1)))?;
+        for kind in ["designed", "any"] {
+            let path = reports.join(format!("{case}.{kind}.json"));
+            let Ok(file) = File::open(&path) else { continue };
+            let told: Told =
+                serde_json::from_reader(std::io::BufReader::new(file)).map_err(|error| bad(&path, &error))?;
+            let right = told.before.iter().map(|set| truth.is(set)).collect();
+            tests.push((told.test, told.before, right));
+        }
         let path = reports.join(format!("{case}.json"));
         let Ok(file) = File::open(&path) else { continue };
         let report: Report =
@@ -131,7 +201,7 @@ fn truth(label: Value) -> Result<(String, Truth), serde_json::Error> {
         plain.effects.into_iter().partition(|id| effects::find(id).is_some());
     let unknown = plain.unknown || !nameless.is_empty();
     let visible = (unknown || !known.is_empty()) && salience >= VISIBLE;
-    Ok((plain.case, Truth { effects: known, hidden: Vec::new(), unknown, visible }))
+    Ok((plain.case, Truth { effects: known, hidden: Vec::new(), unknown, visible, values: Vec::new() }))
 }
 
 /// A figure; a dash where there is nothing to tell it from.

@@ -72,6 +72,9 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         write(path, &scenario(&plan))?;
     }
     say(&plan.words);
+    say(
+        "Once it is made, put it into CASE/test as NAME.RAIL.csv: `railgrip gap settle CASE` says what it decides.",
+    );
     Ok(())
 }
 

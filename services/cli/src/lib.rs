@@ -31,6 +31,7 @@ mod gap_calibrate;
 mod gap_compare;
 mod gap_plan;
 mod gap_prepare;
+mod gap_settle;
 mod gap_shared;
 mod history;
 mod hold;

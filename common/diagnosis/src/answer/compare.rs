@@ -80,9 +80,12 @@ fn effect(id: &str, first: Option<&FoundEffect>, second: Option<&FoundEffect>) -
 }
 
 /// Whether two estimates differ by more than their standard errors together explain. A value without an interval was chosen,
-/// and any other choice differs.
+/// and any other choice differs. That a law has another form moves both alike, so noise alone counts.
 fn differ(a: &ParameterEstimate, b: &ParameterEstimate) -> bool {
-    let error = |p: &ParameterEstimate| (p.ci95[1] - p.ci95[0]) / (2.0 * NORMAL_95);
+    let error = |p: &ParameterEstimate| {
+        let [low, high] = p.by_noise.unwrap_or(p.ci95);
+        (high - low) / (2.0 * NORMAL_95)
+    };
     (a.value - b.value).abs() > NORMAL_95 * error(a).hypot(error(b))
 }
 
@@ -92,12 +95,18 @@ mod tests {
 
     #[test]
     fn estimates_differ_by_more_than_their_errors_together() {
-        let at = |value: f64, half: f64| ParameterEstimate { value, ci95: [value - half, value + half] };
+        let at = |value: f64, half: f64| ParameterEstimate::new(value, [value - half, value + half]);
+        let same_law = |value: f64| ParameterEstimate {
+            ci95: [0.0, 2.0],
+            by_noise: Some([value - 0.1, value + 0.1]),
+            value,
+        };
         for (a, b, differs) in [
             (at(1.0, 0.1), at(1.05, 0.1), false),
             // The intervals overlap, and yet the difference is more than their errors explain.
             (at(1.0, 0.1), at(1.16, 0.1), true),
             (at(1.0, 0.1), at(1.13, 0.1), false),
+            (same_law(1.0), same_law(1.16), true),
             (at(1.0, 0.0), at(2.0, 0.0), true),
             (at(1.0, 0.0), at(1.0, 0.0), false),
         ] {

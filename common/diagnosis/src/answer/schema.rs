@@ -217,8 +217,18 @@ pub struct PosteriorSet {
 pub struct ParameterEstimate {
     /// Best value.
     pub value: f64,
-    /// 95 % confidence interval.
+    /// 95 % confidence interval: of noise, and of laws whose form is another.
     pub ci95: Interval,
+    /// The part of noise alone, as the fit knows it; absent where that is all, and of what was chosen.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by_noise: Option<Interval>,
+}
+
+impl ParameterEstimate {
+    /// An estimate whose interval is of noise alone, or of no width where the value was chosen.
+    pub fn new(value: f64, ci95: Interval) -> Self {
+        Self { value, ci95, by_noise: None }
+    }
 }
 
 /// A candidate that was tried.

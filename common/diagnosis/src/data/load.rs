@@ -64,6 +64,17 @@ pub fn load(folder: &Path, vehicle: VehicleParameters) -> Result<Case, CaseError
     Ok(Case { vehicle, fit, holdout, noise, notes })
 }
 
+/// Reads the runs of a folder that are to test models of a case.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_test(folder: &Path, vehicle: VehicleParameters) -> Result<Case, CaseError> {
+    let mut notes = Vec::new();
+    let fit: Vec<Run> = read(folder, "", &vehicle, &mut notes)?.iter().map(run).collect();
+    let noise = SensorNoise::of_file(&vehicle.sensors);
+    Ok(Case { vehicle, fit, holdout: Vec::new(), noise, notes })
+}
+
 /// The recordings of a folder in regular parts. Each note is told with the folder and the run that it is about.
 fn read(
     folder: &Path,
@@ -72,7 +83,8 @@ fn read(
     notes: &mut Vec<String>,
 ) -> Result<Vec<Recording>, CaseError> {
     let mut parts = Vec::new();
-    for RunFile { name, path, .. } in runs_in(&folder.join(part))? {
+    let folder = if part.is_empty() { folder.to_owned() } else { folder.join(part) };
+    for RunFile { name, path, .. } in runs_in(&folder)? {
         let mended = Recording::read_mended(&path, &Mending::default())?;
         notes.extend(mended.notes.into_iter().map(|note| format!("{part}/{name}: {note}")));
         let found_hz = mended.parts.first().map_or(0.0, Recording::sample_rate_hz);

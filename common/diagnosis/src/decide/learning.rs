@@ -4,6 +4,9 @@ use crate::answer::schema::{FoundEffect, PosteriorSet, Report, Verdict};
 use crate::decide::holds::{Held, Holds, Lean, Signs};
 use crate::decide::posterior::{Calibration, Grounds, Scaling, grounds};
 use crate::decide::sets::{WhenWrong, fewest};
+use crate::decide::spread::{Judged, Spread, neutral};
+use crate::decide::test_run::TestWeights;
+use railgrip_vehicle::effects;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -21,10 +24,24 @@ pub struct Truth {
     pub unknown: bool,
     /// Whether any of it could be seen at all.
     pub visible: bool,
+    /// True values of parameters that mean the same in the plant and in the library.
+    pub values: Vec<TrueValue>,
+}
+
+/// The true value of a parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrueValue {
+    /// Id of its effect.
+    pub effect: String,
+    /// Its name in the library.
+    pub parameter: &'static str,
+    /// Value in the library's unit.
+    pub value: f64,
 }
 
 impl Truth {
-    fn is(&self, set: &PosteriorSet) -> bool {
+    /// Whether a set is what was at work.
+    pub fn is(&self, set: &PosteriorSet) -> bool {
         let nothing = set.effects.is_empty() && !set.unknown;
         let says = set.unknown || !set.effects.is_empty();
         let at_work = says && set.effects.iter().all(|id| self.effects.contains(id));
@@ -128,6 +145,29 @@ fn judged_names((report, truth): &Case) -> Vec<(Grounds, bool)> {
     report.effects.iter().filter_map(of).collect()
 }
 
+/// Learns how far fitted values lie from true ones, from cases in which some are known.
+pub fn spread(cases: &[Case], provenance: String) -> Spread {
+    Spread::fit(&cases.iter().flat_map(judged_values).collect::<Vec<Judged>>(), provenance)
+}
+
+/// How often 90 % intervals hold the true values that are known, and of how many.
+pub fn values_held(cases: &[Case]) -> (usize, usize) {
+    let judged: Vec<Judged> = cases.iter().flat_map(judged_values).collect();
+    (judged.iter().filter(|one| one.is_held()).count(), judged.len())
+}
+
+/// The fitted values of a case whose true ones are known.
+fn judged_values((report, truth): &Case) -> Vec<Judged> {
+    let of = |known: &TrueValue| {
+        let effect = report.effects.iter().find(|effect| effect.id == known.effect)?;
+        let estimate = *effect.parameters.get(known.parameter)?;
+        let (spec, _) = effects::find(&known.effect)?;
+        let parameter = spec.parameters.iter().find(|parameter| parameter.name == known.parameter)?;
+        Some(Judged { estimate, neutral: neutral(parameter), truth: known.value })
+    };
+    truth.values.iter().filter_map(of).collect()
+}
+
 /// What a case held: nothing that shows, known effects, something unknown.
 fn class(report: &Report, truth: &Truth) -> usize {
     let named = |id: &String| report.effects.iter().any(|effect| means(effect, id));
@@ -169,13 +209,15 @@ fn with(cases: &[Case], provenance: String, widths: Widths) -> Calibration {
     let places = Lean::fit(&classes.iter().filter_map(held).collect::<Vec<Held>>(), widths.lean);
     let names: Vec<(Grounds, bool)> = cases.iter().flat_map(judged_names).collect();
     Calibration {
-        provenance,
+        provenance: provenance.clone(),
         cases: cases.len(),
         set_level: HELD,
         names: Scaling::fit(&names, widths.names),
         first_wrong: when_wrong(wrong[0]),
         further_wrong: when_wrong(wrong[1]),
         alone: scatter(cases),
+        spread: spread(cases, provenance),
+        tests: TestWeights::default(),
         places,
         verdicts,
     }
@@ -328,6 +370,7 @@ mod tests {
             hidden: vec!["a".into()],
             unknown: false,
             visible: true,
+            values: Vec::new(),
         };
         let is = |ids: &[&str], unknown: bool| {
             let effects = ids.iter().map(|id| (*id).to_owned()).collect();
@@ -346,8 +389,13 @@ mod tests {
                 let right = random.random::<f64>() < 0.7;
                 let effects = vec![named("a", 4.0, &[("c", 0.8)])];
                 let truth = if right { "a" } else { "c" };
-                let truth =
-                    Truth { effects: vec![truth.into()], hidden: Vec::new(), unknown: false, visible: true };
+                let truth = Truth {
+                    effects: vec![truth.into()],
+                    hidden: Vec::new(),
+                    unknown: false,
+                    visible: true,
+                    values: Vec::new(),
+                };
                 (report(Verdict::Effects, effects), truth)
             })
             .collect();
@@ -372,7 +420,14 @@ mod tests {
                 let evidence = crate::decide::verdict::tests::NOTHING;
                 let evidence = Some(crate::answer::schema::Evidence { place_evidence: place, ..evidence });
                 let report = Report { evidence, ..report(Verdict::None, Vec::new()) };
-                (report, Truth { effects: Vec::new(), hidden: Vec::new(), unknown, visible: unknown })
+                let truth = Truth {
+                    effects: Vec::new(),
+                    hidden: Vec::new(),
+                    unknown,
+                    visible: unknown,
+                    values: Vec::new(),
+                };
+                (report, truth)
             })
             .collect();
         let calibration = learn(&cases, "a test".into());

@@ -20,7 +20,10 @@ use crate::answer::schema::{FoundEffect, PosteriorSet, Report, Verdict};
 use crate::decide::holds::{Holds, Lean, Signs, left_over};
 use crate::decide::newton;
 use crate::decide::sets::{WhenWrong, add, fewest, options, without_names};
+use crate::decide::spread::Spread;
+use crate::decide::test_run::TestWeights;
 use nalgebra::{SMatrix, SVector};
+use railgrip_vehicle::effects;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -171,6 +174,12 @@ pub struct Calibration {
     /// How the evidence of a place leans what the truth holds.
     #[serde(default)]
     pub places: Lean,
+    /// How far fitted values lie from true ones beyond noise.
+    #[serde(default)]
+    pub spread: Spread,
+    /// How far a test moves probabilities.
+    #[serde(default)]
+    pub tests: TestWeights,
     /// What the truth holds, by verdict.
     pub verdicts: BTreeMap<String, Holds>,
 }
@@ -188,16 +197,27 @@ impl Calibration {
         toml::from_str(SHIPPED).expect("the calibration that is part of the program")
     }
 
-    /// Writes the probabilities of names and of sets into a report. A name's probability is that it, or an id which the report
+    /// Writes the probabilities of names and of sets into a report, and intervals that know of laws of another form. A name's probability is that it, or an id which the report
     /// calls equivalent, is at work.
     pub fn settle(&self, report: &mut Report) {
         let stated: Vec<f64> = self.of_names(report);
         for (effect, p) in report.effects.iter_mut().zip(stated) {
             effect.confidence = p;
             effect.p = Some(p);
+            self.widen(effect);
         }
         report.posterior = self.sets(report);
         report.verdict_set = fewest(&report.posterior, self.set_level);
+    }
+
+    /// Widens the intervals of what was fitted.
+    fn widen(&self, effect: &mut FoundEffect) {
+        let Some((spec, _)) = effects::find(&effect.id) else { return };
+        for parameter in spec.parameters {
+            if let Some(estimate) = effect.parameters.get_mut(parameter.name) {
+                self.spread.widen(estimate, parameter);
+            }
+        }
     }
 
     /// Probability that each name is right.
@@ -426,7 +446,7 @@ pub(crate) mod tests {
         };
         let p = |reduction: f64, parameters: usize| {
             let mut effect = named("a", 1.0, &[]);
-            let estimate = ParameterEstimate { value: 1.0, ci95: [0.0, 2.0] };
+            let estimate = ParameterEstimate::new(1.0, [0.0, 2.0]);
             effect.parameters = (0..parameters).map(|number| (number.to_string(), estimate)).collect();
             let mut report = report(Verdict::Effects, vec![effect]);
             report.carries_over = Some(reduction > 0.0);

@@ -61,7 +61,7 @@ pub(super) fn add(all: &mut Vec<PosteriorSet>, set: PosteriorSet) {
 }
 
 /// Indices of the fewest sets whose probabilities add up to `level`; all of them if they do not.
-pub(super) fn fewest(sets: &[PosteriorSet], level: f64) -> Vec<usize> {
+pub(crate) fn fewest(sets: &[PosteriorSet], level: f64) -> Vec<usize> {
     let mut sum = 0.0;
     let mut taken = Vec::new();
     for (index, set) in sets.iter().enumerate() {

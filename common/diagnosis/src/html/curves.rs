@@ -15,7 +15,7 @@ pub fn effects(report: &Report, detail: &Detail) -> Markup {
         @if !detail.effect_curves.is_empty() {
             section aria-labelledby="effect" {
                 h2 id="effect" { @if report.effects.len() > 1 { (t("The effects, as fitted")) } @else { (t("The effect, as fitted")) } }
-                p.say { (t("Line: the extended model. Band: its 95 % interval. Dashed: the calibrated model, which lacks the effect.")) }
+                p.say { (t("Line: the extended model. Band: its 95 % interval by noise. Dashed: the calibrated model, which lacks the effect.")) }
                 (legend(
                     detail.effect_curves.iter().any(|curve| !curve.data.is_empty()).then_some("bins"),
                     &[("calibrated-line", t("calibrated")), ("extended-line", t("extended"))],

@@ -82,7 +82,7 @@ pub fn parameters(detail: &Detail) -> Markup {
 
 fn parameter(row: &ParameterRow) -> Markup {
     let unit = shown(&row.owner, &row.name);
-    let fitted = ParameterEstimate { value: row.value, ci95: row.ci95 };
+    let fitted = ParameterEstimate::new(row.value, row.ci95);
     let beside =
         if unit.unit.is_empty() { String::new() } else { format!(" {}", parameters::unit(unit.unit)) };
     html! {

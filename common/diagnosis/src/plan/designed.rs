@@ -8,9 +8,9 @@ use serde::Serialize;
 pub struct Plan {
     /// Sets of effects that it tells apart, the likeliest first; an empty set is a model without effects.
     pub separates: Vec<Vec<String>>,
-    /// Their probabilities before it.
+    /// Their probabilities before it; the rest is something unknown, and what no model was made of.
     pub p: Vec<f64>,
-    /// Entropy of these, nats.
+    /// Entropy of all sets that the report lists, nats.
     pub entropy_before: f64,
     /// The same expected after the run.
     pub entropy_after: f64,
@@ -24,13 +24,17 @@ pub struct Plan {
     pub seconds: f64,
 }
 
+/// Probability of something unknown from which it is said.
+const WORTH_SAYING: f64 = 0.05;
+
 /// The plan in words.
 pub(super) fn words(plan: &Plan) -> String {
     let name = |effects: &Vec<String>| match effects.as_slice() {
         [] => "no effect".to_owned(),
         some => some.join(" and ").replace('_', " "),
     };
-    let names: Vec<String> = plan.separates.iter().map(name).collect();
+    let unknown = (1.0 - plan.p.iter().sum::<f64>() > WORTH_SAYING).then(|| "something unknown".to_owned());
+    let names: Vec<String> = plan.separates.iter().map(name).chain(unknown).collect();
     let (first, others) = names
         .split_first()
         .map_or((String::new(), String::new()), |(first, others)| (first.clone(), others.join(", ")));

@@ -1,13 +1,12 @@
-//! How far a run would set hypotheses apart.
+//! How far a run would set models apart.
 
-use super::hypotheses::Hypothesis;
+use super::models::Model;
 use super::runs::{PlannedRun, is_driven};
+use crate::answer::schema::PosteriorSet;
 use crate::data::case::{Case, Columns, Run};
-use crate::fit::objective::{Innovations, Whitening};
-use crate::fit::solver::{self, Problem};
-use crate::model::parameters::{Built, Parameter, Shape};
-use crate::predict::disturbances::DisturbanceModel;
-use nalgebra::DVector;
+use crate::decide::test_run::{TestRun, TestWeights, Tested};
+use crate::model::parameters::Built;
+use crate::predict::open_loop::{self, Tally, sigmas};
 use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion, SampleInput};
 use railgrip_vehicle::{GRAVITY_M_S2, MAX_WHEELSETS, PerWheelset};
 
@@ -18,59 +17,72 @@ const FULL_TRACTION: f64 = 0.06;
 /// Lag of brake and motor behind what is asked, s: general knowledge.
 const LAG_S: f64 = 1.2;
 /// Shortest sample period of a planned run, s: a test is chosen by what lasts.
-const SHORTEST_PERIOD_S: f64 = 0.02;
+const SHORTEST_PERIOD_S: f64 = 0.04;
+/// Share of what a named effect does that something unknown in its place does otherwise; set by hand.
+const IMITATED: f64 = 0.5;
 /// Speed at which a run ends, m/s.
 const END_M_S: f64 = 1.0;
 
-/// Log-likelihood that each hypothesis (column) is expected to lose against the true one (row), in nats.
-pub(super) fn of(
-    case: &Case,
-    hypotheses: &[Hypothesis],
-    test: &PlannedRun,
-    tolerance: usize,
-    widening: f64,
-) -> Vec<Vec<f64>> {
-    let shapes: Vec<Shape> = hypotheses.iter().map(|h| h.fitted.shape.on_recordings()).collect();
-    let built: Vec<Built> =
-        hypotheses.iter().zip(&shapes).map(|(h, s)| s.build(&h.fitted.fit.theta)).collect();
-    let disturbances = DisturbanceModel::default().tolerant(tolerance);
-    let of_truth = |truth: &Built| -> Vec<f64> {
-        let fit = vec![drive(case, truth, test)];
-        let (vehicle, noise) = (case.vehicle.clone(), case.noise);
-        let run = Case { vehicle, fit, holdout: Vec::new(), noise, notes: Vec::new() };
-        (0..hypotheses.len())
-            .map(|b| lost(&run, &hypotheses[b], &shapes[b], &built[b], &disturbances) / widening.powi(2))
-            .collect()
-    };
-    let mut apart: Vec<Vec<f64>> = built.iter().map(of_truth).collect();
-    // What the true hypothesis itself loses (its filter starts anew) is no difference.
-    for (truth, row) in apart.iter_mut().enumerate() {
-        let own = row[truth];
-        row.iter_mut().for_each(|loss| *loss = (*loss - own).max(0.0));
-    }
-    apart
+/// What decides between models.
+pub(super) struct Doubt<'d> {
+    /// Models that may be true, the calibrated one first.
+    pub(super) models: &'d [Model],
+    /// Probability of each of them, beside something unknown and what no model was made of.
+    pub(super) p: Vec<f64>,
+    /// Sets of effects that may be at work.
+    pub(super) sets: &'d [PosteriorSet],
+    /// Gap that a right model leaves, sensor sigmas.
+    pub(super) natural: f64,
+    /// How far a test moves probabilities.
+    pub(super) weights: &'d TestWeights,
 }
 
-/// Half the squared whitened innovations of a hypothesis on a run, after its parameters took up what they can beside what the
-/// recordings say of them.
-fn lost(run: &Case, own: &Hypothesis, shape: &Shape, built: &Built, disturbances: &DisturbanceModel) -> f64 {
-    let whitening = Whitening::new(run, built, disturbances);
-    let problem = Innovations { whitening: &whitening, shape };
-    let theta = &own.fitted.fit.theta;
-    let residuals = problem.residuals(theta);
-    // The planned run is none of those that the parameters were fitted on.
-    let anywhere = |parameter: &Parameter| Parameter { shows_in: None, ..parameter.clone() };
-    let parameters: Vec<Parameter> = shape.parameters().iter().map(anywhere).collect();
-    let columns = problem.columns(&parameters, theta, &residuals, 0..theta.len());
-    let (_, mut curvature) = solver::assemble(shape.parameters(), theta, &own.fitted.fit.blocks);
-    let gradient = DVector::from_iterator(columns.len(), columns.iter().map(|c| solver::dot(c, &residuals)));
-    for (i, a) in columns.iter().enumerate() {
-        for (j, b) in columns.iter().enumerate() {
-            curvature[(i, j)] += solver::dot(a, b);
+impl Doubt<'_> {
+    /// Entropy of the sets that is expected after a test, nats: over what may be true.
+    pub(super) fn expected_entropy(&self, case: &Case, test: &PlannedRun) -> f64 {
+        let sigma = sigmas(&case.vehicle.sensors);
+        let (mut whole, mut sum) = (0.0, 0.0);
+        let mut add = |p: f64, after: f64| {
+            whole += p;
+            sum += p * after;
+        };
+        let likeliest = (0..self.p.len()).max_by(|a, b| self.p[*a].total_cmp(&self.p[*b]));
+        for (index, p) in self.p.iter().enumerate().filter(|(_, p)| **p > 0.0) {
+            let truth = &self.models[index];
+            let run = drive(case, &truth.built, test);
+            let errors = |built: &Built| -> Vec<f64> {
+                open_loop::tallies(built, &run, &sigma).iter().map(Tally::gap).collect()
+            };
+            let of_models: Vec<Vec<f64>> = self.models.iter().map(|model| errors(&model.built)).collect();
+            let influence = errors(&truth.bare);
+            add(*p, self.entropy_after(&of_models, &influence));
+            // Something unknown in its place does in part something else than the effect.
+            if likeliest == Some(index) && !truth.effects.is_empty() {
+                let lacking: Vec<f64> = influence.iter().map(|error| IMITATED * error).collect();
+                add(self.unknown(), self.entropy_after(&vec![lacking; self.models.len()], &influence));
+            }
         }
+        sum / whole
     }
-    let taken_up = curvature.cholesky().map_or(0.0, |factor| gradient.dot(&factor.solve(&gradient)));
-    0.5 * (solver::dot(&residuals, &residuals) - taken_up).max(0.0)
+
+    fn unknown(&self) -> f64 {
+        self.sets.iter().filter(|set| set.unknown).map(|set| set.p).sum()
+    }
+
+    /// Entropy after a test in which models err so much, window by window, and the true effects do so much, beside what even a right cause leaves, whose law may have another
+    /// form. The allowance is where right and wrong causes are as likely: a right one leaves less, by half of its logarithm.
+    fn entropy_after(&self, errors: &[Vec<f64>], influence: &[f64]) -> f64 {
+        let own = self.weights.allowance.sqrt() * self.natural;
+        let tested = |(model, errors): (&Model, &Vec<f64>)| Tested {
+            effects: model.effects.clone(),
+            windows: errors.iter().map(|error| own.hypot(*error)).collect(),
+        };
+        let models: Vec<Tested> = self.models.iter().zip(errors).map(tested).collect();
+        // A window in which the effect does nothing is no reason for a run, whatever it says of something unknown on average.
+        let at_most = |influence: &f64| self.natural.min(own.hypot(*influence) / self.weights.allowance);
+        let natural = influence.iter().map(at_most).collect();
+        entropy(&TestRun { models, natural }.reweigh(self.sets, self.weights))
+    }
 }
 
 /// The run as a model would make it, without noise.
@@ -137,22 +149,9 @@ fn drive(case: &Case, built: &Built, test: &PlannedRun) -> Run {
     Run::new(format!("planned.{}", test.rail), test.class, &columns)
 }
 
-/// Entropy of probabilities, nats.
-pub(super) fn entropy(p: &[f64]) -> f64 {
-    -p.iter().filter(|p| **p > 0.0).map(|p| p * p.ln()).sum::<f64>()
-}
-
-/// Entropy of the posterior that is expected after a run that sets the hypotheses so far apart.
-pub(super) fn expected_entropy(hypotheses: &[Hypothesis], apart: &[Vec<f64>]) -> f64 {
-    let prior = |b: usize| hypotheses[b].p;
-    let after = |row: &Vec<f64>| {
-        let least = row.iter().copied().fold(f64::INFINITY, f64::min);
-        let weights: Vec<f64> =
-            row.iter().enumerate().map(|(b, loss)| prior(b) * (least - loss).exp()).collect();
-        let total: f64 = weights.iter().sum();
-        entropy(&weights.iter().map(|weight| weight / total).collect::<Vec<f64>>())
-    };
-    apart.iter().enumerate().map(|(truth, row)| prior(truth) * after(row)).sum()
+/// Entropy of sets, nats; what is not listed counts nothing.
+pub(super) fn entropy(sets: &[PosteriorSet]) -> f64 {
+    -sets.iter().map(|set| set.p).filter(|p| *p > 0.0).map(|p| p * p.ln()).sum::<f64>()
 }
 
 #[cfg(test)]
@@ -161,7 +160,8 @@ mod tests {
 
     #[test]
     fn entropy_is_that_of_the_doubt() {
-        assert!((entropy(&[0.5, 0.5]) - 2.0_f64.ln()).abs() < 1e-12);
-        assert_eq!(entropy(&[1.0, 0.0]), 0.0);
+        let of = |p: f64| PosteriorSet { effects: Vec::new(), unknown: false, p };
+        assert!((entropy(&[of(0.5), of(0.5)]) - 2.0_f64.ln()).abs() < 1e-12);
+        assert_eq!(entropy(&[of(1.0), of(0.0)]), 0.0);
     }
 }

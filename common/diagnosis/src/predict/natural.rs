@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// Replicates of each window.
-const REPLICATES: u64 = 4;
+pub(crate) const REPLICATES: u64 = 4;
 
 /// The tallies of replicates of every window of some runs, if `built` is right about them.
 pub(crate) fn tallies(

@@ -33,7 +33,7 @@ fn of_catalogue(effect: &FoundEffect) -> Option<String> {
     // Without its sign, which a word tells.
     let signed = |name: &str, plus: &str, minus: &str| {
         let (p, shown) = (get(name)?, shown(id, name));
-        let ParameterEstimate { value, ci95 } = unsigned(p);
+        let ParameterEstimate { value, ci95, .. } = unsigned(p);
         let word = if p.value < 0.0 { minus } else { plus };
         Some(with_word(shown.factor * value, ci95.map(|x| shown.factor * x), shown.unit, word))
     };
@@ -204,7 +204,7 @@ fn unsigned(p: &ParameterEstimate) -> ParameterEstimate {
         (true, false) => [0.0, if p.value < 0.0 { -low } else { high }],
         _ => [low, high],
     };
-    ParameterEstimate { value: p.value.abs(), ci95 }
+    ParameterEstimate::new(p.value.abs(), ci95)
 }
 
 /// By how much friction falls when the pressing force doubles.
@@ -213,7 +213,7 @@ fn pressure(effect: &FoundEffect) -> Option<String> {
     let levelling = effect.parameters.get("levelling_force_n").map_or(0.0, |p| p.value);
     let [low, high] = TOLD_FORCES_N;
     let fall = |n: f64| 100.0 * (1.0 - ((low + levelling) / (high + levelling)).powf(n));
-    let told = ParameterEstimate { value: fall(exponent.value), ci95: exponent.ci95.map(fall) };
+    let told = ParameterEstimate::new(fall(exponent.value), exponent.ci95.map(fall));
     let word = if told.value < 0.0 { t("more") } else { t("less") };
     let told = unsigned(&told);
     let how = with_word(told.value, told.ci95, "%", word);
@@ -249,9 +249,9 @@ mod tests {
     type Values<'a> = &'a [(&'a str, f64, [f64; 2])];
 
     fn found(id: &str, parameters: Values<'_>) -> FoundEffect {
-        let parameters = parameters.iter().map(|(name, value, ci95)| {
-            ((*name).to_owned(), ParameterEstimate { value: *value, ci95: *ci95 })
-        });
+        let parameters = parameters
+            .iter()
+            .map(|(name, value, ci95)| ((*name).to_owned(), ParameterEstimate::new(*value, *ci95)));
         FoundEffect {
             id: id.to_owned(),
             term: String::new(),

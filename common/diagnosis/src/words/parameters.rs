@@ -146,7 +146,7 @@ mod tests {
             ("nuisance", "mass", 0.0123, [-0.001, 0.021], "1\u{a0}% (0–2)"),
         ];
         for (owner, name, value, ci95, words) in cases {
-            let said = estimate(owner, name, &ParameterEstimate { value: *value, ci95: *ci95 });
+            let said = estimate(owner, name, &ParameterEstimate::new(*value, *ci95));
             assert_eq!(said, *words, "{owner} {name}");
         }
     }

@@ -89,7 +89,7 @@ pub(crate) fn detail(
         notes: notes(case),
         events: events::events(case),
         rule: judgement.decision.rule.words.to_owned(),
-        parameters: parameters(selection, models, criteria.report.widening),
+        parameters: parameters(selection, models, report, criteria.report.widening),
         candidates: candidate_details(selection, report),
         gap_without_any: Some(fit_gap(case, &selection.base.fitted)),
         ties: ties(report),
@@ -117,13 +117,17 @@ fn notes(case: &Case) -> Vec<String> {
     notes
 }
 
-fn parameters(selection: &Selection, models: &Models, widening: f64) -> Vec<ParameterRow> {
+fn parameters(selection: &Selection, models: &Models, report: &Report, widening: f64) -> Vec<ParameterRow> {
     let shape = &models.extended_shape;
     let intervals = intervals(selection, models, widening);
     let owner = |i: usize| {
         (0..shape.effects.len())
             .find(|e| shape.range_of(*e).contains(&i))
             .map_or("nuisance", |e| shape.effects[e].spec.id)
+    };
+    let stated = |owner: &str, name: &str| {
+        let effect = report.effects.iter().find(|effect| effect.id == owner)?;
+        effect.parameters.get(name).map(|estimate| estimate.ci95)
     };
     shape
         .parameters()
@@ -134,7 +138,7 @@ fn parameters(selection: &Selection, models: &Models, widening: f64) -> Vec<Para
             name: p.name.clone(),
             nominal: (owner(i) == "nuisance").then_some(0.0),
             value: models.extended[i],
-            ci95: intervals[i],
+            ci95: stated(owner(i), &p.name).unwrap_or(intervals[i]),
             bounds: [p.lower, p.upper],
         })
         .collect()

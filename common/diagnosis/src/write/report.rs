@@ -145,12 +145,15 @@ fn effects(
             // Offsets of single runs belong to these recordings and not to the effect.
             let own = shape.effects[e].parameters.iter().zip(range).filter(|(p, _)| p.run.is_none());
             let fitted = own.map(|(p, i)| {
-                (p.name.clone(), ParameterEstimate { value: models.extended[i], ci95: intervals[i] })
+                let by_noise = Some(intervals[i]);
+                (
+                    p.name.clone(),
+                    ParameterEstimate { value: models.extended[i], ci95: intervals[i], by_noise },
+                )
             });
             // Which wheelset, which form: chosen, not estimated.
             let chosen = spec.parameters.iter().zip(&shape.effects[e].fixed).filter(|(p, _)| p.discrete);
-            let chosen =
-                chosen.map(|(p, v)| (p.name.to_owned(), ParameterEstimate { value: *v, ci95: [*v, *v] }));
+            let chosen = chosen.map(|(p, v)| (p.name.to_owned(), ParameterEstimate::new(*v, [*v, *v])));
             let parameters = fitted.chain(chosen).collect();
             let standing = Standing {
                 recovered: judgement.evidence.recovered(),

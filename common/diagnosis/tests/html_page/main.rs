@@ -162,7 +162,7 @@ fn the_report_reads_back_as_it_was_written() {
 fn later_report() -> Report {
     let mut report = wagon_report();
     report.verdict = Verdict::EffectsAndUnknown;
-    let moved = ParameterEstimate { value: 1.2e-3, ci95: [1.1e-3, 1.3e-3] };
+    let moved = ParameterEstimate::new(1.2e-3, [1.1e-3, 1.3e-3]);
     report.effects[0].parameters.insert("alpha_per_k".to_owned(), moved);
     report.gap.holdout.extended = 4.4;
     report.unexplained =

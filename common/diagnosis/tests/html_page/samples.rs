@@ -46,7 +46,7 @@ pub fn wagon_report() -> Report {
             equivalent: vec!["brake_friction_speed".to_owned()],
             parameters: BTreeMap::from([(
                 "alpha_per_k".to_owned(),
-                ParameterEstimate { value: 8.1e-4, ci95: [7.2e-4, 9.0e-4] },
+                ParameterEstimate::new(8.1e-4, [7.2e-4, 9.0e-4]),
             )]),
         }],
         posterior: Vec::new(),

@@ -1,11 +1,12 @@
 //! Whether stated confidences and intervals mean what they say.
 
-use railgrip_diagnosis::decide::learning::area;
+use railgrip_diagnosis::decide::learning::{TrueValue, area};
 use railgrip_truth_plant::label::LabelledEffect;
 use serde::Serialize;
 
 use super::{
     answer::Named,
+    meaning,
     outcome::{Outcome, Rate},
 };
 
@@ -97,32 +98,12 @@ pub(super) struct Agreement {
     pub in_90: bool,
 }
 
-/// A parameter that means the same in the plant and in the catalogue, if the edges of its law do not: effect, the plant's
-/// name, the catalogue's, and what the plant's value is multiplied with and added to.
-struct Meaning(&'static str, &'static str, &'static str, f64, f64);
-
-const AGREEING: [Meaning; 11] = [
-    Meaning("wheel_radius", "relative", "relative_error", 1.0, 0.0),
-    Meaning("mass_error", "relative", "relative_error", 1.0, 0.0),
-    Meaning("rotating_inertia", "relative", "relative_error", 1.0, 0.0),
-    Meaning("load_transfer", "factor", "relative_error", 1.0, -1.0),
-    Meaning("dragging_brake", "torque_nm", "torque_nm", 1.0, 0.0),
-    Meaning("wheel_encoder_window", "window_s", "window_s", 1.0, 0.0),
-    // Edges softer or harder than the catalogue's, delay part transport and part smoothing, wind that breathes.
-    Meaning("pressing_force_offset", "threshold_n", "threshold_n", 1.0, 0.0),
-    Meaning("low_adhesion_patch", "loss", "loss", 1.0, 0.0),
-    Meaning("grade", "slope_rad", "error_permil", 1e3, 0.0),
-    Meaning("speed_latency", "latency_s", "latency_s", 1.0, 0.0),
-    Meaning("headwind", "mean_m_s", "headwind_m_s", 1.0, 0.0),
-];
-
 /// Compares the fitted parameters of the true effects that were named with the true ones, where they mean the same.
 pub(super) fn agreements(outcome: &Outcome) -> Vec<Agreement> {
     let compare = |truth: &LabelledEffect| {
-        let Meaning(_, plants, catalogues, factor, offset) = AGREEING.iter().find(|m| m.0 == truth.id)?;
-        let named = outcome.effects().iter().find(|named| named.id == truth.id)?;
-        let value = factor * truth.parameters.iter().find(|(name, _)| name == plants)?.1 + offset;
-        let (fitted, low, high) = *named.parameters.get(*catalogues)?;
+        let TrueValue { effect, parameter, value } = meaning::true_value(truth)?;
+        let named = outcome.effects().iter().find(|named| named.id == effect)?;
+        let (fitted, low, high) = *named.parameters.get(parameter)?;
         let narrow = 1.645 / 1.96;
         Some(Agreement {
             relative_error: ((fitted - value) / value).abs(),

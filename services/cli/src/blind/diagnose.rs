@@ -51,6 +51,8 @@ pub(super) enum Task {
     Diagnose,
     /// Design the next run.
     Plan,
+    /// Say what the run that was made says.
+    Settle,
 }
 
 /// Circumstances, and how it went.
@@ -68,6 +70,7 @@ impl Task {
         match self {
             Self::Diagnose => "diagnose",
             Self::Plan => "plan",
+            Self::Settle => "settle",
         }
     }
 }
@@ -206,7 +209,7 @@ impl Surgery {
             let report = fs::copy(room.join("report.json"), prepared(&self.report(name)));
             let predictions = match task {
                 Task::Diagnose => copy(&room.join("predictions"), &self.predictions(name)),
-                Task::Plan => Ok(()),
+                Task::Plan | Task::Settle => Ok(()),
             };
             report
                 .map_err(|error| error.to_string())

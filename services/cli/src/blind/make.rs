@@ -14,6 +14,7 @@ use railgrip_truth_plant::{
 use railgrip_vehicle::effects;
 use serde::{Deserialize, Serialize};
 
+use super::meaning;
 use crate::CliError;
 use crate::sealed::{digest::digest_of_folder, files::cannot_write};
 
@@ -54,7 +55,13 @@ impl Made {
         let owned = |ids: Vec<&str>| ids.into_iter().map(str::to_owned).collect::<Vec<String>>();
         let showing = self.showing();
         let hidden = self.nameable().into_iter().filter(|id| !showing.contains(id)).collect();
-        Truth { effects: owned(self.nameable()), hidden: owned(hidden), unknown: self.is_unknown(), visible }
+        Truth {
+            effects: owned(self.nameable()),
+            hidden: owned(hidden),
+            unknown: self.is_unknown(),
+            visible,
+            values: self.label.effects.iter().filter_map(meaning::true_value).collect(),
+        }
     }
 
     /// What a perfect diagnosis would name and what shows beside the others: without one of them the gap is smaller by a tenth.

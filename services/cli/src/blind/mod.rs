@@ -15,6 +15,7 @@ mod args;
 mod belief;
 mod diagnose;
 mod make;
+mod meaning;
 mod next_run;
 mod outcome;
 mod rankings;

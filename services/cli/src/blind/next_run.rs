@@ -1,5 +1,5 @@
 //! Does the next run settle it? The vehicle of a case that was left in doubt makes the run that `gap plan` designs and, beside it,
-//! any other of its programme; each joins the fitted runs, and the case is diagnosed again.
+//! any other of its programme; `gap settle` says what each makes of what the diagnosis left open.
 
 use std::{fmt::Write as _, fs, path::PathBuf};
 
@@ -79,8 +79,7 @@ pub(super) fn of(surgery: &Surgery, outcome: &Outcome, order: &Order) -> Result<
     let again = |kind: &str, wanted: &NextRun| -> Result<Option<Said>, CliError> {
         let case = with_one_more(surgery, name, kind, order, wanted)?;
         let digest = digest_of_folder(&case)?;
-        let (_, report) =
-            surgery.visit(Task::Diagnose, &case, &format!("{name}.{kind}"), &digest, &without)?;
+        let (_, report) = surgery.visit(Task::Settle, &case, &format!("{name}.{kind}"), &digest, &without)?;
         let answer = report.as_ref().map(Answer::read);
         Ok(said(&Outcome { answer, ..outcome.clone() }))
     };
@@ -122,7 +121,7 @@ fn asked(run: &Value) -> Option<AskedRun> {
     })
 }
 
-/// A folder with the case and one run more.
+/// A folder with the case and a test run beside it.
 fn with_one_more(
     surgery: &Surgery,
     name: &str,
@@ -136,7 +135,7 @@ fn with_one_more(
     }
     copy(&case_folder(surgery.out(), name), &folder)?;
     let (sheet, run) = FamilyCase::one_more(&order.recipe, "one_more", wanted).map_err(CliError::failed)?;
-    write(&folder.join("fit").join(file_name(&run)), &recording(&sheet, &run))?;
+    write(&folder.join("test").join(file_name(&run)), &recording(&sheet, &run))?;
     Ok(folder)
 }
 

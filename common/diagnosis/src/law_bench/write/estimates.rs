@@ -71,7 +71,7 @@ fn spline_rows(fitted: &FittedModel, noise: &Noise, index: usize) -> Vec<Paramet
 /// Parameters of an effect by name.
 pub fn by_name(rows: &[ParameterRow], id: &str) -> BTreeMap<String, ParameterEstimate> {
     let own = rows.iter().filter(|row| row.owner == id);
-    own.map(|row| (row.name.clone(), ParameterEstimate { value: row.value, ci95: row.ci95 })).collect()
+    own.map(|row| (row.name.clone(), ParameterEstimate::new(row.value, row.ci95))).collect()
 }
 
 /// A function of the parameters and its standard error, by the delta method.

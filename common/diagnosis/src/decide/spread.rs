@@ -1,0 +1,147 @@
+//! How far fitted values lie from the true ones beyond what noise explains, because a law of the plant has another form.
+
+use crate::answer::schema::{Interval, ParameterEstimate};
+use railgrip_vehicle::effects::ParameterSpec;
+use serde::{Deserialize, Serialize};
+
+/// Normal quantiles of two-sided 95 % and 90 % intervals.
+const NORMAL_95: f64 = 1.96;
+const NORMAL_90: f64 = 1.645;
+/// Share of the true values that their 90 % intervals hold.
+const HELD: f64 = 0.9;
+
+/// Standard error of values that is not noise.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spread {
+    /// Which cases that was learnt from.
+    pub provenance: String,
+    /// As a share of the distance between a value and that at which the parameter does nothing.
+    pub of_value: f64,
+    /// Number of true values from which that was learnt.
+    pub values: usize,
+}
+
+/// A fitted value whose true one is known.
+#[derive(Clone, Copy, Debug)]
+pub struct Judged {
+    /// Fitted value, with its interval by noise.
+    pub estimate: ParameterEstimate,
+    /// Value at which the parameter does nothing.
+    pub neutral: f64,
+    /// True value.
+    pub truth: f64,
+}
+
+impl Judged {
+    /// Whether the 90 % interval holds the truth.
+    pub fn is_held(&self) -> bool {
+        let ParameterEstimate { value, ci95, .. } = self.estimate;
+        let [low, high] = ci95.map(|end| value + NORMAL_90 / NORMAL_95 * (end - value));
+        (low..=high).contains(&self.truth)
+    }
+
+    /// The least share of the value with which the 90 % interval holds the truth.
+    fn share_needed(&self) -> f64 {
+        let ParameterEstimate { value, ci95, by_noise } = self.estimate;
+        let [low, high] = by_noise.unwrap_or(ci95);
+        let half = if self.truth < value { value - low } else { high - value };
+        let beyond = ((self.truth - value) / NORMAL_90).powi(2) - (half / NORMAL_95).powi(2);
+        let size = (value - self.neutral).abs();
+        beyond.max(0.0).sqrt() / size
+    }
+}
+
+impl Spread {
+    /// The least spread with which intervals hold nine of ten true values, one more than these among them (split conformal
+    /// prediction; Lei et al. 2018, algorithm 2). None where there are too few to tell.
+    pub fn fit(judged: &[Judged], provenance: String) -> Self {
+        let mut needed: Vec<f64> =
+            judged.iter().map(Judged::share_needed).filter(|s| s.is_finite()).collect();
+        needed.sort_by(f64::total_cmp);
+        let rank = ((needed.len() + 1) as f64 * HELD).ceil() as usize;
+        let of_value = needed.get(rank - 1).copied().unwrap_or(0.0);
+        Self { provenance, of_value, values: needed.len() }
+    }
+
+    /// Gives an estimate the interval that noise and this spread make together. One without an interval by noise was chosen or is known
+    /// otherwise, and stays.
+    pub fn widen(&self, estimate: &mut ParameterEstimate, spec: &ParameterSpec) {
+        let Some(by_noise) = estimate.by_noise else { return };
+        estimate.ci95 = self.around(estimate.value, by_noise, spec);
+    }
+
+    fn around(&self, value: f64, [low, high]: Interval, spec: &ParameterSpec) -> Interval {
+        let more = NORMAL_95 * self.of_value * (value - neutral(spec)).abs();
+        let wide = |end: f64| (end - value).hypot(more);
+        // What noise alone already carries beyond the range stays.
+        let within = |end: f64| end.clamp(spec.lower.min(low), spec.upper.max(high));
+        [within(value - wide(low)), within(value + wide(high))]
+    }
+}
+
+/// Where a parameter does nothing.
+pub fn neutral(spec: &ParameterSpec) -> f64 {
+    spec.neutral.unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    const SPEC: ParameterSpec = ParameterSpec { lower: 0.0, upper: 10.0, ..ParameterSpec::PLAIN };
+
+    fn judged(truth: f64, value: f64, half: f64) -> Judged {
+        let by_noise = [value - half, value + half];
+        let estimate = ParameterEstimate { value, ci95: by_noise, by_noise: Some(by_noise) };
+        Judged { estimate, neutral: 0.0, truth }
+    }
+
+    /// Values that lie off by a fifth, far beyond their noise: what is learnt from some holds nine of ten others.
+    #[test]
+    fn intervals_hold_nine_of_ten_values_of_laws_of_another_form() {
+        let mut random = Pcg64Mcg::seed_from_u64(5);
+        let mut some = |number: usize| -> Vec<Judged> {
+            let one = |_| {
+                let truth = 1.0 + 3.0 * random.random::<f64>();
+                judged(truth, truth * (1.0 + 0.2 * (2.0 * random.random::<f64>() - 1.0)), 0.01)
+            };
+            (0..number).map(one).collect()
+        };
+        let spread = Spread::fit(&some(60), String::new());
+        let others = some(2000);
+        let held = others.into_iter().filter(|judged| {
+            let mut widened = *judged;
+            spread.widen(&mut widened.estimate, &SPEC);
+            widened.is_held()
+        });
+        let share = held.count() as f64 / 2000.0;
+        println!("{spread:?}: {share:.3} of 2000 others held");
+        assert!((0.85..0.95).contains(&share), "{share}");
+        assert_eq!(spread.values, 60);
+    }
+
+    #[test]
+    fn noise_that_explains_all_needs_no_spread_and_few_values_teach_none() {
+        let of = |judged: &[Judged]| Spread::fit(judged, String::new());
+        assert_eq!(of(&[judged(1.0, 1.1, 1.0); 20]).of_value, 0.0);
+        assert_eq!(of(&[judged(1.0, 2.0, 0.0); 8]).of_value, 0.0);
+        assert!(of(&[judged(1.0, 2.0, 0.0); 9]).of_value > 0.3);
+        // A value at which the parameter does nothing has no share.
+        assert_eq!(of(&[judged(1.0, 0.0, 0.0); 9]).values, 0);
+    }
+
+    #[test]
+    fn intervals_end_at_the_range_and_what_was_chosen_has_none() {
+        let spread = Spread { of_value: 0.5, values: 9, provenance: String::new() };
+        let mut wide = judged(8.0, 8.0, 0.1).estimate;
+        spread.widen(&mut wide, &SPEC);
+        assert_eq!(wide.ci95[1], 10.0);
+        assert!((wide.ci95[0] - (8.0 - 0.1_f64.hypot(NORMAL_95 * 4.0))).abs() < 1e-12, "{wide:?}");
+        let mut chosen = ParameterEstimate { value: 2.0, ci95: [2.0, 2.0], by_noise: None };
+        spread.widen(&mut chosen, &SPEC);
+        assert_eq!(chosen.ci95, [2.0, 2.0]);
+    }
+}
