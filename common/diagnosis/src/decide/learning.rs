@@ -4,7 +4,7 @@ use crate::answer::schema::{FoundEffect, PosteriorSet, Report, Verdict};
 use crate::decide::holds::{Held, Holds, Lean, Signs};
 use crate::decide::posterior::{Calibration, Grounds, Scaling, grounds};
 use crate::decide::sets::{WhenWrong, fewest};
-use crate::decide::spread::{Judged, Spread, neutral};
+use crate::decide::spread::{Judged, Spread};
 use crate::decide::test_run::TestWeights;
 use railgrip_vehicle::effects;
 use serde::Serialize;
@@ -163,7 +163,7 @@ fn judged_values((report, truth): &Case) -> Vec<Judged> {
         let estimate = *effect.parameters.get(known.parameter)?;
         let (spec, _) = effects::find(&known.effect)?;
         let parameter = spec.parameters.iter().find(|parameter| parameter.name == known.parameter)?;
-        Some(Judged { estimate, neutral: neutral(parameter), truth: known.value })
+        Some(Judged { estimate, spec: parameter, truth: known.value })
     };
     truth.values.iter().filter_map(of).collect()
 }

@@ -10,15 +10,25 @@ const NORMAL_90: f64 = 1.645;
 /// Share of the true values that their 90 % intervals hold.
 const HELD: f64 = 0.9;
 
-/// Standard error of values that is not noise.
+/// Standard error of values that is not noise, as a share of the distance between a value and that at which its parameter does nothing.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Spread {
     /// Which cases that was learnt from.
     pub provenance: String,
-    /// As a share of the distance between a value and that at which the parameter does nothing.
+    /// Of sizes: forces, angles, shares, speeds.
+    pub sizes: Share,
+    /// Of times: smoothing of another form does as much with quite another time.
+    pub times: Share,
+}
+
+/// A share, and the number of true values from which it was learnt.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Share {
+    /// Standard error over the value.
     pub of_value: f64,
-    /// Number of true values from which that was learnt.
+    /// Number of true values.
     pub values: usize,
 }
 
@@ -27,8 +37,8 @@ pub struct Spread {
 pub struct Judged {
     /// Fitted value, with its interval by noise.
     pub estimate: ParameterEstimate,
-    /// Value at which the parameter does nothing.
-    pub neutral: f64,
+    /// Its parameter.
+    pub spec: &'static ParameterSpec,
     /// True value.
     pub truth: f64,
 }
@@ -47,21 +57,28 @@ impl Judged {
         let [low, high] = by_noise.unwrap_or(ci95);
         let half = if self.truth < value { value - low } else { high - value };
         let beyond = ((self.truth - value) / NORMAL_90).powi(2) - (half / NORMAL_95).powi(2);
-        let size = (value - self.neutral).abs();
-        beyond.max(0.0).sqrt() / size
+        beyond.max(0.0).sqrt() / size(value, self.spec)
+    }
+}
+
+impl Share {
+    /// The least share with which intervals hold nine of ten true values, one more than these among them (split conformal
+    /// prediction; Lei et al. 2018, algorithm 2). Of fewer than nine the widest stands.
+    fn fit(judged: &[&Judged]) -> Self {
+        let needed = judged.iter().map(|one| one.share_needed());
+        let mut needed: Vec<f64> = needed.filter(|share| share.is_finite()).collect();
+        needed.sort_by(f64::total_cmp);
+        let rank = ((needed.len() + 1) as f64 * HELD).ceil() as usize;
+        let of_value = needed.get(rank - 1).or(needed.last()).copied().unwrap_or(0.0);
+        Self { of_value, values: needed.len() }
     }
 }
 
 impl Spread {
-    /// The least spread with which intervals hold nine of ten true values, one more than these among them (split conformal
-    /// prediction; Lei et al. 2018, algorithm 2). None where there are too few to tell.
+    /// Learns from values whose true ones are known.
     pub fn fit(judged: &[Judged], provenance: String) -> Self {
-        let mut needed: Vec<f64> =
-            judged.iter().map(Judged::share_needed).filter(|s| s.is_finite()).collect();
-        needed.sort_by(f64::total_cmp);
-        let rank = ((needed.len() + 1) as f64 * HELD).ceil() as usize;
-        let of_value = needed.get(rank - 1).copied().unwrap_or(0.0);
-        Self { provenance, of_value, values: needed.len() }
+        let (times, sizes): (Vec<&Judged>, Vec<&Judged>) = judged.iter().partition(|one| is_time(one.spec));
+        Self { provenance, sizes: Share::fit(&sizes), times: Share::fit(&times) }
     }
 
     /// Gives an estimate the interval that noise and this spread make together. One without an interval by noise was chosen or is known
@@ -72,7 +89,8 @@ impl Spread {
     }
 
     fn around(&self, value: f64, [low, high]: Interval, spec: &ParameterSpec) -> Interval {
-        let more = NORMAL_95 * self.of_value * (value - neutral(spec)).abs();
+        let share = if is_time(spec) { self.times } else { self.sizes };
+        let more = NORMAL_95 * share.of_value * size(value, spec);
         let wide = |end: f64| (end - value).hypot(more);
         // What noise alone already carries beyond the range stays.
         let within = |end: f64| end.clamp(spec.lower.min(low), spec.upper.max(high));
@@ -80,9 +98,13 @@ impl Spread {
     }
 }
 
-/// Where a parameter does nothing.
-pub fn neutral(spec: &ParameterSpec) -> f64 {
-    spec.neutral.unwrap_or(0.0)
+/// Distance from where a parameter does nothing.
+fn size(value: f64, spec: &ParameterSpec) -> f64 {
+    (value - spec.neutral.unwrap_or(0.0)).abs()
+}
+
+fn is_time(spec: &ParameterSpec) -> bool {
+    spec.unit == "s"
 }
 
 #[cfg(test)]
@@ -91,57 +113,61 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
-    const SPEC: ParameterSpec = ParameterSpec { lower: 0.0, upper: 10.0, ..ParameterSpec::PLAIN };
+    const SIZE: ParameterSpec = ParameterSpec { lower: 0.0, upper: 10.0, ..ParameterSpec::PLAIN };
+    const TIME: ParameterSpec = ParameterSpec { unit: "s", ..SIZE };
 
-    fn judged(truth: f64, value: f64, half: f64) -> Judged {
+    fn judged(spec: &'static ParameterSpec, truth: f64, value: f64, half: f64) -> Judged {
         let by_noise = [value - half, value + half];
         let estimate = ParameterEstimate { value, ci95: by_noise, by_noise: Some(by_noise) };
-        Judged { estimate, neutral: 0.0, truth }
+        Judged { estimate, spec, truth }
     }
 
-    /// Values that lie off by a fifth, far beyond their noise: what is learnt from some holds nine of ten others.
+    /// Sizes that lie off by up to a fifth and times by up to a half, far beyond their noise: what is learnt from some holds nine
+    /// of ten others of either kind.
     #[test]
     fn intervals_hold_nine_of_ten_values_of_laws_of_another_form() {
         let mut random = Pcg64Mcg::seed_from_u64(5);
-        let mut some = |number: usize| -> Vec<Judged> {
+        let mut some = |number: usize, spec: &'static ParameterSpec, off: f64| -> Vec<Judged> {
             let one = |_| {
                 let truth = 1.0 + 3.0 * random.random::<f64>();
-                judged(truth, truth * (1.0 + 0.2 * (2.0 * random.random::<f64>() - 1.0)), 0.01)
+                judged(spec, truth, truth * (1.0 + off * (2.0 * random.random::<f64>() - 1.0)), 0.01)
             };
             (0..number).map(one).collect()
         };
-        let spread = Spread::fit(&some(60), String::new());
-        let others = some(2000);
-        let held = others.into_iter().filter(|judged| {
-            let mut widened = *judged;
-            spread.widen(&mut widened.estimate, &SPEC);
-            widened.is_held()
-        });
-        let share = held.count() as f64 / 2000.0;
-        println!("{spread:?}: {share:.3} of 2000 others held");
-        assert!((0.85..0.95).contains(&share), "{share}");
-        assert_eq!(spread.values, 60);
+        let spread = Spread::fit(&[some(60, &SIZE, 0.2), some(60, &TIME, 0.5)].concat(), String::new());
+        for others in [some(2000, &SIZE, 0.2), some(2000, &TIME, 0.5)] {
+            let held = others.into_iter().filter(|judged| {
+                let mut widened = *judged;
+                spread.widen(&mut widened.estimate, widened.spec);
+                widened.is_held()
+            });
+            let share = held.count() as f64 / 2000.0;
+            println!("{spread:?}: {share:.3} of 2000 others held");
+            assert!((0.84..0.96).contains(&share), "{share}");
+        }
+        assert_eq!((spread.sizes.values, spread.times.values), (60, 60));
     }
 
     #[test]
-    fn noise_that_explains_all_needs_no_spread_and_few_values_teach_none() {
-        let of = |judged: &[Judged]| Spread::fit(judged, String::new());
-        assert_eq!(of(&[judged(1.0, 1.1, 1.0); 20]).of_value, 0.0);
-        assert_eq!(of(&[judged(1.0, 2.0, 0.0); 8]).of_value, 0.0);
-        assert!(of(&[judged(1.0, 2.0, 0.0); 9]).of_value > 0.3);
+    fn noise_that_explains_all_needs_no_spread_and_of_few_values_the_widest_stands() {
+        let of = |judged: &[Judged]| Spread::fit(judged, String::new()).sizes;
+        assert_eq!(of(&[judged(&SIZE, 1.0, 1.1, 1.0); 20]).of_value, 0.0);
+        assert_eq!(of(&[]), Share::default());
+        let few = of(&[judged(&SIZE, 1.0, 2.0, 0.0), judged(&SIZE, 1.0, 1.1, 0.0)]);
+        assert!((few.of_value - 0.5 / NORMAL_90).abs() < 1e-12, "{few:?}");
         // A value at which the parameter does nothing has no share.
-        assert_eq!(of(&[judged(1.0, 0.0, 0.0); 9]).values, 0);
+        assert_eq!(of(&[judged(&SIZE, 1.0, 0.0, 0.0); 9]).values, 0);
     }
 
     #[test]
     fn intervals_end_at_the_range_and_what_was_chosen_has_none() {
-        let spread = Spread { of_value: 0.5, values: 9, provenance: String::new() };
-        let mut wide = judged(8.0, 8.0, 0.1).estimate;
-        spread.widen(&mut wide, &SPEC);
+        let spread = Spread { sizes: Share { of_value: 0.5, values: 9 }, ..Spread::default() };
+        let mut wide = judged(&SIZE, 8.0, 8.0, 0.1).estimate;
+        spread.widen(&mut wide, &SIZE);
         assert_eq!(wide.ci95[1], 10.0);
         assert!((wide.ci95[0] - (8.0 - 0.1_f64.hypot(NORMAL_95 * 4.0))).abs() < 1e-12, "{wide:?}");
         let mut chosen = ParameterEstimate { value: 2.0, ci95: [2.0, 2.0], by_noise: None };
-        spread.widen(&mut chosen, &SPEC);
+        spread.widen(&mut chosen, &SIZE);
         assert_eq!(chosen.ci95, [2.0, 2.0]);
     }
 }

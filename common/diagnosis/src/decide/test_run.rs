@@ -3,7 +3,8 @@
 //! Every model predicts the run with what earlier recordings taught it. Errors of a model whose law has another form are neither
 //! white nor of known size, so each window counts as `per_window` independent errors of a size that is not known: its likelihood falls with that
 //! power of the gap (profile likelihood of a normal law). Something that no id names leaves what a right model would, times an
-//! `allowance`. Both figures are learnt from simulated cases.
+//! `allowance`, or what tolerances alone leave if that is less: a window in which they err as little says nothing of it. Both figures are
+//! learnt from simulated cases.
 
 use crate::answer::schema::PosteriorSet;
 use serde::{Deserialize, Serialize};
@@ -107,17 +108,17 @@ impl TestRun {
             let known = (0..self.natural.len()).filter(|k| self.is_known(*k));
             -weights.per_window * known.map(|k| gap(k).ln()).sum::<f64>()
         };
+        let of_model = |model: &Tested| of_gaps(&|k| model.windows[k]);
+        let calibrated = self.models.iter().find(|model| model.effects.is_empty());
         if set.unknown {
-            return of_gaps(&|k| weights.allowance * self.natural[k]);
+            let at_most = |k: usize| calibrated.map_or(f64::INFINITY, |model| model.windows[k]);
+            return of_gaps(&|k| at_most(k).min(weights.allowance * self.natural[k]));
         }
         let is_of = |model: &&Tested| {
             !model.effects.is_empty() && model.effects.iter().all(|id| set.effects.contains(id))
         };
-        let calibrated = self.models.iter().filter(|model| model.effects.is_empty());
-        let own = self.models.iter().filter(is_of);
-        let of_model = |model: &Tested| of_gaps(&|k| model.windows[k]);
-        let best = own.map(of_model).fold(f64::NEG_INFINITY, f64::max);
-        if best.is_finite() { best } else { calibrated.map(of_model).fold(f64::NEG_INFINITY, f64::max) }
+        let best = self.models.iter().filter(is_of).map(of_model).fold(f64::NEG_INFINITY, f64::max);
+        if best.is_finite() { best } else { calibrated.map_or(f64::NEG_INFINITY, of_model) }
     }
 
     /// Whether every model has a gap in a window.

@@ -24,7 +24,7 @@ pub struct Plan {
     pub seconds: f64,
 }
 
-/// Probability of something unknown from which it is said.
+/// Probability of what no model was made of from which it is said.
 const WORTH_SAYING: f64 = 0.05;
 
 /// The plan in words.
@@ -33,7 +33,7 @@ pub(super) fn words(plan: &Plan) -> String {
         [] => "no effect".to_owned(),
         some => some.join(" and ").replace('_', " "),
     };
-    let unknown = (1.0 - plan.p.iter().sum::<f64>() > WORTH_SAYING).then(|| "something unknown".to_owned());
+    let unknown = (1.0 - plan.p.iter().sum::<f64>() > WORTH_SAYING).then(|| "something else".to_owned());
     let names: Vec<String> = plan.separates.iter().map(name).chain(unknown).collect();
     let (first, others) = names
         .split_first()

@@ -95,6 +95,10 @@ pub(crate) fn settle(
         words: String::new(),
     };
     settled.words = words(&settled);
+    if case.is_coupled() {
+        settled.words +=
+            " The wagon is coupled: most of these gaps are forces of its couplers, and the test says little.";
+    }
     settled
 }
 
@@ -140,8 +144,10 @@ fn answer(posterior: &[PosteriorSet], report: &Report) -> (Verdict, Vec<SettledE
 
 /// Ids that a report calls equivalent to one.
 fn equivalents(id: &str, report: &Report) -> Vec<String> {
-    let groups =
-        report.effects.iter().map(|effect| [&[effect.id.clone()], effect.equivalent.as_slice()].concat());
+    let groups = report
+        .effects
+        .iter()
+        .map(|effect| [std::slice::from_ref(&effect.id), effect.equivalent.as_slice()].concat());
     let others = groups.filter(|group| group.iter().any(|one| one == id)).flatten();
     let mut others: Vec<String> = others.filter(|other| other != id).collect();
     others.sort();
