@@ -95,6 +95,9 @@ pub(crate) fn settle(
         words: String::new(),
     };
     settled.words = words(&settled);
+    if test.fit.iter().any(|run| case.fit.iter().all(|known| known.rail != run.rail)) {
+        settled.words += " Part of the test was made on rail of which there is no recording: its adhesion is the vehicle file's.";
+    }
     if case.is_coupled() {
         settled.words +=
             " The wagon is coupled: most of these gaps are forces of its couplers, and the test says little.";
