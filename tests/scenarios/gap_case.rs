@@ -253,9 +253,10 @@ fn an_effect_from_a_file_is_simulated_found_applied_and_estimated_with() {
     );
 }
 
-/// A plan names what it separates, keeps to its limits and comes as a scenario that runs.
+/// A plan names what it separates, keeps to its limits and comes as a scenario that runs; the vehicle that made the recordings makes the
+/// run, and what it says of the causes speaks for the right one.
 #[test]
-fn the_next_run_is_planned_within_its_limits() {
+fn the_next_run_is_planned_within_its_limits_and_speaks_for_the_cause() {
     let folder = tempfile::tempdir().expect("folder");
     let case = case(folder.path());
     let at = |name: &str| text(&folder.path().join(name));
@@ -274,8 +275,26 @@ fn the_next_run_is_planned_within_its_limits() {
     assert!(number(&plan["run"]["v0_m_s"]) <= 20.0 && plan["run"]["rail"] == "dry");
     let phases = plan["run"]["phases"].as_array().expect("phases");
     assert_eq!(phases.last().map(|phase| number(&phase["until_s"])), Some(40.0));
-    let vehicle = text(&case.join("vehicle.toml"));
-    must(&["simulate", "--scenario", &scenario, "--vehicle", &vehicle, "--out", &at("planned")]);
+    must(&["simulate", "--scenario", &scenario, "--vehicle", &at("true.toml"), "--out", &at("planned")]);
+
+    let missing = run_of(&["gap", "settle", &text(&case)]);
+    assert_eq!(missing.0, Some(2));
+    assert!(missing.1.contains("case/test: no such folder"), "{}", missing.1);
+    std::fs::create_dir(case.join("test")).expect("folder");
+    std::fs::copy(folder.path().join("planned/wagon01.dry.csv"), case.join("test/planned.dry.csv"))
+        .expect("the run");
+    must(&["gap", "settle", &text(&case), "--json", &at("settled.json")]);
+    let settled: Value =
+        serde_json::from_str(&std::fs::read_to_string(at("settled.json")).expect("settled")).expect("JSON");
+    println!("{}", settled["words"]);
+    assert_eq!(settled["effects"][0]["id"], "wheel_radius", "{settled}");
+    let p = |sets: &Value| -> f64 {
+        let holds =
+            |set: &&Value| set["effects"].as_array().is_some_and(|ids| ids.contains(&"wheel_radius".into()));
+        sets.as_array().expect("sets").iter().filter(holds).map(|set| number(&set["p"])).sum()
+    };
+    let [before, after] = ["before", "posterior"].map(|key| p(&settled[key]));
+    assert!(after > before && after > 0.8, "{before} {after}");
     let wrong = run_of(&["gap", "plan", &text(&case), "--rails", "dry,ice"]);
     assert_eq!(wrong.0, Some(2));
     assert!(wrong.1.contains("no rail \"ice\"; there are dry, wet, low"), "{}", wrong.1);
