@@ -10,7 +10,7 @@ const NORMAL_90: f64 = 1.645;
 /// Share of the true values that their 90 % intervals hold.
 const HELD: f64 = 0.9;
 
-/// Standard error of values that is not noise, as a share of the distance between a value and that at which its parameter does nothing.
+/// Standard error of values that is not noise, of the logarithm of the distance between a value and that at which its parameter does nothing.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Spread {
@@ -26,7 +26,7 @@ pub struct Spread {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Share {
-    /// Standard error over the value.
+    /// Standard error of the logarithm of the value.
     pub of_value: f64,
     /// Number of true values.
     pub values: usize,
@@ -51,13 +51,21 @@ impl Judged {
         (low..=high).contains(&self.truth)
     }
 
-    /// The least share of the value with which the 90 % interval holds the truth.
+    /// The least share of the value with which the 90 % interval holds the truth; not a number of a value at which nothing is done.
     fn share_needed(&self) -> f64 {
         let ParameterEstimate { value, ci95, by_noise } = self.estimate;
         let [low, high] = by_noise.unwrap_or(ci95);
-        let half = if self.truth < value { value - low } else { high - value };
-        let beyond = ((self.truth - value) / NORMAL_90).powi(2) - (half / NORMAL_95).powi(2);
-        beyond.max(0.0).sqrt() / size(value, self.spec)
+        let off = self.truth - value;
+        let half = if off < 0.0 { value - low } else { high - value };
+        // Of the 95 % interval, which a 90 % interval is a fixed part of.
+        let beyond = ((NORMAL_95 / NORMAL_90 * off).powi(2) - half.powi(2)).max(0.0).sqrt();
+        let size = size(value, self.spec);
+        if size == 0.0 {
+            return f64::NAN;
+        }
+        let is_farther = off * (value - neutral(self.spec)) > 0.0;
+        let factor = if is_farther { 1.0 + beyond / size } else { (1.0 - beyond / size).max(0.0) };
+        factor.ln().abs() / NORMAL_95
     }
 }
 
@@ -66,7 +74,7 @@ impl Share {
     /// prediction; Lei et al. 2018, algorithm 2). Of fewer than nine the widest stands.
     fn fit(judged: &[&Judged]) -> Self {
         let needed = judged.iter().map(|one| one.share_needed());
-        let mut needed: Vec<f64> = needed.filter(|share| share.is_finite()).collect();
+        let mut needed: Vec<f64> = needed.filter(|share| !share.is_nan()).collect();
         needed.sort_by(f64::total_cmp);
         let rank = ((needed.len() + 1) as f64 * HELD).ceil() as usize;
         let of_value = needed.get(rank - 1).or(needed.last()).copied().unwrap_or(0.0);
@@ -90,17 +98,23 @@ impl Spread {
 
     fn around(&self, value: f64, [low, high]: Interval, spec: &ParameterSpec) -> Interval {
         let share = if is_time(spec) { self.times } else { self.sizes };
-        let more = NORMAL_95 * share.of_value * size(value, spec);
-        let wide = |end: f64| (end - value).hypot(more);
+        // A factor either way: what is certainly at work is never nothing.
+        let [nearer, farther] = [-1.0, 1.0]
+            .map(|sign: f64| size(value, spec) * ((sign * NORMAL_95 * share.of_value).exp() - 1.0).abs());
+        let [below, above] = if value < neutral(spec) { [farther, nearer] } else { [nearer, farther] };
         // What noise alone already carries beyond the range stays.
         let within = |end: f64| end.clamp(spec.lower.min(low), spec.upper.max(high));
-        [within(value - wide(low)), within(value + wide(high))]
+        [within(value - (low - value).hypot(below)), within(value + (high - value).hypot(above))]
     }
 }
 
 /// Distance from where a parameter does nothing.
 fn size(value: f64, spec: &ParameterSpec) -> f64 {
-    (value - spec.neutral.unwrap_or(0.0)).abs()
+    (value - neutral(spec)).abs()
+}
+
+fn neutral(spec: &ParameterSpec) -> f64 {
+    spec.neutral.unwrap_or(0.0)
 }
 
 fn is_time(spec: &ParameterSpec) -> bool {
@@ -154,7 +168,8 @@ mod tests {
         assert_eq!(of(&[judged(&SIZE, 1.0, 1.1, 1.0); 20]).of_value, 0.0);
         assert_eq!(of(&[]), Share::default());
         let few = of(&[judged(&SIZE, 1.0, 2.0, 0.0), judged(&SIZE, 1.0, 1.1, 0.0)]);
-        assert!((few.of_value - 0.5 / NORMAL_90).abs() < 1e-12, "{few:?}");
+        let factor: f64 = 1.0 - 0.5 * NORMAL_95 / NORMAL_90;
+        assert!((few.of_value - factor.ln().abs() / NORMAL_95).abs() < 1e-12, "{few:?}");
         // A value at which the parameter does nothing has no share.
         assert_eq!(of(&[judged(&SIZE, 1.0, 0.0, 0.0); 9]).values, 0);
     }
@@ -165,7 +180,11 @@ mod tests {
         let mut wide = judged(&SIZE, 8.0, 8.0, 0.1).estimate;
         spread.widen(&mut wide, &SIZE);
         assert_eq!(wide.ci95[1], 10.0);
-        assert!((wide.ci95[0] - (8.0 - 0.1_f64.hypot(NORMAL_95 * 4.0))).abs() < 1e-12, "{wide:?}");
+        let nearer = 8.0 * (1.0 - (-0.5 * NORMAL_95).exp());
+        assert!(
+            (wide.ci95[0] - (8.0 - 0.1_f64.hypot(nearer))).abs() < 1e-12 && wide.ci95[0] > 0.0,
+            "{wide:?}"
+        );
         let mut chosen = ParameterEstimate { value: 2.0, ci95: [2.0, 2.0], by_noise: None };
         spread.widen(&mut chosen, &SIZE);
         assert_eq!(chosen.ci95, [2.0, 2.0]);
