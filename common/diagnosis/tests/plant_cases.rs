@@ -118,7 +118,7 @@ fn a_fading_brake_that_the_library_lacks_is_unknown_in_the_right_term() {
 }
 
 /// A run that the diagnosis has not seen: the model of the right cause predicts it best, and the cause becomes likelier. The same run of
-/// a wagon without any speaks for none.
+/// a wagon without any leaves none the answer.
 #[test]
 fn a_test_run_speaks_for_the_cause_and_for_no_other() {
     let settled = |departure: Option<(&str, f64)>| {

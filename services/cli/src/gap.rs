@@ -142,13 +142,7 @@ fn diagnose(args: &DiagnoseArgs) -> Result<(), CliError> {
 
 fn of_wagon(args: &DiagnoseArgs) -> Result<Answer, CliError> {
     let case = args.search.read(&args.case)?;
-    let options = wagon::Options {
-        case: name_of(&args.case),
-        without: args.search.without.clone(),
-        seed: args.search.seed,
-        version: version(),
-        command: command(args),
-    };
+    let options = args.search.options(&args.case, command(args));
     let outcome = args.search.run(|step| wagon::diagnose(&case, &options, step))?;
     Ok(Answer {
         report: outcome.report,

@@ -10,7 +10,7 @@ use railgrip_vehicle::RailClass;
 use serde_json::json;
 
 use crate::CliError;
-use crate::gap_shared::{SearchArgs, name_of, version, write};
+use crate::gap_shared::{SearchArgs, name_of, write};
 use crate::output::{apart, say};
 
 /// Arguments of `railgrip gap plan`.
@@ -45,13 +45,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     let written = [("--json", args.json.as_deref()), ("--scenario", args.scenario.as_deref())];
     apart(&written, &[&vehicle, &fit, &holdout])?;
     let case = args.search.read(&args.case)?;
-    let options = wagon::Options {
-        case: name_of(&args.case),
-        without: args.search.without.clone(),
-        seed: args.search.seed,
-        version: version(),
-        command: format!("railgrip gap plan {}", name_of(&args.case)),
-    };
+    let options = args.search.options(&args.case, format!("railgrip gap plan {}", name_of(&args.case)));
     let (_, plan) = args.search.run(|step| wagon::plan(&case, &options, &limits, step))?;
     if let Some(path) = &args.json {
         let value = match &plan {

@@ -6,7 +6,7 @@ use railgrip_diagnosis::data::load;
 use railgrip_diagnosis::wagon;
 
 use crate::CliError;
-use crate::gap_shared::{SearchArgs, name_of, version, write};
+use crate::gap_shared::{SearchArgs, name_of, write};
 use crate::output::{apart, say};
 
 /// Arguments of `railgrip gap settle`.
@@ -37,13 +37,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     apart(&[("--json", args.json.as_deref())], &[&vehicle, &fit, &holdout, &test])?;
     let case = args.search.read(&args.case)?;
     let test = load::load_test(&test, case.vehicle.clone()).map_err(CliError::bad_input)?;
-    let options = wagon::Options {
-        case: name_of(&args.case),
-        without: args.search.without.clone(),
-        seed: args.search.seed,
-        version: version(),
-        command: format!("railgrip gap settle {}", name_of(&args.case)),
-    };
+    let options = args.search.options(&args.case, format!("railgrip gap settle {}", name_of(&args.case)));
     let (_, settled) = args.search.run(|step| wagon::settle(&case, &test, &options, step))?;
     let settled = settled.ok_or_else(|| CliError::failed("the diagnosis came to no end"))?;
     if let Some(path) = &args.json {

@@ -6,6 +6,7 @@ use std::path::Path;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use railgrip_diagnosis::data::case::Case;
 use railgrip_diagnosis::data::load;
+use railgrip_diagnosis::wagon;
 use railgrip_vehicle::effects;
 use railgrip_words::Language;
 
@@ -31,6 +32,12 @@ impl SearchArgs {
         check_ids(&self.without)?;
         let vehicle = railgrip_settings::vehicle::load(&folder.join("vehicle.toml"));
         load::load(folder, vehicle.map_err(CliError::bad_input)?).map_err(CliError::bad_input)
+    }
+
+    /// What the diagnosis of a case in this folder is told beside it.
+    pub(crate) fn options(&self, folder: &Path, command: String) -> wagon::Options {
+        let (case, without) = (name_of(folder), self.without.clone());
+        wagon::Options { case, without, seed: self.seed, version: version(), command }
     }
 
     /// Does the work on as many threads as are asked for, with a bar on a terminal that each step moves on.

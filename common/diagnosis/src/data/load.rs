@@ -47,8 +47,8 @@ pub enum CaseError {
 /// A folder without runs, or a bad recording; the message names file, line and column.
 pub fn load(folder: &Path, vehicle: VehicleParameters) -> Result<Case, CaseError> {
     let mut notes = Vec::new();
-    let fit = read(folder, "fit", &vehicle, &mut notes)?;
-    let holdout = read(folder, "holdout", &vehicle, &mut notes)?;
+    let fit = read(&folder.join("fit"), "fit", &vehicle, &mut notes)?;
+    let holdout = read(&folder.join("holdout"), "holdout", &vehicle, &mut notes)?;
     let [mut fit, holdout] = [fit, holdout].map(|parts| parts.iter().map(run).collect::<Vec<Run>>());
     for (number, run) in (1..).zip(&mut fit) {
         run.samples.iter_mut().for_each(|sample| sample.input.recording = number);
@@ -70,12 +70,12 @@ pub fn load(folder: &Path, vehicle: VehicleParameters) -> Result<Case, CaseError
 /// As [`load`].
 pub fn load_test(folder: &Path, vehicle: VehicleParameters) -> Result<Case, CaseError> {
     let mut notes = Vec::new();
-    let fit: Vec<Run> = read(folder, "", &vehicle, &mut notes)?.iter().map(run).collect();
+    let fit: Vec<Run> = read(folder, "test", &vehicle, &mut notes)?.iter().map(run).collect();
     let noise = SensorNoise::of_file(&vehicle.sensors);
     Ok(Case { vehicle, fit, holdout: Vec::new(), noise, notes })
 }
 
-/// The recordings of a folder in regular parts. Each note is told with the folder and the run that it is about.
+/// The recordings of a folder in regular parts. Each note is told with the part of the case and the run that it is about.
 fn read(
     folder: &Path,
     part: &str,
@@ -83,8 +83,7 @@ fn read(
     notes: &mut Vec<String>,
 ) -> Result<Vec<Recording>, CaseError> {
     let mut parts = Vec::new();
-    let folder = if part.is_empty() { folder.to_owned() } else { folder.join(part) };
-    for RunFile { name, path, .. } in runs_in(&folder)? {
+    for RunFile { name, path, .. } in runs_in(folder)? {
         let mended = Recording::read_mended(&path, &Mending::default())?;
         notes.extend(mended.notes.into_iter().map(|note| format!("{part}/{name}: {note}")));
         let found_hz = mended.parts.first().map_or(0.0, Recording::sample_rate_hz);

@@ -5,8 +5,9 @@
 //! gap itself (`in_gap`). [`evidence`] gathers what the verdict rests on,
 //! among it what chance would gain ([`significance`]); [`verdict`] decides by a table of rules, [`practice`] revises it by what becomes of
 //! the gap; [`confidence`] says how sure
-//! each named effect is, [`posterior`] how probable sets of them ([`sets`]) are ([`holds`]: none, known or unknown), [`spread`] how far values may be off, [`test_run`] what a run made for the purpose
-//! says of such sets; [`learning`] takes all three from cases with known answers.
+//! each named effect is, [`posterior`] how probable sets of them ([`sets`]) are ([`holds`]: none, known or unknown), [`spread`] how
+//! far values may be off, [`test_run`] what a run made for the purpose says of such sets; [`learning`] takes all three from cases
+//! with known answers.
 //! [`baselines`] are two simpler ways to rank effects, to compare with.
 
 pub mod acceptance;

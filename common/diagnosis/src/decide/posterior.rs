@@ -197,8 +197,8 @@ impl Calibration {
         toml::from_str(SHIPPED).expect("the calibration that is part of the program")
     }
 
-    /// Writes the probabilities of names and of sets into a report, and intervals that know of laws of another form. A name's probability is that it, or an id which the report
-    /// calls equivalent, is at work.
+    /// Writes the probabilities of names and of sets into a report, and intervals that know of laws of another form. A name's
+    /// probability is that it, or an id which the report calls equivalent, is at work.
     pub fn settle(&self, report: &mut Report) {
         let stated: Vec<f64> = self.of_names(report);
         for (effect, p) in report.effects.iter_mut().zip(stated) {

@@ -10,7 +10,8 @@ const NORMAL_90: f64 = 1.645;
 /// Share of the true values that their 90 % intervals hold.
 const HELD: f64 = 0.9;
 
-/// Standard error of values that is not noise, of the logarithm of the distance between a value and that at which its parameter does nothing.
+/// Standard error of values that is not noise: of the logarithm of the distance between a value and that at which its parameter does
+/// nothing.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Spread {
@@ -22,7 +23,7 @@ pub struct Spread {
     pub times: Share,
 }
 
-/// A share, and the number of true values from which it was learnt.
+/// A standard error, and the number of true values from which it was learnt.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Share {
@@ -51,7 +52,7 @@ impl Judged {
         (low..=high).contains(&self.truth)
     }
 
-    /// The least share of the value with which the 90 % interval holds the truth; not a number of a value at which nothing is done.
+    /// The least standard error with which the 90 % interval holds the truth; not a number of a value at which nothing is done.
     fn share_needed(&self) -> f64 {
         let ParameterEstimate { value, ci95, by_noise } = self.estimate;
         let [low, high] = by_noise.unwrap_or(ci95);
@@ -70,7 +71,7 @@ impl Judged {
 }
 
 impl Share {
-    /// The least share with which intervals hold nine of ten true values, one more than these among them (split conformal
+    /// The least one with which intervals hold nine of ten true values, one more than these among them (split conformal
     /// prediction; Lei et al. 2018, algorithm 2). Of fewer than nine the widest stands.
     fn fit(judged: &[&Judged]) -> Self {
         let needed = judged.iter().map(|one| one.share_needed());

@@ -69,8 +69,9 @@ impl Doubt<'_> {
         self.sets.iter().filter(|set| set.unknown).map(|set| set.p).sum()
     }
 
-    /// Entropy after a test in which models err so much, window by window, and the true effects do so much, beside what even a right cause leaves, whose law may have another
-    /// form. The allowance is where right and wrong causes are as likely: a right one leaves less, by half of its logarithm.
+    /// Entropy after a test in which models err so much, window by window, and the true effects do so much, beside what even a
+    /// right cause leaves, whose law may have another form. The allowance is where right and wrong causes are as likely: a right
+    /// one leaves less, by half of its logarithm.
     fn entropy_after(&self, errors: &[Vec<f64>], influence: &[f64]) -> f64 {
         let own = self.weights.allowance.sqrt() * self.natural;
         let tested = |(model, errors): (&Model, &Vec<f64>)| Tested {
