@@ -68,7 +68,7 @@ pub static SELF_CLEANING: EffectSpec = EffectSpec {
     parameters: &[
         ParameterSpec {
             name: "gain",
-            lower: -0.1,
+            lower: 0.0,
             upper: 2.0,
             default: 0.1,
             neutral: Some(0.0),
@@ -76,7 +76,7 @@ pub static SELF_CLEANING: EffectSpec = EffectSpec {
         },
         ParameterSpec {
             name: "gain_in_slip",
-            lower: -0.1,
+            lower: 0.0,
             upper: 2.0,
             default: 0.05,
             neutral: Some(0.0),

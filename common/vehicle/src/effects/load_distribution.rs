@@ -11,7 +11,7 @@ pub static LOAD_TRANSFER: EffectSpec = EffectSpec {
     source: "h / a of 0.1 to 0.25 is general knowledge; loads shift the slides to trailing wheelsets in 10.1371/journal.pone.0135459",
     parameters: &[ParameterSpec {
         name: "relative_error",
-        lower: -1.5,
+        lower: -1.0,
         upper: 5.0,
         default: 0.2,
         neutral: Some(0.0),
