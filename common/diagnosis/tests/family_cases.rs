@@ -90,6 +90,31 @@ fn a_gap_that_heard_noise_does_not_make_is_something() {
     assert!(left > 1.4, "{left}");
 }
 
+/// A lag of the brakes shows in the force on the body, and more there than at the pads. A coupler, which acts there, was named in its
+/// place though the lag gained more and predicted other runs much better; so was wind in place of a dragging brake.
+#[test]
+fn what_gains_most_leads_though_another_acts_where_the_model_errs_most() {
+    for (index, id) in [(17, "brake_lag"), (2, "dragging_brake")] {
+        let recipe = family_deck(130, 281_173, Forms::Only(FormSet::A)).swap_remove(index);
+        assert_eq!(recipe.effects[0].id, id);
+        let report = answer(&FamilyCase::make(&recipe).expect("the plant knows its effects"));
+        assert!(report.effects.first().is_some_and(|effect| effect.id == id), "{:?}", report.effects);
+    }
+}
+
+/// Following wheelsets that are cleaned were load transfer turned round, at the bound of its size.
+#[test]
+fn no_law_is_named_at_a_size_that_its_cause_cannot_have() {
+    let recipe = family_deck(30, 11_530_219_612_044_647_093, Forms::Only(FormSet::A)).swap_remove(15);
+    assert_eq!(recipe.effects[0].id, "self_cleaning");
+    let report = answer(&FamilyCase::make(&recipe).expect("the plant knows its effects"));
+    assert!(
+        report.effects.first().is_some_and(|effect| effect.id == "self_cleaning"),
+        "{:?}",
+        report.effects
+    );
+}
+
 /// Wagons on bogies were refused once.
 #[test]
 fn nothing_is_found_on_four_sound_wheelsets_and_the_wobbling_one_is() {

@@ -127,7 +127,8 @@ impl TestRun {
 
     /// RMS over the windows in which every model has a gap; `None` without any.
     fn root_mean_square(&self, gaps: &[f64]) -> Option<f64> {
-        let known: Vec<f64> = (0..gaps.len()).filter(|k| self.is_known(*k)).map(|k| gaps[k].powi(2)).collect();
+        let known: Vec<f64> =
+            (0..gaps.len()).filter(|k| self.is_known(*k)).map(|k| gaps[k].powi(2)).collect();
         (!known.is_empty()).then(|| (known.iter().sum::<f64>() / known.len() as f64).sqrt())
     }
 
@@ -243,10 +244,8 @@ mod tests {
 
     #[test]
     fn the_likeliest_is_believed_the_less_the_more_it_leaves() {
-        let weights = TestWeights {
-            trust: Trust { offset: 0.0, slope: 1.0, left: -1.0 },
-            ..TestWeights::default()
-        };
+        let weights =
+            TestWeights { trust: Trust { offset: 0.0, slope: 1.0, left: -1.0 }, ..TestWeights::default() };
         let after = |a: f64, sets: &[PosteriorSet]| -> Vec<f64> {
             let test = TestRun {
                 models: vec![model(&[], 3.0 * a), model(&["a"], a), model(&["b"], 2.0 * a)],
