@@ -26,8 +26,8 @@ pub(crate) struct Args {
     /// Folder with a report NAME.json for each of these cases, in the order of the labels; may be repeated
     #[arg(long, value_name = "DIR", required = true)]
     reports: Vec<PathBuf>,
-    /// Learn this part anew and keep the rest of the program's calibration: spread (of values), tests (runs beside the reports,
-    /// NAME.designed.json and NAME.any.json of `gap settle`)
+    /// Learn this part anew and keep the rest of the program's calibration: failing (of names whose effects do not carry over), spread (of
+    /// values), tests (runs beside the reports, NAME.designed.json and NAME.any.json of `gap settle`)
     #[arg(long, value_name = "PART")]
     only: Option<Part>,
     /// What the cases are, for whoever reads the result
@@ -41,6 +41,8 @@ pub(crate) struct Args {
 /// A part of a calibration that can be learnt alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Part {
+    /// What it means for a name that its effects predict other runs no better.
+    Failing,
     /// How far fitted values lie from true ones.
     Spread,
     /// How far a test moves probabilities.
@@ -77,6 +79,11 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         (Some(_), None) => {
             Calibration { tests: weights(&shipped.tests), ..learning::learn(&cases, provenance()) }
         }
+        (Some(_), Some(Part::Failing)) => Calibration {
+            names: learning::with_failing(&shipped.names, &cases),
+            provenance: format!("{}; names that do not carry over: {}", shipped.provenance, args.provenance),
+            ..shipped
+        },
         (Some(_), Some(Part::Spread)) => {
             Calibration { spread: learning::spread(&cases, provenance()), ..shipped }
         }

@@ -2,7 +2,8 @@
 
 use crate::answer::schema::{FoundEffect, PosteriorSet, Report, Verdict};
 use crate::decide::holds::{Held, Holds, Lean, Signs};
-use crate::decide::posterior::{Calibration, Grounds, Scaling, grounds};
+use crate::decide::posterior::Calibration;
+use crate::decide::scaling::{Grounds, Scaling, grounds};
 use crate::decide::sets::{WhenWrong, fewest};
 use crate::decide::spread::{Judged, Spread};
 use crate::decide::test_run::TestWeights;
@@ -143,6 +144,11 @@ fn judged_names((report, truth): &Case) -> Vec<(Grounds, bool)> {
         grounds(report, effect).map(|grounds| (grounds, right))
     };
     report.effects.iter().filter_map(of).collect()
+}
+
+/// A scaling with what it means for a name that its effects do not carry over, learnt from cases.
+pub fn with_failing(scaling: &Scaling, cases: &[Case]) -> Scaling {
+    scaling.with_failing(&cases.iter().flat_map(judged_names).collect::<Vec<(Grounds, bool)>>())
 }
 
 /// Learns how far fitted values lie from true ones, from cases in which some are known.

@@ -23,6 +23,7 @@ mod newton;
 pub mod posterior;
 pub mod practice;
 pub mod round;
+pub mod scaling;
 pub mod selection;
 pub mod sets;
 pub mod significance;
