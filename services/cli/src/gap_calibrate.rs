@@ -139,7 +139,7 @@ fn report_tests(tests: &[Taught], weights: &TestWeights) {
         "{} tests: mean probability of the truth {:.2} before and {:.2} after ({:.1} errors a window, allowance {:.2})",
         tests.len(),
         mean(&|(_, before, _)| before.clone()),
-        mean(&|(test, before, _)| test.after(before, weights)),
+        mean(&|(test, before, _)| test.reweigh(before, weights)),
         weights.per_window,
         weights.allowance,
     ));

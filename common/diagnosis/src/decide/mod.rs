@@ -29,5 +29,4 @@ pub mod sets;
 pub mod significance;
 pub mod spread;
 pub mod test_run;
-pub mod trust;
 pub mod verdict;

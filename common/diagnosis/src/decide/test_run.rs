@@ -4,10 +4,9 @@
 //! white nor of known size, so each window counts as `per_window` independent errors of a size that is not known: its likelihood falls with that
 //! power of the gap (profile likelihood of a normal law). Something that no id names leaves what a right model would, times an
 //! `allowance`, or what tolerances alone leave if that is less: a window in which they err as little says nothing of it. Both figures are
-//! learnt from simulated cases, and so is how far the likeliest set is believed after that ([`trust`](crate::decide::trust)).
+//! learnt from simulated cases.
 
 use crate::answer::schema::PosteriorSet;
-use crate::decide::trust::{self, Ground, Trust};
 use serde::{Deserialize, Serialize};
 
 /// A model that was tested.
@@ -40,21 +39,12 @@ pub struct TestWeights {
     pub allowance: f64,
     /// Number of tests from which both were learnt.
     pub tests: usize,
-    /// How far the likeliest set is believed.
-    #[serde(default)]
-    pub trust: Trust,
 }
 
 impl Default for TestWeights {
     /// Set by hand, for a program that has learnt nothing.
     fn default() -> Self {
-        Self {
-            provenance: "set by hand".to_owned(),
-            per_window: 1.0,
-            allowance: 1.5,
-            tests: 0,
-            trust: Trust::PLAIN,
-        }
+        Self { provenance: "set by hand".to_owned(), per_window: 1.0, allowance: 1.5, tests: 0 }
     }
 }
 
@@ -68,19 +58,8 @@ const LEAST: f64 = 0.02;
 pub type Taught = (TestRun, Vec<PosteriorSet>, Vec<bool>);
 
 impl TestWeights {
-    /// The weights with which the truth is likeliest after tests whose answer is known, and how far what is likeliest by them may be
-    /// believed.
+    /// The weights with which the truth is likeliest after tests whose answer is known.
     pub fn fit(taught: &[Taught], provenance: &str) -> Self {
-        let likeliest = Self::likeliest(taught, provenance);
-        let grounds = taught.iter().filter_map(|(test, sets, right)| {
-            let (index, ground) = test.likeliest(sets, &test.reweigh(sets, &likeliest))?;
-            Some((ground, right[index]))
-        });
-        Self { trust: Trust::fit(&grounds.collect::<Vec<(Ground, bool)>>()), ..likeliest }
-    }
-
-    /// The weights alone.
-    fn likeliest(taught: &[Taught], provenance: &str) -> Self {
         let score = |weights: &Self| -> f64 {
             let of = |(test, sets, right): &Taught| {
                 let after = test.reweigh(sets, weights);
@@ -95,7 +74,6 @@ impl TestWeights {
                 per_window: *per_window,
                 allowance,
                 tests: taught.len(),
-                trust: Trust::PLAIN,
             })
         });
         tried.max_by(|a, b| score(a).total_cmp(&score(b))).unwrap_or_default()
@@ -103,36 +81,7 @@ impl TestWeights {
 }
 
 impl TestRun {
-    /// The sets in their order, with the probabilities that they have after this test: the likeliest as far as it is believed, the
-    /// others and what is not listed share the rest as before.
-    pub fn after(&self, sets: &[PosteriorSet], weights: &TestWeights) -> Vec<PosteriorSet> {
-        let mut after = self.reweigh(sets, weights);
-        let Some((index, ground)) = self.likeliest(sets, &after) else { return after };
-        let (stated, believed) = (after[index].p, weights.trust.probability(&ground));
-        let others = if stated < 1.0 { (1.0 - believed) / (1.0 - stated) } else { 0.0 };
-        for (k, set) in after.iter_mut().enumerate() {
-            set.p = if k == index { believed } else { set.p * others };
-        }
-        after
-    }
-
-    /// Which set is likeliest, and what it is believed by; `None` where the test says nothing of it.
-    fn likeliest(&self, sets: &[PosteriorSet], after: &[PosteriorSet]) -> Option<(usize, Ground)> {
-        let index = (0..after.len()).max_by(|a, b| after[*a].p.total_cmp(&after[*b].p))?;
-        let natural = self.root_mean_square(&self.natural)?;
-        let left = self.best(&sets[index]).and_then(|model| self.root_mean_square(&model.windows));
-        let left = left.filter(|_| !sets[index].unknown).map(|left| left / natural);
-        Some((index, trust::ground(after[index].p, left)))
-    }
-
-    /// RMS over the windows in which every model has a gap; `None` without any.
-    fn root_mean_square(&self, gaps: &[f64]) -> Option<f64> {
-        let known: Vec<f64> =
-            (0..gaps.len()).filter(|k| self.is_known(*k)).map(|k| gaps[k].powi(2)).collect();
-        (!known.is_empty()).then(|| (known.iter().sum::<f64>() / known.len() as f64).sqrt())
-    }
-
-    /// The sets in their order, with the probabilities that follow from the gaps alone. A set is as likely as the best model whose
+    /// The sets in their order, with the probabilities that they have after this test. A set is as likely as the best model whose
     /// effects it holds.
     pub fn reweigh(&self, sets: &[PosteriorSet], weights: &TestWeights) -> Vec<PosteriorSet> {
         if self.models.is_empty() {
@@ -159,29 +108,17 @@ impl TestRun {
             let known = (0..self.natural.len()).filter(|k| self.is_known(*k));
             -weights.per_window * known.map(|k| gap(k).ln()).sum::<f64>()
         };
+        let of_model = |model: &Tested| of_gaps(&|k| model.windows[k]);
+        let calibrated = self.models.iter().find(|model| model.effects.is_empty());
         if set.unknown {
-            let at_most = |k: usize| self.calibrated().map_or(f64::INFINITY, |model| model.windows[k]);
+            let at_most = |k: usize| calibrated.map_or(f64::INFINITY, |model| model.windows[k]);
             return of_gaps(&|k| at_most(k).min(weights.allowance * self.natural[k]));
         }
-        self.best(set).map_or(f64::NEG_INFINITY, |model| of_gaps(&|k| model.windows[k]))
-    }
-
-    /// The model with tolerances alone.
-    fn calibrated(&self) -> Option<&Tested> {
-        self.models.iter().find(|model| model.effects.is_empty())
-    }
-
-    /// The model that leaves least by the logarithms of the known windows, of those whose effects a set holds; the calibrated one
-    /// where there is none.
-    fn best(&self, set: &PosteriorSet) -> Option<&Tested> {
         let is_of = |model: &&Tested| {
             !model.effects.is_empty() && model.effects.iter().all(|id| set.effects.contains(id))
         };
-        let left = |model: &Tested| -> f64 {
-            (0..self.natural.len()).filter(|k| self.is_known(*k)).map(|k| model.windows[k].ln()).sum()
-        };
-        let best = self.models.iter().filter(is_of).min_by(|a, b| left(a).total_cmp(&left(b)));
-        best.or_else(|| self.calibrated())
+        let best = self.models.iter().filter(is_of).map(of_model).fold(f64::NEG_INFINITY, f64::max);
+        if best.is_finite() { best } else { calibrated.map_or(f64::NEG_INFINITY, of_model) }
     }
 
     /// Whether every model has a gap in a window.
@@ -240,30 +177,6 @@ mod tests {
         assert!((p[1].p / p[0].p - 4.0 * 0.3 / 0.4).abs() < 1e-9, "one window: {p:?}");
         let p = TestRun::default().reweigh(&sets(), &TestWeights::default());
         assert!(p.iter().zip(sets()).all(|(after, before)| (after.p - before.p).abs() < 1e-12), "{p:?}");
-    }
-
-    #[test]
-    fn the_likeliest_is_believed_the_less_the_more_it_leaves() {
-        let weights =
-            TestWeights { trust: Trust { offset: 0.0, slope: 1.0, left: -1.0 }, ..TestWeights::default() };
-        let after = |a: f64, sets: &[PosteriorSet]| -> Vec<f64> {
-            let test = TestRun {
-                models: vec![model(&[], 3.0 * a), model(&["a"], a), model(&["b"], 2.0 * a)],
-                natural: vec![1.0; 6],
-            };
-            test.after(sets, &weights).iter().map(|set| set.p).collect()
-        };
-        let [natural, more] = [1.0, 1.4].map(|a| after(a, &sets()));
-        assert!(natural[0] > 0.9, "{natural:?}");
-        // The likeliest still, and less likely at least by what it leaves.
-        let alone = |a: f64| ((a / (1.0 - a)).ln() - f64::ln(1.4)).exp();
-        assert!(more[0] / (1.0 - more[0]) < alone(natural[0]) + 1e-9, "{more:?}");
-        // What is not listed gains as others do.
-        let unlisted = |p: &[f64]| 1.0 - p.iter().sum::<f64>();
-        assert!(unlisted(&more) > 1.2 * unlisted(&natural), "{more:?} {natural:?}");
-        // A set that was certain may be doubted too.
-        let certain = after(2.0, &[set(&["a"], false, 1.0)]);
-        assert!(certain[0] < 1.0 && certain[0] > 0.9, "{certain:?}");
     }
 
     /// Two models whose gaps scatter; the right one is better by a third on average. What is learnt states probabilities that come true.

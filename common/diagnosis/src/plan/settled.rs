@@ -80,7 +80,7 @@ pub(crate) fn settle(
             .collect(),
     };
     let calibration = Calibration::shipped();
-    let mut posterior = run.after(&report.posterior, &calibration.tests);
+    let mut posterior = run.reweigh(&report.posterior, &calibration.tests);
     posterior.sort_by(|a, b| b.p.total_cmp(&a.p));
     let (verdict, effects) = answer(&posterior, report);
     let mut settled = Settled {
