@@ -99,3 +99,59 @@ fn adhesion_over_speed_is_curtius_and_knifflers_by_default_and_keeps_its_asympto
     let neutral = built("adhesion_speed", &[("decay_s_per_m", 0.0)]);
     assert_eq!(peak(neutral.as_ref(), 40.0), 1.0);
 }
+
+/// A fit steps a hair below "none", sensors at rest read less than nothing, wagons roll backwards: no law may panic or make a number
+/// that is none of it. A force of hysteresis once ended a diagnosis.
+#[test]
+fn no_law_breaks_at_the_edge_of_what_it_may_be_asked() {
+    let mut asked = 0;
+    for (spec, boxed) in effects::all() {
+        let corner = |which: usize| -> Vec<f64> {
+            let value = |p: &effects::ParameterSpec| {
+                let hair = 1e-9 * (p.upper - p.lower);
+                [p.lower - hair, p.lower, p.default, p.upper, p.upper + hair][which]
+            };
+            spec.parameters.iter().map(|p| if p.discrete { p.default } else { value(p) }).collect()
+        };
+        for (which, force_n, v_m_s) in (0..5).flat_map(|which| {
+            [-5e2, -1e-9, 0.0, 1e-9, 3e4]
+                .into_iter()
+                .flat_map(move |force_n| [-2.0, 0.0, 1e-6, 30.0].map(|v_m_s| (which, force_n, v_m_s)))
+        }) {
+            let effect = boxed(&corner(which));
+            let at = Operating {
+                wheelsets: 4,
+                time_s: 3.0,
+                v_m_s,
+                position_m: 200.0,
+                adhesion_peak: [0.2; 4],
+                wheel_speed_rad_s: [2.0 * v_m_s; 4],
+                pressing_force_n: [force_n; 4],
+                drive_torque_nm: [-force_n; 4],
+                ..Operating::default()
+            };
+            let mut hidden = vec![0.0; effect.hidden_len(0.02)];
+            effect.start(&at, &mut hidden);
+            let mut reading = Observation { v_m_s, wheel_speed_rad_s: [2.0 * v_m_s; 4] };
+            let mut all = Vec::new();
+            for _ in 0..3 {
+                effect.advance(&at, 0.02, &mut hidden);
+                for wheelset in 0..4 {
+                    all.push(effect.pad_force_n(wheelset, &at, &hidden, force_n));
+                    all.push(effect.brake_friction(wheelset, &at, &hidden, 0.35));
+                    all.push(effect.brake_torque_nm(wheelset, &at, &hidden, 0.1 * force_n));
+                    all.push(effect.drive_torque_nm(wheelset, &at, &hidden, 0.1 * force_n));
+                    all.push(effect.adhesion_peak(wheelset, &at, &hidden, 0.2));
+                }
+                all.push(effect.body_force_n(&at, &hidden, -100.0));
+                all.push(effect.headwind_m_s(&at, &hidden, 0.0));
+                effect.observe(&at, &hidden, &mut reading);
+            }
+            all.extend(reading.wheel_speed_rad_s.into_iter().chain([reading.v_m_s]));
+            let numbers = all.iter().chain(&hidden).all(|value| value.is_finite());
+            assert!(numbers, "{} at corner {which}, {force_n} N, {v_m_s} m/s: {all:?} {hidden:?}", spec.id);
+            asked += 1;
+        }
+    }
+    println!("{asked} corners of {} effects", effects::all().len());
+}

@@ -88,22 +88,30 @@ pub(crate) fn why_not(at: &Standpoint, next: &FrozenFit, round: &Round, criteria
     if !predicts && !sure {
         return Some(Stop::FailsLeftOut);
     }
-    (!is_one_more(at, next, gain, predictive, criteria)).then_some(Stop::NotOneMore)
+    // What is gained on runs left out is a share of what the same filter gains on all.
+    let agree = shared_gain(at.current, next, round).map_or(gain, |shared| shared.gain);
+    let agree = predictive >= acceptance.elsewhere_predictive_share * agree;
+    (!is_one_more(at, next, gain, agree, criteria)).then_some(Stop::NotOneMore)
 }
 
-/// What the last effect of `next` gains on runs left out, by the filter of the model before it where its own is another: costs by
-/// two filters are not to be compared run by run.
-fn predictive_gain(current: &FrozenFit, next: &FrozenFit, round: &Round) -> f64 {
+/// What the last effect of `next` gains by the filter of the model before it, where its own is another: costs by two filters are
+/// not to be compared run by run.
+fn shared_gain<'r>(current: &FrozenFit, next: &FrozenFit, round: &'r Round) -> Option<&'r Gain> {
     let last = next.fitted.shape.effects.last().map_or("", |effect| effect.spec.id);
-    let shared = round.of(last).filter(|_| next.tolerance != current.tolerance);
+    round.of(last).filter(|_| next.tolerance != current.tolerance)
+}
+
+/// What the last effect of `next` gains on runs left out, by a filter that both models share.
+fn predictive_gain(current: &FrozenFit, next: &FrozenFit, round: &Round) -> f64 {
+    let shared = shared_gain(current, next, round);
     shared.map_or_else(|| next.fitted.predictive_gain(&current.fitted), |gain| gain.predictive)
 }
 
 /// Whether the last effect of `next` is one more effect: beside one at the same place it must gain a good share of what that
-/// gained, see [`mending`](crate::decide::mending); elsewhere little is enough if runs left out agree, or if that is where
+/// gained, see [`mending`](crate::decide::mending); elsewhere little is enough if runs left out `agree`, or if that is where
 /// the model before errs most. The first effect, too, must be one or the other; a further one whose strength runs into its
 /// bound is none.
-fn is_one_more(at: &Standpoint, next: &FrozenFit, gain: f64, predictive: f64, criteria: &Criteria) -> bool {
+fn is_one_more(at: &Standpoint, next: &FrozenFit, gain: f64, agree: bool, criteria: &Criteria) -> bool {
     let acceptance = &criteria.acceptance;
     let Some((last, before)) = next.fitted.shape.effects.split_last() else { return false };
     if !before.is_empty() && next.fitted.is_on_bound(before.len(), acceptance) {
@@ -117,8 +125,7 @@ fn is_one_more(at: &Standpoint, next: &FrozenFit, gain: f64, predictive: f64, cr
             let likely = localise::likely(at.rest, criteria.localisation.likely_share);
             let in_place = localise::may_act_at(last.spec.term, likely);
             let least = if before.is_empty() { 0.0 } else { least_elsewhere(all, acceptance) };
-            (gain >= acceptance.in_place_share * all && in_place)
-                || (gain >= least && predictive >= acceptance.elsewhere_predictive_share * gain)
+            (gain >= acceptance.in_place_share * all && in_place) || (gain >= least && agree)
         }
     }
 }

@@ -174,10 +174,12 @@ pub struct Acceptance {
     pub felt_cost: f64,
     /// Share of its gain by which a further effect on a bound of its strength must lead. Set by hand (plant).
     pub on_bound_share: f64,
-    /// How often the evidence of the best finalist at a likely place one that shows elsewhere must gain to lead before it: a pressing
-    /// force that errs on all wheelsets shows in the body's force as well, and more there. Set by hand: beyond a tie (family: in three
-    /// of 141 cases one that showed elsewhere gained more, 1.05 to 1.18 times, and what led by its place was wrong each time).
+    /// How often the evidence of the best finalist at a likely place a further one that shows elsewhere must gain to lead before it: a
+    /// pressing force that errs on all wheelsets shows in the body's force as well, and more there. Set by hand.
     pub outweighing_factor: f64,
+    /// The same of a first effect. Set by hand: beyond a tie (family: in three of 141 cases one that showed elsewhere gained more, 1.05 to
+    /// 1.18 times, and what led by its place was wrong each time).
+    pub first_outweighing_factor: f64,
     /// Share of the gap of fitted runs by which an effect must shrink it to be taken although it gains less than
     /// [`Self::gain`] by a filter: what is slow, as a fade, a filter takes for pads that drift. Set by hand (family).
     pub faint_share: f64,
@@ -206,7 +208,8 @@ impl Default for Acceptance {
             felt_share: 0.1,
             felt_cost: 2.0,
             on_bound_share: 0.1,
-            outweighing_factor: 1.05,
+            outweighing_factor: 1.5,
+            first_outweighing_factor: 1.05,
             faint_share: 0.08,
             further_share: 0.08,
         }

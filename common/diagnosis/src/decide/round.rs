@@ -193,9 +193,14 @@ pub(crate) fn refit_finalists<'a>(
     let gains: Vec<(&str, f64)> = refitted.iter().filter_map(gained).collect();
     let at_likely = refitted.iter().filter(|frozen| !stands_back(at, frozen, criteria));
     let most = at_likely.map(|frozen| current.evidence_cost() - frozen.evidence_cost()).fold(0.0, f64::max);
+    let factor = if current.fitted.shape.effects.is_empty() {
+        criteria.acceptance.first_outweighing_factor
+    } else {
+        criteria.acceptance.outweighing_factor
+    };
     let outweighs = |frozen: &FrozenFit| {
         let gain = current.evidence_cost() - frozen.evidence_cost();
-        gain > criteria.acceptance.outweighing_factor * most && is_apart(at, frozen, criteria)
+        gain > factor * most && is_apart(at, frozen, criteria)
     };
     let stands_back = |frozen: &FrozenFit| stands_back(at, frozen, criteria) && !outweighs(frozen);
     let cost = |frozen: &FrozenFit| cost(current, frozen, criteria);

@@ -136,8 +136,8 @@ impl Hysteresis {
     }
 
     fn hold(&self, pad_force_n: f64, force_n: f64) -> f64 {
-        let half = self.relative_half_width * force_n + self.half_width_n;
-        // A sensor at rest may read less than nothing.
+        // A fit may step a hair below none, and a sensor at rest may read less than nothing.
+        let half = (self.relative_half_width * force_n + self.half_width_n).max(0.0);
         pad_force_n.clamp((force_n - half).max(0.0), (force_n + half).max(0.0))
     }
 }
