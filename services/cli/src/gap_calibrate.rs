@@ -81,7 +81,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         }
         (Some(_), Some(Part::Failing)) => Calibration {
             names: learning::with_failing(&shipped.names, &cases),
-            provenance: format!("{}; names that do not carry over: {}", shipped.provenance, args.provenance),
+            fails_provenance: Some(provenance()),
             ..shipped
         },
         (Some(_), Some(Part::Spread)) => {

@@ -89,8 +89,8 @@ pub(crate) fn why_not(at: &Standpoint, next: &FrozenFit, round: &Round, criteria
         return Some(Stop::FailsLeftOut);
     }
     // What is gained on runs left out is a share of what the same filter gains on all.
-    let agree = shared_gain(at.current, next, round).map_or(gain, |shared| shared.gain);
-    let agree = predictive >= acceptance.elsewhere_predictive_share * agree;
+    let on_all = shared_gain(at.current, next, round).map_or(gain, |shared| shared.gain);
+    let agree = predictive >= acceptance.elsewhere_predictive_share * on_all;
     (!is_one_more(at, next, gain, agree, criteria)).then_some(Stop::NotOneMore)
 }
 

@@ -219,6 +219,7 @@ fn with(cases: &[Case], provenance: String, widths: Widths) -> Calibration {
         cases: cases.len(),
         set_level: HELD,
         names: Scaling::fit(&names, widths.names),
+        fails_provenance: None,
         first_wrong: when_wrong(wrong[0]),
         further_wrong: when_wrong(wrong[1]),
         alone: scatter(cases),

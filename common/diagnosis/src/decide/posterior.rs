@@ -8,9 +8,9 @@
 //! # The model
 //! * A named effect is right with the probability 1 / (1 + exp(−w·x)) (logistic regression), where x are its grounds: one, its
 //!   score (log-odds of [`confidence`](crate::decide::confidence)), by how much the effects shrink the gap of runs that were
-//!   not fitted and whether they leave it at least as it was, how many parameters it has to imitate others with, whether all that is named acts elsewhere than where
-//!   freeing a place gains most, how near the next candidate comes to it, by how much the gap grows without it, and how much more
-//!   than a right model the extended one leaves.
+//!   not fitted and whether they leave it at least as it was, how many parameters it has to imitate others with, whether all that is
+//!   named acts elsewhere than where freeing a place gains most, how near the next candidate comes to it, by how much the gap grows
+//!   without it, and how much more than a right model the extended one leaves.
 //! * Where it is wrong, one of its rivals is at work in its place, or nothing, or something that is not listed, with shares
 //!   counted on the cases. Rivals share theirs by the square of how near they came.
 //! * A verdict says with counted frequency that the truth holds none, known effects only, or an unknown one, and the evidence of
@@ -41,6 +41,9 @@ pub struct Calibration {
     pub set_level: f64,
     /// Names.
     pub names: Scaling,
+    /// Which cases [`Scaling::fails`] was learnt from, where it was learnt alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fails_provenance: Option<String>,
     /// What is at work where the first name is wrong.
     pub first_wrong: WhenWrong,
     /// The same for further names.

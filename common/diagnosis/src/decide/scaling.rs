@@ -13,6 +13,7 @@ const GROUNDS: usize = 9;
 const RIVAL: [f64; 2] = [0.5, 0.9];
 /// Growth of the gap without a name, in sensor sigmas, within which it counts; set by hand.
 const GROWTH: [f64; 2] = [0.03, 3.0];
+
 /// The grounds of a name in its report.
 pub fn grounds(report: &Report, effect: &FoundEffect) -> Option<Grounds> {
     let gap = &report.gap;

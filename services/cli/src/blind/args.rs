@@ -5,8 +5,6 @@ use std::path::PathBuf;
 use clap::{Args as ClapArgs, ValueEnum};
 use railgrip_truth_plant::family::{FormSet, Forms};
 
-use crate::CliError;
-
 /// Arguments of `railgrip gap blind`.
 #[derive(Debug, Clone, ClapArgs)]
 pub struct Args {
@@ -27,7 +25,7 @@ pub struct Args {
     #[arg(long)]
     pub(super) make_only: bool,
     /// Write the labels to this file at once, unsealed (with --make-only, for calibration)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", requires = "make_only")]
     pub(super) open_labels: Option<PathBuf>,
     /// Folder for cases, reports, labels and the score; an interrupted run continues there
     #[arg(long)]
@@ -43,31 +41,12 @@ pub struct Args {
     pub(super) time_limit: u64,
     /// Of so many cases that are left in doubt let the vehicle make the run that `gap plan` designs, and any other beside it, and
     /// see which of them settles the doubt
-    #[arg(long, value_name = "CASES", default_value_t = 0)]
+    // Both conflicts are named: beside an option that conflicts with it, the parser would not ask for --make-only.
+    #[arg(long, value_name = "CASES", default_value_t = 0, conflicts_with_all = ["make_only", "open_labels"])]
     pub(super) next_runs: usize,
     /// Begin no diagnosis after this many minutes, and score those that are done; the same command continues later
     #[arg(long)]
     pub(super) minutes: Option<f64>,
-}
-
-impl Args {
-    /// Refuses what would be passed over in silence. Not left to the parser, to which a flag or a number with a default is always given.
-    ///
-    /// # Errors
-    /// Names the options that do not go together.
-    pub(super) fn check(&self) -> Result<(), CliError> {
-        if self.open_labels.is_some() && !self.make_only {
-            return Err(CliError::bad_input(
-                "--open-labels: cases whose labels lie open are made and not diagnosed; add --make-only",
-            ));
-        }
-        if self.next_runs > 0 && self.make_only {
-            return Err(CliError::bad_input(
-                "--next-runs: cases that are only made are in no doubt; leave out --make-only",
-            ));
-        }
-        Ok(())
-    }
 }
 
 /// Sets of functional forms.
@@ -132,14 +111,19 @@ mod tests {
     #[test]
     fn what_would_be_passed_over_is_refused() {
         let parsed = |words: &str| {
-            let given = ["blind", "--out", "deck"].into_iter().chain(words.split_whitespace());
-            Blind::try_parse_from(given).unwrap().args.check()
+            Blind::try_parse_from(["blind", "--out", "deck"].into_iter().chain(words.split_whitespace()))
         };
-        let said = |words: &str| parsed(words).unwrap_err().to_string();
-        assert!(said("--open-labels labels.json").contains("--make-only"));
-        assert!(said("--next-runs 3 --make-only").contains("--next-runs"));
-        for fine in ["", "--make-only", "--make-only --open-labels labels.json", "--next-runs 3"] {
-            parsed(fine).unwrap();
+        let open = "--open-labels labels.json";
+        for (words, said) in [
+            (open.to_owned(), "--make-only"),
+            ("--next-runs 3 --make-only".to_owned(), "--next-runs"),
+            (format!("{open} --next-runs 3"), "--next-runs"),
+        ] {
+            let error = parsed(&words).unwrap_err().to_string();
+            assert!(error.contains(said), "{words}: {error}");
+        }
+        for words in ["", "--make-only", "--make-only --open-labels labels.json", "--next-runs 3"] {
+            assert_eq!(parsed(words).unwrap().args.make_only, words.contains("--make-only"));
         }
     }
 }

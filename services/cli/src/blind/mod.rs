@@ -50,7 +50,6 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     if args.cases == 0 {
         return Err(CliError::bad_input("--cases 0: at least one case is needed"));
     }
-    args.check()?;
     let threads = threads(args.threads);
     fs::create_dir_all(&args.out).map_err(|error| cannot_write(&args.out, &error))?;
     if let Some(file) = &args.open_labels {
