@@ -99,8 +99,8 @@ fn show(round: &Round) {
         let fixed: Vec<&f64> = effect.fixed.iter().filter(|v| !v.is_nan()).collect();
         let mark = if gain.converged { ' ' } else { '~' };
         println!(
-            "  {:26} gain {:9.1} left out {:9.1} {mark} {fixed:?} {values:.4?}",
-            gain.id, gain.gain, gain.predictive
+            "  {:26} gain {:9.1} left out {:9.1} {:.0?} {mark} {fixed:?} {values:.4?}",
+            gain.id, gain.gain, gain.predictive, gain.by_run
         );
     }
     println!();

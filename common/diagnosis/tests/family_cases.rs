@@ -252,3 +252,17 @@ fn a_soft_axle_that_swings_in_slides_is_named() {
         assert!(report.gap.holdout.reduction > closes, "{:?}", report.gap);
     }
 }
+
+/// Between clamped pads at a stop, discs swung on for seconds; discs could be heavier than their wheelset; and a fit found a
+/// frequency only from close by: shafts that show in every brake application were `none`, or stood at 0.18 beside something unknown.
+#[test]
+fn a_frequency_is_found_from_afar() {
+    let recipe = family_deck(30, 11_530_219_612_044_647_093, Forms::Only(FormSet::A)).swap_remove(3);
+    let case = FamilyCase::make(&recipe).expect("the plant knows these effects");
+    let report = answer(&case);
+    let named: Vec<&str> = report.effects.iter().map(|effect| effect.id.as_str()).collect();
+    assert_eq!(named, ["axle_torsion"]);
+    let floor = case.label.gap_without_the_effect.holdout;
+    println!("{:?}, {floor:.2} without the effect", report.gap.holdout);
+    assert!(report.gap.holdout.reduction > 0.35, "{:?}", report.gap.holdout);
+}

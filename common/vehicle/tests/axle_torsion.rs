@@ -6,7 +6,9 @@ use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion, SampleInput};
 use railgrip_vehicle::{EffectEntry, VehicleParameters, WagonInput, WagonModel, WagonState};
 
 const COMPLIANCE_RAD_PER_KNM: f64 = 0.02;
-const DISC_KG_M2: f64 = 30.0;
+/// That of its discs and gear, kg m²: a light part of it, and the heavier one.
+const LIGHT_KG_M2: f64 = 30.0;
+const HEAVY_KG_M2: f64 = 70.0;
 const DAMPING_RATIO: f64 = 0.03;
 /// Steps of the fine solution in a sample of 10 ms.
 const FINE: usize = 200;
@@ -39,13 +41,13 @@ fn force_n(sample: usize, slides: bool) -> f64 {
 }
 
 /// Encoder speeds of the first wheelset, rad/s, from two masses on a shaft whose torque drives the wheels of a rigid model.
-fn two_masses(samples: usize, adhesion: f64, slides: bool) -> Vec<f64> {
+fn two_masses(samples: usize, discs_kg_m2: f64, adhesion: f64, slides: bool) -> Vec<f64> {
     let mut vehicle = coach();
-    vehicle.wheelset.inertia_kg_m2 -= DISC_KG_M2;
+    vehicle.wheelset.inertia_kg_m2 -= discs_kg_m2;
     let wheels = WagonModel::new(&vehicle).expect("a model");
     let per_n = vehicle.brake.radius_m * vehicle.brake.friction_coefficient;
     let stiffness = 1e3 / COMPLIANCE_RAD_PER_KNM;
-    let damping = 2.0 * DAMPING_RATIO * (stiffness * DISC_KG_M2).sqrt();
+    let damping = 2.0 * DAMPING_RATIO * (stiffness * discs_kg_m2).sqrt();
     let omega = 20.0 / vehicle.wheelset.radius_m;
     let mut state = WagonState { v_m_s: 20.0, wheel_speed_rad_s: [omega; railgrip_vehicle::MAX_WHEELSETS] };
     let (mut twist, mut rate, mut acceleration) = ([0.0; 2], [0.0; 2], 0.0);
@@ -67,7 +69,7 @@ fn two_masses(samples: usize, adhesion: f64, slides: bool) -> Vec<f64> {
             state = wheels.step(&state, &loading, step_s, &mut acceleration);
             for i in 0..2 {
                 let wheel = (state.wheel_speed_rad_s[i] - before[i]) / step_s;
-                rate[i] += step_s * ((-brake_nm - input.drive_torque_nm[i]) / DISC_KG_M2 - wheel);
+                rate[i] += step_s * ((-brake_nm - input.drive_torque_nm[i]) / discs_kg_m2 - wheel);
                 twist[i] += step_s * rate[i];
             }
         }
@@ -76,19 +78,23 @@ fn two_masses(samples: usize, adhesion: f64, slides: bool) -> Vec<f64> {
     read
 }
 
-/// The same as the effect of the catalogue in the fast wagon says, or without any effect.
-fn sampled(samples: usize, adhesion: f64, slides: bool, twists: bool) -> Vec<f64> {
+/// The effect of the catalogue with the same shaft.
+fn torsion(discs_kg_m2: f64) -> EffectEntry {
     let parameters = [
         ("compliance_rad_per_knm", COMPLIANCE_RAD_PER_KNM),
-        ("disc_inertia_kg_m2", DISC_KG_M2),
+        ("disc_inertia_kg_m2", discs_kg_m2),
         ("damping_ratio", DAMPING_RATIO),
     ];
-    let entry = EffectEntry {
+    EffectEntry {
         id: "axle_torsion".to_owned(),
         parameters: parameters.map(|(name, value)| (name.to_owned(), value)).into_iter().collect(),
-    };
-    let own = if twists { vec![effects::build(&entry).expect("an effect")] } else { Vec::new() };
-    let model = WagonModel::with_effects(&coach(), own);
+    }
+}
+
+/// The same as the effect of the catalogue in the fast wagon says, or without any effect.
+fn sampled(samples: usize, discs_kg_m2: Option<f64>, adhesion: f64, slides: bool) -> Vec<f64> {
+    let own = discs_kg_m2.map(|discs| effects::build(&torsion(discs)).expect("an effect"));
+    let model = WagonModel::with_effects(&coach(), own.into_iter().collect());
     let wagon = FastWagon::new(&model, adhesion, 0.01);
     let omega = 20.0 / 0.45;
     let mut motion = Motion { state: [omega; 5], ..Motion::default() };
@@ -116,11 +122,16 @@ fn rms(a: &[f64], b: &[f64]) -> f64 {
 
 #[test]
 fn an_encoder_on_a_soft_axle_reads_what_two_masses_in_fine_steps_do() {
-    for (what, adhesion, slides) in [("rolling", 0.3, false), ("in slides", 0.06, true)] {
+    for (what, discs_kg_m2, adhesion, slides) in [
+        ("rolling", LIGHT_KG_M2, 0.3, false),
+        ("in slides", LIGHT_KG_M2, 0.06, true),
+        ("heavy discs, rolling", HEAVY_KG_M2, 0.3, false),
+        ("heavy discs, in slides", HEAVY_KG_M2, 0.06, true),
+    ] {
         let samples = 800;
-        let fine = two_masses(samples, adhesion, slides);
-        let soft = rms(&fine, &sampled(samples, adhesion, slides, true));
-        let stiff = rms(&fine, &sampled(samples, adhesion, slides, false));
+        let fine = two_masses(samples, discs_kg_m2, adhesion, slides);
+        let soft = rms(&fine, &sampled(samples, Some(discs_kg_m2), adhesion, slides));
+        let stiff = rms(&fine, &sampled(samples, None, adhesion, slides));
         println!("{what}: RMS error {soft:.4} rad/s with the twist, {stiff:.4} rad/s without");
         assert!(soft < 0.03, "{what}: {soft} rad/s is more than a sensor's noise");
         assert!(soft < 0.2 * stiff, "{what}: {soft} of {stiff}");
@@ -150,4 +161,33 @@ fn without_compliance_the_axle_is_stiff() {
         );
     }
     assert_eq!(a, b);
+}
+
+#[test]
+fn discs_that_pads_hold_do_not_swing() {
+    let (pressed, speed) = (11e3, 1.5);
+    let model =
+        WagonModel::with_effects(&coach(), vec![effects::build(&torsion(LIGHT_KG_M2)).expect("an effect")]);
+    let wagon = FastWagon::new(&model, 0.3, 0.01);
+    let omega = speed / 0.45;
+    let mut motion = Motion { state: [speed, omega, omega, 0.0, 0.0], ..Motion::default() };
+    let input = |force_n: f64| SampleInput {
+        pressing_force_n: [force_n; 4],
+        mid_pressing_force_n: [force_n; 4],
+        ..SampleInput::default()
+    };
+    let mut hidden = wagon.start_hidden(&motion.state, &input(pressed));
+    let mut step = |motion: &mut Motion, force_n: f64| {
+        wagon.step(motion, &input(force_n), &Disturbance::default(), &mut hidden);
+        wagon.read(motion, &input(force_n), &hidden)[1]
+    };
+    let stands = (0..2000).find(|_| step(&mut motion, pressed) < 0.1 && motion.state[0] < 0.02);
+    println!("the wagon stands after {stands:?} samples");
+    assert!(stands.is_some(), "{:?}", motion.state);
+    let held: Vec<f64> = (0..100).map(|_| step(&mut motion, pressed).abs()).collect();
+    let swing = held[10..].iter().copied().fold(0.0, f64::max);
+    let let_go = (0..100).map(|_| step(&mut motion, 0.0).abs()).fold(0.0, f64::max);
+    println!("encoder at standstill: {swing:.4} rad/s while pads hold, up to {let_go:.4} after they let go");
+    assert!(swing < 0.03, "discs swing by more than a sensor's noise between clamped pads: {swing} rad/s");
+    assert!(let_go > 0.2, "the twist comes out of the shaft when pads let go: {let_go} rad/s");
 }

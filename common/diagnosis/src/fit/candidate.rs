@@ -1,6 +1,7 @@
 //! Fits of candidates: nuisances refitted with every one, nonlinearly, from every start.
 
 use crate::decide::criteria::{Acceptance, Pursuit};
+use crate::fit::leaving;
 use crate::fit::objective::Objective;
 use crate::fit::solver::{self, Effort, Fit};
 use crate::model::candidates::Candidate;
@@ -18,7 +19,7 @@ pub struct Fitted {
     pub residuals: Vec<f64>,
     /// Their derivatives.
     pub columns: Vec<Vec<f64>>,
-    /// Half cost of each run where the last effect is fitted to the others, see [`solver::leave_one_out`].
+    /// Half cost of each run where the last effect is fitted to the others, see [`leaving::leave_one_out`].
     pub left_out: Vec<f64>,
 }
 
@@ -35,7 +36,7 @@ impl Fitted {
             };
             let inward =
                 if is_at(p.lower) { acceptance.felt_share * span } else { -acceptance.felt_share * span };
-            let cost = || solver::cost_of_leaving(self.shape.parameters(), &self.fit, index, inward);
+            let cost = || leaving::cost_of_leaving(self.shape.parameters(), &self.fit, index, inward);
             (is_at(p.lower) || is_at(p.upper)) && cost().is_none_or(|cost| cost > acceptance.felt_cost)
         })
     }
@@ -72,7 +73,7 @@ pub fn score(gain: f64, predictive: f64, pursuit: &Pursuit) -> f64 {
 pub(super) fn close(objective: &dyn Objective, shape: &Shape, mut fit: Fit) -> Fitted {
     let problem = objective.of(shape);
     let (residuals, columns) = solver::linearise(&*problem, shape.parameters(), &mut fit);
-    let left_out = solver::leave_one_out(&*problem, shape.parameters(), &fit, shape.range_of_last());
+    let left_out = leaving::leave_one_out(&*problem, shape.parameters(), &fit, shape.range_of_last());
     Fitted { shape: shape.clone(), fit, residuals, columns, left_out }
 }
 
@@ -92,7 +93,13 @@ fn first_steps(
 ) -> Vec<Trial> {
     let first =
         |effect: &FittedEffect| (effect.clone(), go_on(objective, base, effect, &start(base, effect), FIRST));
-    let mut trials: Vec<Trial> = candidate.starts.iter().map(first).collect();
+    let cost = |effect: &FittedEffect| {
+        let shape = base.shape.with(effect);
+        let problem = objective.of(&shape);
+        solver::cost_of(&problem.residuals(&start(base, effect)), problem.huber())
+    };
+    let mut trials: Vec<Trial> =
+        candidate.nearest(&cost).iter().chain(&candidate.starts).map(first).collect();
     trials.sort_by(by_cost);
     trials.truncate(pursuit.promising_starts);
     trials
@@ -186,7 +193,7 @@ fn settle_short(objective: &dyn Objective, base: &Fitted, effect: &FittedEffect,
     columns.extend(problem.columns(shape.parameters(), &fit.theta, &residuals, own));
     let blocks = solver::blocks_of(&residuals, &columns, problem.block_ends(), problem.huber());
     let fit = Fit { blocks, ..fit };
-    let left_out = solver::leave_one_out(&*problem, shape.parameters(), &fit, shape.range_of_last());
+    let left_out = leaving::leave_one_out(&*problem, shape.parameters(), &fit, shape.range_of_last());
     drop(problem);
     Fitted { shape, fit, residuals, columns, left_out }
 }

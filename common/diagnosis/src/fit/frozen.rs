@@ -118,17 +118,11 @@ pub fn open_loop_trials(
         let fit = solver::fit(&problem.with(&with), with.parameters(), &start, effort, Some(&columns));
         (fit.total(), with, fit.theta)
     };
-    // Before any fit: an oscillation that is not nearly of the right frequency leads nowhere.
-    let nearest = |effects: &[FittedEffect]| {
-        let cost = |effect: &FittedEffect| fit_as(effect, windows::NO_STEP).0;
-        let costs = effects.iter().map(|effect| (cost(effect), effect));
-        costs.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, effect)| effect.clone())
-    };
     let scan = Scan { problem: &problem, shape, base: &base, residuals: &residuals, columns: &columns };
     let begin = |(i, c): (usize, &Candidate)| {
         let first = scan
             .best(&c.scan(case))
-            .or_else(|| nearest(&c.frequencies()))
+            .or_else(|| c.nearest(&|effect| fit_as(effect, windows::NO_STEP).0))
             .or_else(|| c.starts.first().cloned());
         // A stretch has its place to find before its strength means anything.
         let effort = if c.is_stretch() { OPEN_LOOP } else { FIRST };

@@ -6,6 +6,7 @@ pub mod candidate;
 pub mod discrepancies;
 pub mod frozen;
 pub mod hearing;
+pub mod leaving;
 pub mod linearisation;
 pub mod margin;
 pub mod objective;

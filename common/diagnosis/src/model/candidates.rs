@@ -4,6 +4,7 @@ use crate::data::case::Case;
 use crate::model::parameters::FittedEffect;
 use crate::model::track_offset;
 use railgrip_vehicle::effects::{self, Constructor, EffectSpec, ParameterSpec, Term};
+use rayon::prelude::*;
 
 /// A candidate: one effect, its forms (values of discrete parameters) and starts.
 #[derive(Clone, Debug)]
@@ -47,11 +48,21 @@ impl Candidate {
 }
 
 impl Candidate {
-    /// The effect in each of its forms with many compliances, if it swings: a fit finds the frequency of an oscillation only from
-    /// close by. None otherwise.
-    pub(crate) fn frequencies(&self) -> Vec<FittedEffect> {
-        let compliance = |effect: &FittedEffect| effect.parameters.iter().position(|p| p.name == COMPLIANCE);
-        let Some(own) = self.starts.first().and_then(compliance) else { return Vec::new() };
+    /// Where a fit of an oscillation starts: the frequency that costs least of many, and at that the best share of what swings,
+    /// because a fit finds neither from afar. `None` if the effect does not swing.
+    pub(crate) fn nearest(&self, cost: &(dyn Fn(&FittedEffect) -> f64 + Sync)) -> Option<FittedEffect> {
+        let least = |effects: Vec<FittedEffect>| {
+            let costs: Vec<f64> = effects.par_iter().map(cost).collect();
+            let all = costs.into_iter().zip(effects);
+            all.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, effect)| effect)
+        };
+        let frequency = least(self.frequencies())?;
+        least(INERTIA_FACTORS.iter().filter_map(|factor| at_same_frequency(&frequency, *factor)).collect())
+    }
+
+    /// The effect in each of its forms with many frequencies, if it swings, at half of the inertia that it can have and damped so
+    /// well that a frequency nearby is told; none otherwise.
+    fn frequencies(&self) -> Vec<FittedEffect> {
         let mut forms: Vec<&FittedEffect> = Vec::new();
         for start in &self.starts {
             let is_known = |form: &&FittedEffect| {
@@ -61,25 +72,60 @@ impl Candidate {
                 forms.push(start);
             }
         }
-        let with = |form: &FittedEffect, compliance: f64| {
-            let mut effect = form.clone();
-            effect.parameters[own].start = compliance;
-            effect
-        };
-        let (least, most) = SCANNED_COMPLIANCES;
-        let values: Vec<f64> = std::iter::successors(Some(least), |value| Some(COMPLIANCE_RATIO * value))
-            .take_while(|value| *value < most)
+        let frequencies: Vec<f64> = std::iter::successors(Some(LEAST_HZ), |hz| Some(FREQUENCY_RATIO * hz))
+            .take_while(|hz| *hz < MOST_HZ)
             .collect();
-        forms.into_iter().flat_map(|form| values.iter().map(move |value| with(form, *value))).collect()
+        forms.into_iter().flat_map(|form| frequencies.iter().filter_map(|hz| swinging(form, *hz))).collect()
     }
+}
+
+fn position(effect: &FittedEffect, name: &str) -> Option<usize> {
+    effect.parameters.iter().position(|p| p.name == name)
+}
+
+/// An effect that swings so many times a second; `None` if it does not swing, or not at that frequency.
+fn swinging(form: &FittedEffect, hz: f64) -> Option<FittedEffect> {
+    let (soft, heavy, damped) =
+        (position(form, COMPLIANCE)?, position(form, INERTIA)?, position(form, DAMPING)?);
+    let mut effect = form.clone();
+    let inertia = 0.5 * effect.parameters[heavy].upper;
+    let compliance = 1e3 / (inertia * (std::f64::consts::TAU * hz).powi(2));
+    for (index, value) in [(soft, compliance), (heavy, inertia), (damped, WELL_DAMPED)] {
+        let parameter = &mut effect.parameters[index];
+        if !(parameter.lower..parameter.upper).contains(&value) {
+            return None;
+        }
+        parameter.start = value;
+    }
+    Some(effect)
+}
+
+/// An effect that swings as often, with so many times the inertia: the more inertia, the less a torque makes it swing.
+fn at_same_frequency(effect: &FittedEffect, factor: f64) -> Option<FittedEffect> {
+    let (soft, heavy) = (position(effect, COMPLIANCE)?, position(effect, INERTIA)?);
+    let mut effect = effect.clone();
+    for (index, factor) in [(soft, factor.recip()), (heavy, factor)] {
+        let parameter = &mut effect.parameters[index];
+        parameter.start = (factor * parameter.start).clamp(parameter.lower, parameter.upper);
+    }
+    Some(effect)
 }
 
 /// The parameter by which a shaft is soft.
 const COMPLIANCE: &str = "compliance_rad_per_knm";
-/// Compliances that are scanned, rad/(kN m): from where samples cannot follow to where nobody would drive on.
-const SCANNED_COMPLIANCES: (f64, f64) = (0.001, 0.12);
-/// Between one and the next, which changes a frequency by an eighth.
-const COMPLIANCE_RATIO: f64 = 1.28;
+/// What swings on it.
+const INERTIA: &str = "disc_inertia_kg_m2";
+/// How soon that ends.
+const DAMPING: &str = "damping_ratio";
+/// Inertias that are scanned, relative to half of the largest.
+const INERTIA_FACTORS: [f64; 4] = [1.0, 1.9, 0.5, 0.25];
+/// Damping ratio during a scan.
+const WELL_DAMPED: f64 = 0.1;
+/// Frequencies that are scanned, Hz: from where nobody would drive on to where samples cannot follow.
+const LEAST_HZ: f64 = 1.5;
+const MOST_HZ: f64 = 25.0;
+/// Between one and the next.
+const FREQUENCY_RATIO: f64 = 1.12;
 
 /// Index of the parameter that says where a stretch of track begins.
 fn start_of_stretch(spec: &EffectSpec) -> Option<usize> {
@@ -103,7 +149,8 @@ fn candidate(case: &Case, spec: &'static EffectSpec, constructor: Constructor) -
     };
     let values = with_discrete(spec, case.wheelsets(), values);
     let start = |values: &Vec<f64>| {
-        let effect = FittedEffect::of_catalogue(spec, constructor, values);
+        let effect = FittedEffect::of_catalogue(spec, constructor, values)
+            .within_wheelset(case.vehicle.wheelset.inertia_kg_m2);
         match track_offset::matters(spec) {
             true => effect.within_track(track).with_track_offsets(case.fit.len()),
             false => effect,

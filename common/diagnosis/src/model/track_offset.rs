@@ -61,6 +61,10 @@ impl Effect for Shifted {
         self.inner.advance(&self.there(at), dt_s, hidden);
     }
 
+    fn join(&mut self, constants: &Constants) {
+        self.inner.join(constants);
+    }
+
     fn constants(&self, constants: &mut Constants) {
         self.inner.constants(constants);
     }

@@ -1,13 +1,13 @@
 //! Effects between brake or motor and wheel.
 
 use super::{Effect, EffectSpec, Observation, Operating, ParameterSpec, Term, Twin};
-use crate::{Constants, MAX_WHEELSETS};
+use crate::{Constants, MAX_WHEELSETS, PerWheelset};
 
 /// The axle twists: discs and gear on one side of it, the wheels on the other, the encoder on either.
 pub static TORSION: EffectSpec = EffectSpec {
     id: "axle_torsion",
     term: Term::Drivetrain,
-    equation: "J_d (omega' + q'') = t - t_s, (J - J_d) omega' = t_s + r F, t_s = q / c + 2 zeta sqrt(J_d / c) q', omega_read = omega + q' or omega",
+    equation: "J_d (omega' + q'') = t - t_s, J omega' = t + r F - J_d q'', t_s = q / c + 2 zeta sqrt(J_d / c) q', omega_read = omega + q' or omega",
     source: "two masses on a shaft, as for twist modes of 10 to 25 Hz of drivelines and 40 to 90 Hz of axles, 10.3390/vibration4010003",
     parameters: &[
         ParameterSpec {
@@ -58,54 +58,52 @@ pub static TORSION: EffectSpec = EffectSpec {
 pub struct Torsion {
     /// Twist under a torque, rad/(N m).
     compliance: f64,
-    disc_inertia_kg_m2: f64,
+    disc_inertia_kg_m2: PerWheelset,
     damping_ratio: f64,
     encoder_at_wheels: bool,
 }
 
 /// Hidden states of a wheelset.
 const STATES: usize = 3;
-/// Least share of the moment of inertia that the wheels keep.
-const LEAST_WHEEL_SHARE: f64 = 0.35;
+/// Largest share of a wheelset's moment of inertia that discs and gear can have.
+pub const LARGEST_DISC_SHARE: f64 = 0.65;
 /// Turn of the oscillation over a sample, rad, beyond which samples cannot follow it and the shaft is a stiff one.
 const FASTEST_TURN_RAD: f64 = 1.5;
-/// Share of the way to its torque that a stiff shaft goes in a sample: the wheels answer it in the next one, and answer too much
-/// where the discs are the heavier part.
-const STIFF_SHARE: f64 = 0.4;
 /// Speed below which a brake that is clamped holds the wheelset and its torque is not known, rad/s.
 const STANDSTILL_RAD_S: f64 = 0.1;
+/// Pressing force from which a brake is clamped, N: above the noise of a released one.
+const CLAMPED_N: f64 = 1e3;
+/// Torque that a brake holds for each newton that presses, m: low, 0.2 of friction at a radius of 0.25 m.
+const HELD_M: f64 = 0.05;
+
+/// Discs on their shaft.
+struct Shaft {
+    /// Twist under a torque, rad/(N m).
+    compliance: f64,
+    inertia_kg_m2: f64,
+    damping_ratio: f64,
+}
 
 /// A twist and its rate.
 type Twist = [f64; 2];
 
-impl Torsion {
-    /// From the values of the spec's parameters.
-    pub fn boxed(values: &[f64]) -> Box<dyn Effect> {
-        Box::new(Self {
-            compliance: 1e-3 * values[0],
-            disc_inertia_kg_m2: values[1],
-            damping_ratio: values[2],
-            encoder_at_wheels: values[3] > 0.5,
-        })
-    }
-
-    /// Undamped angular frequency of the discs on the shaft while the wheels are held, rad/s.
+impl Shaft {
+    /// Undamped angular frequency while the wheels are held, rad/s.
     fn angular_rad_s(&self) -> f64 {
-        (self.compliance * self.disc_inertia_kg_m2).sqrt().recip()
+        (self.compliance * self.inertia_kg_m2).sqrt().recip()
     }
 
-    /// How much faster the encoder turns than the wheels, rad/s.
-    fn ahead_rad_s(&self, hidden: &[f64], wheelset: usize) -> f64 {
-        if self.encoder_at_wheels { 0.0 } else { hidden[STATES * wheelset + 1] }
+    /// Twist at which a torque on the discs is in balance while the wheels accelerate evenly.
+    fn rest(&self, torque_nm: f64, acceleration_rad_s2: f64) -> f64 {
+        self.compliance * (torque_nm - self.inertia_kg_m2 * acceleration_rad_s2)
     }
 
-    /// The twist after `dt_s` under a torque on the discs while the wheels accelerate evenly: exact.
-    fn after(&self, [twist, rate]: Twist, torque_nm: f64, acceleration_rad_s2: f64, dt_s: f64) -> Twist {
+    /// The twist after `dt_s` at a twist of rest: exact.
+    fn after(&self, [twist, rate]: Twist, rest: f64, dt_s: f64) -> Twist {
         let (w, zeta) = (self.angular_rad_s(), self.damping_ratio);
         let damped = w * (1.0 - zeta * zeta).sqrt();
         let decay = (-zeta * w * dt_s).exp();
         let (sin, cos) = (damped * dt_s).sin_cos();
-        let rest = self.compliance * (torque_nm - self.disc_inertia_kg_m2 * acceleration_rad_s2);
         let from_rest = twist - rest;
         [
             rest + decay * (from_rest * cos + (rate + zeta * w * from_rest) / damped * sin),
@@ -114,16 +112,39 @@ impl Torsion {
     }
 }
 
+impl Torsion {
+    /// From the values of the spec's parameters.
+    pub fn boxed(values: &[f64]) -> Box<dyn Effect> {
+        Box::new(Self {
+            compliance: 1e-3 * values[0],
+            disc_inertia_kg_m2: [values[1]; MAX_WHEELSETS],
+            damping_ratio: values[2],
+            encoder_at_wheels: values[3] > 0.5,
+        })
+    }
+
+    fn shaft(&self, wheelset: usize) -> Shaft {
+        Shaft {
+            compliance: self.compliance,
+            inertia_kg_m2: self.disc_inertia_kg_m2[wheelset],
+            damping_ratio: self.damping_ratio,
+        }
+    }
+
+    /// How much faster the encoder turns than the wheels, rad/s.
+    fn ahead_rad_s(&self, hidden: &[f64], wheelset: usize) -> f64 {
+        if self.encoder_at_wheels { 0.0 } else { hidden[STATES * wheelset + 1] }
+    }
+}
+
 impl Effect for Torsion {
     fn spec(&self) -> &'static EffectSpec {
         &TORSION
     }
 
-    fn constants(&self, constants: &mut Constants) {
-        if self.compliance > 0.0 {
-            for inertia in &mut constants.inertia_kg_m2 {
-                *inertia = (*inertia - self.disc_inertia_kg_m2).max(LEAST_WHEEL_SHARE * *inertia);
-            }
+    fn join(&mut self, constants: &Constants) {
+        for (discs, whole) in self.disc_inertia_kg_m2.iter_mut().zip(constants.inertia_kg_m2) {
+            *discs = discs.min(LARGEST_DISC_SHARE * whole);
         }
     }
 
@@ -141,21 +162,26 @@ impl Effect for Torsion {
         if self.compliance <= 0.0 {
             return;
         }
-        let is_stiff = self.angular_rad_s() * dt_s > FASTEST_TURN_RAD;
         for (i, state) in hidden.chunks_exact_mut(STATES).enumerate() {
             let (omega, acceleration) = (at.wheel_speed_rad_s[i], at.wheel_acceleration_rad_s2[i]);
-            let brake_nm = if omega > STANDSTILL_RAD_S { at.brake_power_w[i] / omega } else { 0.0 };
-            let torque_nm = at.drive_torque_nm[i] - brake_nm;
-            if is_stiff {
-                let rest = self.compliance * (torque_nm - self.disc_inertia_kg_m2 * acceleration);
-                let added_nm = -self.disc_inertia_kg_m2 * acceleration;
-                state.copy_from_slice(&[rest, 0.0, state[2] + STIFF_SHARE * (added_nm - state[2])]);
+            let stands = omega < STANDSTILL_RAD_S;
+            let pressed_n = at.pressing_force_n[i];
+            if stands && pressed_n > CLAMPED_N && at.drive_torque_nm[i].abs() < HELD_M * pressed_n {
+                // The pads hold the discs: the shaft stays twisted as it is, and nothing swings.
+                state[1..].fill(0.0);
                 continue;
             }
-            let now = self.after([state[0], state[1]], torque_nm, acceleration, dt_s);
-            // Over the next sample, what the shaft hands on is what is put on the discs less what speeds them up.
-            let next = self.after(now, torque_nm, acceleration, dt_s);
-            let added_nm = -self.disc_inertia_kg_m2 * (acceleration + (next[1] - now[1]) / dt_s);
+            let brake_nm = if stands { 0.0 } else { at.brake_power_w[i] / omega };
+            let shaft = self.shaft(i);
+            let rest = shaft.rest(at.drive_torque_nm[i] - brake_nm, acceleration);
+            if shaft.angular_rad_s() * dt_s > FASTEST_TURN_RAD {
+                state.copy_from_slice(&[rest, 0.0, 0.0]);
+                continue;
+            }
+            let now = shaft.after([state[0], state[1]], rest, dt_s);
+            // The wheelset is moved as one: over the next sample, what speeds the discs up beside it is missing from its torque.
+            let next = shaft.after(now, rest, dt_s);
+            let added_nm = -shaft.inertia_kg_m2 * (next[1] - now[1]) / dt_s;
             state.copy_from_slice(&[now[0], now[1], added_nm]);
         }
     }

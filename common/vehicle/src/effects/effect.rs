@@ -243,6 +243,9 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
     /// Advances the hidden states over `dt_s`, with the operating point at its start.
     fn advance(&self, _at: &Operating, _dt_s: f64, _hidden: &mut [f64]) {}
 
+    /// Told which wagon it joins, before any effect has changed that: what an effect may be can depend on it.
+    fn join(&mut self, _constants: &Constants) {}
+
     /// Changes constants of the model, once, when the model is built.
     fn constants(&self, _constants: &mut Constants) {}
 

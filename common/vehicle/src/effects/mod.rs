@@ -26,6 +26,7 @@ mod sensor_wheel_speed;
 mod stretch;
 
 pub use catalogue::{CATALOGUE, Constructor};
+pub use drivetrain::LARGEST_DISC_SHARE;
 pub use effect::{Effect, EffectSpec, Lateness, Likeness, Observation, Operating, ParameterSpec, Term, Twin};
 pub use error::ModelError;
 pub use stretch::window_share;

@@ -48,7 +48,8 @@ impl WagonModel {
     }
 
     /// The model with these constants, before effects change them.
-    pub fn from_constants(mut constants: Constants, effects: Vec<Box<dyn Effect>>) -> Self {
+    pub fn from_constants(mut constants: Constants, mut effects: Vec<Box<dyn Effect>>) -> Self {
+        effects.iter_mut().for_each(|effect| effect.join(&constants));
         effects.iter().for_each(|effect| effect.constants(&mut constants));
         let loads = match (constants.fixed_load_n, constants.bogie) {
             (Some(load_n), _) => LoadDistribution::fixed(load_n, constants.wheelsets),
