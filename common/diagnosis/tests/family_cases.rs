@@ -266,3 +266,15 @@ fn a_frequency_is_found_from_afar() {
     println!("{:?}, {floor:.2} without the effect", report.gap.holdout);
     assert!(report.gap.holdout.reduction > 0.35, "{:?}", report.gap.holdout);
 }
+
+/// What pad friction of another form leaves a wrong mass takes up better than a grade, which once was named because it acts elsewhere,
+/// and made predicted runs worse. A coupler stands beside it now, which is declared the same as the mass.
+#[test]
+fn what_a_form_leaves_is_no_effect_elsewhere() {
+    let recipe = family_deck(130, 281_174, Forms::Only(FormSet::B)).swap_remove(1);
+    assert_eq!(recipe.effects[0].id, "brake_friction_pressure");
+    let report = answer(&FamilyCase::make(&recipe).expect("the plant knows its effects"));
+    let named: Vec<&str> = report.effects.iter().map(|effect| effect.id.as_str()).collect();
+    assert!(named.first() == Some(&"brake_friction_pressure") && !named.contains(&"grade"), "{named:?}");
+    assert!(report.gap.holdout.reduction > 0.15, "{:?}", report.gap.holdout);
+}

@@ -144,6 +144,8 @@ pub struct Acceptance {
     /// Share of what effects at the same place gained before it that a further effect must gain; with less it mends their
     /// form. Set by hand (plant).
     pub mending_share: f64,
+    /// Share of its gain that a further effect elsewhere must keep beside one that mends and gains more. Set by hand (forms b).
+    pub beside_mending_share: f64,
     /// Share of all evidence gained before that a further effect must gain where the model errs most. Set by hand (plant).
     pub in_place_share: f64,
     /// The same for an effect elsewhere. Set by hand (plant).
@@ -195,6 +197,7 @@ impl Default for Acceptance {
             predictive: 15.0,
             certain_gain: 200.0,
             mending_share: 0.2,
+            beside_mending_share: 0.3,
             in_place_share: 0.002,
             elsewhere_share: 0.006,
             elsewhere_gain: 100.0,

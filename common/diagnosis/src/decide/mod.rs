@@ -16,6 +16,7 @@ pub mod confidence;
 pub mod criteria;
 pub mod evidence;
 pub mod holds;
+mod imitation;
 pub(crate) mod in_gap;
 pub mod learning;
 pub mod mending;

@@ -6,6 +6,7 @@ use crate::data::case::Case;
 use crate::data::noise::SensorNoise;
 use crate::decide::acceptance::{Stop, is_hopeless, is_quiet, why_not};
 use crate::decide::criteria::Criteria;
+use crate::decide::imitation;
 use crate::decide::round::{Gain, Round, Standpoint, refit_finalists, start_from, try_all};
 use crate::fit::aligned;
 use crate::fit::discrepancies::FittedDiscrepancy;
@@ -288,6 +289,11 @@ impl<'a> Climb<'_, 'a> {
             }
             let refused =
                 next.as_ref().map_or(Some(Stop::NoFinalist), |next| why_not(&at, next, &round, criteria));
+            let takes_up_form = |next: &FrozenFit| {
+                imitation::takes_up_form(&at, next, finalists.as_slice(), disturbances, criteria)
+            };
+            let imitates = || next.as_ref().is_some_and(takes_up_form).then_some(Stop::NotOneMore);
+            let refused = refused.or_else(imitates);
             let gain = |next: &FrozenFit| current.evidence_cost() - next.evidence_cost();
             let gained = next.as_ref().map_or(0.0, gain);
             let rival = (path.accepted.is_empty() && current.tolerance >= criteria.pursuit.gross_tolerance)
