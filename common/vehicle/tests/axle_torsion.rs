@@ -6,7 +6,7 @@ use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion, SampleInput};
 use railgrip_vehicle::{EffectEntry, VehicleParameters, WagonInput, WagonModel, WagonState};
 
 const COMPLIANCE_RAD_PER_KNM: f64 = 0.02;
-/// That of its discs and gear, kg m²: a light part of it, and the heavier one.
+/// Moments of inertia of discs and gear, kg m², of 120 of their wheelset: the lighter part of it, and the heavier one.
 const LIGHT_KG_M2: f64 = 30.0;
 const HEAVY_KG_M2: f64 = 70.0;
 const DAMPING_RATIO: f64 = 0.03;

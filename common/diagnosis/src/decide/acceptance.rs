@@ -26,7 +26,8 @@ pub enum Stop {
     GainsLittle,
     /// The best candidate fails on runs left out.
     FailsLeftOut,
-    /// The best candidate is no further effect: it mends one before it, sits on its bound, or lies where little is wrong.
+    /// The best candidate is no further effect: it mends one before it, takes up no more than one that does, sits on its bound, or lies
+    /// where little is wrong.
     NotOneMore,
 }
 

@@ -287,13 +287,14 @@ impl<'a> Climb<'_, 'a> {
                 }
                 continue;
             }
-            let refused =
-                next.as_ref().map_or(Some(Stop::NoFinalist), |next| why_not(&at, next, &round, criteria));
+            let others = finalists.as_slice();
             let takes_up_form = |next: &FrozenFit| {
-                imitation::takes_up_form(&at, next, finalists.as_slice(), disturbances, criteria)
+                imitation::takes_up_form(&at, next, others, disturbances, criteria)
+                    .then_some(Stop::NotOneMore)
             };
-            let imitates = || next.as_ref().is_some_and(takes_up_form).then_some(Stop::NotOneMore);
-            let refused = refused.or_else(imitates);
+            let refused = next.as_ref().map_or(Some(Stop::NoFinalist), |next| {
+                why_not(&at, next, &round, criteria).or_else(|| takes_up_form(next))
+            });
             let gain = |next: &FrozenFit| current.evidence_cost() - next.evidence_cost();
             let gained = next.as_ref().map_or(0.0, gain);
             let rival = (path.accepted.is_empty() && current.tolerance >= criteria.pursuit.gross_tolerance)

@@ -83,6 +83,15 @@ fn position(effect: &FittedEffect, name: &str) -> Option<usize> {
     effect.parameters.iter().position(|p| p.name == name)
 }
 
+/// Holds what swings to its largest share of a wheelset's moment of inertia, kg m².
+fn hold_within_wheelset(effect: &mut FittedEffect, wheelset_kg_m2: f64) {
+    let Some(heavy) = position(effect, INERTIA) else { return };
+    let parameter = &mut effect.parameters[heavy];
+    let largest = effects::LARGEST_DISC_SHARE * wheelset_kg_m2;
+    parameter.upper = parameter.upper.min(largest).max(parameter.lower);
+    parameter.start = parameter.start.min(parameter.upper);
+}
+
 /// An effect that swings so many times a second; `None` if it does not swing, or not at that frequency.
 fn swinging(form: &FittedEffect, hz: f64) -> Option<FittedEffect> {
     let (soft, heavy, damped) =
@@ -149,8 +158,8 @@ fn candidate(case: &Case, spec: &'static EffectSpec, constructor: Constructor) -
     };
     let values = with_discrete(spec, case.wheelsets(), values);
     let start = |values: &Vec<f64>| {
-        let effect = FittedEffect::of_catalogue(spec, constructor, values)
-            .within_wheelset(case.vehicle.wheelset.inertia_kg_m2);
+        let mut effect = FittedEffect::of_catalogue(spec, constructor, values);
+        hold_within_wheelset(&mut effect, case.vehicle.wheelset.inertia_kg_m2);
         match track_offset::matters(spec) {
             true => effect.within_track(track).with_track_offsets(case.fit.len()),
             false => effect,

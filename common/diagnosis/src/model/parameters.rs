@@ -2,7 +2,7 @@
 
 use crate::data::case::Case;
 use crate::model::track_offset;
-use railgrip_vehicle::effects::{self, Constructor, Effect, EffectSpec};
+use railgrip_vehicle::effects::{Constructor, Effect, EffectSpec};
 use railgrip_vehicle::{Constants, MAX_WHEELSETS, PerWheelset, RailClass, VehicleParameters, WagonModel};
 use std::sync::Arc;
 
@@ -204,16 +204,6 @@ impl FittedEffect {
             }
             parameter.start = parameter.start.clamp(parameter.lower, parameter.upper.max(parameter.lower));
             parameter.upper = parameter.upper.max(parameter.lower);
-        }
-        self
-    }
-
-    /// This effect on a wheelset of so much inertia, kg m²: its discs are a part of that.
-    pub(crate) fn within_wheelset(mut self, inertia_kg_m2: f64) -> Self {
-        for parameter in self.parameters.iter_mut().filter(|p| p.name == "disc_inertia_kg_m2") {
-            let largest = effects::LARGEST_DISC_SHARE * inertia_kg_m2;
-            parameter.upper = parameter.upper.min(largest).max(parameter.lower);
-            parameter.start = parameter.start.min(parameter.upper);
         }
         self
     }
@@ -420,7 +410,7 @@ impl Shape {
     pub fn build(&self, theta: &[f64]) -> Built {
         let (vehicle, pads) = self.vehicle(theta);
         // Effects that the file itself names are part of the nominal model.
-        let own = vehicle.effects.iter().filter_map(|entry| effects::build(entry).ok());
+        let own = vehicle.effects.iter().filter_map(|entry| railgrip_vehicle::effects::build(entry).ok());
         let acting = (0..self.effects.len()).filter(|e| !self.effects[*e].aligned);
         let found = acting.map(|e| self.effects[e].build(&theta[self.range_of(e)]));
         let effects = own.chain(found).collect();
