@@ -1,7 +1,7 @@
 //! Files of own effects: `effects.toml` into the effects that the process knows.
 
 use crate::place::in_words;
-use crate::vehicle::line_of;
+use crate::vehicle::{line_of, line_of_effect};
 use railgrip_vehicle::effects::own::{self, OwnEffectError, OwnEffects};
 use std::path::{Path, PathBuf};
 
@@ -52,20 +52,13 @@ pub fn load(path: &Path) -> Result<OwnEffects, OwnEffectsFileError> {
     })?;
     own::register(&effects).map_err(|source| OwnEffectsFileError::Effect {
         path: path.to_owned(),
-        line: line_of_effect(&text, &source),
+        line: line_of_wrong(&text, &source),
         source,
     })?;
     Ok(effects)
 }
 
-/// The line of the key that an error names, in its effect; that of the effect where the key is not found.
-fn line_of_effect(text: &str, error: &OwnEffectError) -> usize {
-    let Some((id, key)) = error.place() else { return 1 };
-    let short = key.rsplit('.').next().unwrap_or(key);
-    let is = |line: &str, name: &str| line.split('=').next().is_some_and(|found| found.trim() == name);
-    let lines: Vec<&str> = text.lines().collect();
-    let named = |line: &&str| is(line, "id") && line.contains(&format!("\"{id}\""));
-    let at = lines.iter().position(named).unwrap_or(0);
-    let end = (at + 1..lines.len()).find(|k| lines[*k].trim() == "[[effect]]").unwrap_or(lines.len());
-    (at..end).find(|k| is(lines[*k], key) || is(lines[*k], short)).unwrap_or(at) + 1
+/// The line of the key that an error names, in its effect.
+fn line_of_wrong(text: &str, error: &OwnEffectError) -> usize {
+    error.place().map_or(1, |(id, key)| line_of_effect(text, id, key))
 }

@@ -44,10 +44,12 @@ pub enum VehicleFileError {
         source: railgrip_filter::PlantError,
     },
     /// An effect is unknown or its parameters are wrong.
-    #[error("{}: {source}", path.display())]
+    #[error("{}:{line}: {source}", path.display())]
     Effect {
         /// The file.
         path: PathBuf,
+        /// Line of the effect's key, counted from 1.
+        line: usize,
         /// Effect and parameter.
         source: railgrip_vehicle::ModelError,
     },
@@ -77,8 +79,11 @@ pub fn parse(path: &Path, text: &str) -> Result<VehicleParameters, VehicleFileEr
         line: line_of_key(text, source.key),
         source,
     })?;
-    WagonModel::new(&parameters)
-        .map_err(|source| VehicleFileError::Effect { path: path.to_owned(), source })?;
+    WagonModel::new(&parameters).map_err(|source| {
+        let (id, name) = source.place();
+        let line = line_of_effect(text, id, name.unwrap_or("id"));
+        VehicleFileError::Effect { path: path.to_owned(), line, source }
+    })?;
     Ok(parameters)
 }
 
@@ -99,6 +104,22 @@ pub(crate) fn line_of_key(text: &str, dotted: &str) -> usize {
         }
     }
     1
+}
+
+/// Line of a key of the `[[effect]]` with that id, also in an inline table; that of the effect where the key is not found.
+pub(crate) fn line_of_effect(text: &str, id: &str, key: &str) -> usize {
+    let is = |part: &str, name: &str| {
+        part.trim_end()
+            .strip_suffix(name)
+            .is_some_and(|before| before.is_empty() || before.ends_with([' ', '\t', ',', '{', '.']))
+    };
+    let has = |line: &str, name: &str| line.match_indices('=').any(|(at, _)| is(&line[..at], name));
+    let lines: Vec<&str> = text.lines().collect();
+    let named = |line: &&str| has(line, "id") && line.contains(&format!("\"{id}\""));
+    let at = lines.iter().position(named).unwrap_or(0);
+    let end = (at + 1..lines.len()).find(|k| lines[*k].trim() == "[[effect]]").unwrap_or(lines.len());
+    let short = key.rsplit('.').next().unwrap_or(key);
+    (at..end).find(|k| has(lines[*k], key) || has(lines[*k], short)).unwrap_or(at) + 1
 }
 
 #[cfg(test)]
@@ -180,5 +201,21 @@ pressing_force_sigma_n = 150.0
         let said =
             message(&format!("{COACH}[[effect]]\nid = \"brake_fade\"\nparameters = {{ alpha = 1.0 }}\n"));
         assert!(said.contains("`alpha`"), "{said}");
+    }
+    #[test]
+    fn discs_that_outweigh_their_wheelset_are_told_with_line_and_key() {
+        let with = |discs: &str| {
+            format!(
+                "{COACH}[[effect]]\nid = \"axle_torsion\"\n[effect.parameters]\ndisc_inertia_kg_m2 = {discs}\n"
+            )
+        };
+        assert_eq!(
+            message(&with("90.0")),
+            "coach.toml:33: effect `axle_torsion`: `disc_inertia_kg_m2` is 90, more than the 78.0 that this wagon leaves for it"
+        );
+        assert!(parse(Path::new("coach.toml"), &with("78.0")).is_ok());
+        let inline =
+            with("90.0").replace("[effect.parameters]\n", "parameters = { ").replace("90.0\n", "90.0 }\n");
+        assert!(message(&inline).starts_with("coach.toml:32: "), "{}", message(&inline));
     }
 }

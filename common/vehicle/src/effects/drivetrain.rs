@@ -142,6 +142,12 @@ impl Effect for Torsion {
         &TORSION
     }
 
+    fn largest(&self, parameter: &str, constants: &Constants) -> Option<f64> {
+        let wheelsets = &constants.inertia_kg_m2[..constants.wheelsets];
+        let lightest = wheelsets.iter().copied().fold(f64::INFINITY, f64::min);
+        (parameter == "disc_inertia_kg_m2").then_some(LARGEST_DISC_SHARE * lightest)
+    }
+
     fn join(&mut self, constants: &Constants) {
         for (discs, whole) in self.disc_inertia_kg_m2.iter_mut().zip(constants.inertia_kg_m2) {
             *discs = discs.min(LARGEST_DISC_SHARE * whole);

@@ -243,6 +243,11 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
     /// Advances the hidden states over `dt_s`, with the operating point at its start.
     fn advance(&self, _at: &Operating, _dt_s: f64, _hidden: &mut [f64]) {}
 
+    /// Largest value of one of its parameters on a wagon, where that is less than the spec's bound.
+    fn largest(&self, _parameter: &str, _constants: &Constants) -> Option<f64> {
+        None
+    }
+
     /// Told which wagon it joins, before any effect has changed that: what an effect may be can depend on it.
     fn join(&mut self, _constants: &Constants) {}
 

@@ -31,4 +31,29 @@ pub enum ModelError {
         /// Upper bound.
         upper: f64,
     },
+    /// A value that no wagon like this one can have.
+    #[error("effect `{id}`: `{name}` is {value}, more than the {largest:.1} that this wagon leaves for it")]
+    MoreThanWagonAllows {
+        /// The effect.
+        id: &'static str,
+        /// The parameter.
+        name: &'static str,
+        /// The value.
+        value: f64,
+        /// The largest value on this wagon.
+        largest: f64,
+    },
+}
+
+impl ModelError {
+    /// Id of the effect that is wrong, and the parameter, where one is.
+    pub fn place(&self) -> (&str, Option<&str>) {
+        match self {
+            Self::UnknownEffect { id } => (id, None),
+            Self::UnknownParameter { id, name } => (id, Some(name)),
+            Self::ParameterOutOfBounds { id, name, .. } | Self::MoreThanWagonAllows { id, name, .. } => {
+                (id, Some(name))
+            }
+        }
+    }
 }

@@ -70,3 +70,32 @@ pub fn build(entry: &EffectEntry) -> Result<Box<dyn Effect>, ModelError> {
     }
     Ok(constructor(&values))
 }
+
+/// Checks what a vehicle file says of an effect against the wagon that it joins.
+///
+/// # Errors
+/// A value that is larger than such a wagon can have.
+pub fn check_on(
+    effect: &dyn Effect,
+    entry: &EffectEntry,
+    constants: &crate::Constants,
+) -> Result<(), ModelError> {
+    let spec = effect.spec();
+    for parameter in spec.parameters {
+        if let Some(value) = entry.parameters.get(parameter.name).copied()
+            && let Some(largest) = effect.largest(parameter.name, constants)
+            && value > largest * (1.0 + ROUNDED)
+        {
+            return Err(ModelError::MoreThanWagonAllows {
+                id: spec.id,
+                name: parameter.name,
+                value,
+                largest,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// What writing and reading a value may change of it, relative.
+const ROUNDED: f64 = 1e-6;

@@ -39,7 +39,11 @@ impl WagonModel {
     /// An effect that the catalogue does not know, or whose parameters are wrong.
     pub fn new(parameters: &VehicleParameters) -> Result<Self, ModelError> {
         let effects = parameters.effects.iter().map(effects::build).collect::<Result<Vec<_>, _>>()?;
-        Ok(Self::with_effects(parameters, effects))
+        let constants = Constants::of(parameters);
+        for (entry, effect) in parameters.effects.iter().zip(&effects) {
+            effects::check_on(&**effect, entry, &constants)?;
+        }
+        Ok(Self::from_constants(constants, effects))
     }
 
     /// The model of `parameters` (whose own effect entries are ignored) with these effects.
