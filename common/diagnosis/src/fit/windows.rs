@@ -50,12 +50,25 @@ impl Models {
         let (extended_shape, extended) = match named {
             Some(best) => {
                 let shape = best.shape.on_recordings();
-                let extended = fit_free(case, &shape, std::slice::from_ref(&best.fit.theta));
+                let extended = self.extended_from(case, &shape, &best.fit.theta);
                 (shape, extended)
             }
             None => (nominal.clone(), calibrated.clone()),
         };
         Self { nominal, calibrated, extended_shape, extended }
+    }
+
+    /// Parameters of the extended model, from where its fit on innovations ended. That may be a valley in which the model, which holds the calibrated
+    /// one, does worse than that: then also from the calibrated nuisances.
+    fn extended_from(&self, case: &Case, shape: &Shape, innovations: &[f64]) -> Vec<f64> {
+        let extended = fit_free(case, shape, &[innovations.to_vec()]);
+        let gap = |shape: &Shape, theta: &[f64]| robust_gap(case, shape, theta);
+        if case.is_coupled() || gap(shape, &extended) <= gap(&self.nominal, &self.calibrated) {
+            return extended;
+        }
+        let own = innovations.get(shape.nuisance_count()..).unwrap_or_default();
+        let from_calibrated: Vec<f64> = self.calibrated.iter().chain(own).copied().collect();
+        fit_free(case, shape, &[extended, from_calibrated])
     }
 
     /// Nominal, calibrated and extended model.
