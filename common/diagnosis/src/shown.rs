@@ -57,23 +57,28 @@ impl Trial<'_> {
         tried: &'f Fitted,
         mut shown: Shown<'f>,
     ) -> Shown<'f> {
+        let tie = self.criteria.ties.look_alike;
         judgement.decision = in_practice(judgement.decision, &self.practice(&shown), self.criteria);
         let is_overruled = judgement.decision.verdict == Verdict::Unknown && judgement.evidence.is_named();
         if is_overruled && tried.shape.effects.len() == 1 {
             let with = self.with(tried);
             if let Some(decision) = in_spite_of_curve(&self.practice(&with), self.criteria) {
                 judgement.decision = decision;
-                judgement.forget_missing();
                 shown = with;
             }
         }
+        // A gap that is left asks for no curve: it is larger than noise makes it, whatever a curve does.
+        let is_asked = judgement.missing.is_some();
+        judgement.sort_missing(tie);
         let is_unnamed = judgement.decision.verdict == Verdict::Unknown;
-        if is_unnamed && let Some(missing) = &judgement.missing {
+        if is_unnamed
+            && is_asked
+            && let Some(missing) = &judgement.missing
+        {
             let practice = self.practice(&self.with(&missing.fitted));
             judgement.decision = in_practice_of_curve(judgement.decision, &practice, self.criteria);
-            judgement.forget_missing();
+            judgement.sort_missing(tie);
         }
-        judgement.look_beside();
         match shown.named.is_some() && !judgement.decision.names_effects() {
             true => Shown::new(self.case, self.calibrated.clone(), None),
             false => shown,

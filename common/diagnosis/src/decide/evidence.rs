@@ -22,6 +22,8 @@ pub struct Judgement {
     pub missing: Option<FittedDiscrepancy>,
     /// The terms that it may be in, the likeliest first.
     pub missing_terms: Vec<Term>,
+    /// Whether it stands instead of the effects and not beside them.
+    is_missing_instead: bool,
     /// The test against chance.
     pub chance: Option<Chance>,
     /// Flexible discrepancies on top of the best model, strongest first.
@@ -31,23 +33,25 @@ pub struct Judgement {
 }
 
 impl Judgement {
-    /// Puts what is missing back beside the effects, where the decision asks for nothing that is missing.
-    pub(crate) fn forget_missing(&mut self) {
-        if self.decision.rule.missing == Missing::Nothing {
-            self.beside.splice(0..0, self.missing.take());
-            self.missing_terms.clear();
-        }
-    }
-
-    /// Takes the strongest discrepancy beside the effects for what is missing, where the decision asks for one and there is
-    /// none yet.
-    pub(crate) fn look_beside(&mut self) {
-        if self.decision.rule.missing == Missing::Nothing || self.missing.is_some() || self.beside.is_empty()
-        {
+    /// Takes what the decision says is missing out of the discrepancies, and puts back what was missing by the decision before it. The terms
+    /// that it may be in are those whose curves explain at least a share `tie` of what it explains.
+    pub(crate) fn sort_missing(&mut self, tie: f64) {
+        let taken_from = if self.is_missing_instead { &mut self.instead } else { &mut self.beside };
+        taken_from.splice(0..0, self.missing.take());
+        self.missing_terms.clear();
+        let wanted = self.decision.rule.missing;
+        self.is_missing_instead = wanted == Missing::InsteadOfEffects && !self.instead.is_empty();
+        let from = if self.is_missing_instead { &mut self.instead } else { &mut self.beside };
+        if wanted == Missing::Nothing || from.is_empty() {
             return;
         }
-        let missing = self.beside.remove(0);
-        self.missing_terms = vec![missing.discrepancy.term];
+        let missing = from.remove(0);
+        self.missing_terms.push(missing.discrepancy.term);
+        for other in from.iter().filter(|other| other.score >= tie * missing.score) {
+            if !self.missing_terms.contains(&other.discrepancy.term) {
+                self.missing_terms.push(other.discrepancy.term);
+            }
+        }
         self.missing = Some(missing);
     }
 }
@@ -78,10 +82,18 @@ pub fn judge(selection: &Selection, criteria: &Criteria, seed: u64) -> Judgement
             selection.strongest().is_some_and(|e| e.spec.term == discrepancy.discrepancy.term);
     }
     let decision = decide(&evidence, criteria);
-    let tie = criteria.ties.look_alike;
-    let Sorted { missing, missing_terms, beside, instead } =
-        missing(decision.rule.missing, tie, beside, instead);
-    Judgement { decision, evidence, missing, missing_terms, chance, beside, instead }
+    let mut judgement = Judgement {
+        decision,
+        evidence,
+        missing: None,
+        missing_terms: Vec::new(),
+        is_missing_instead: false,
+        chance,
+        beside,
+        instead: likelier(instead),
+    };
+    judgement.sort_missing(criteria.ties.look_alike);
+    judgement
 }
 
 /// All evidence but that of curves instead of the effects, which cost most to fit.
@@ -126,39 +138,10 @@ fn is_doubtful(selection: &Selection, evidence: &Evidence, criteria: &Criteria) 
     }
 }
 
-/// Discrepancies, and what of them is missing in the model.
-struct Sorted {
-    missing: Option<FittedDiscrepancy>,
-    /// The terms that it may be in.
-    missing_terms: Vec<Term>,
-    beside: Vec<FittedDiscrepancy>,
-    instead: Vec<FittedDiscrepancy>,
-}
-
-/// Takes what is missing out of the discrepancies, with the terms whose curves explain at least a share `tie` of what it
-/// explains: its own first.
-fn missing(
-    which: Missing,
-    tie: f64,
-    mut beside: Vec<FittedDiscrepancy>,
-    instead: Vec<(FittedDiscrepancy, f64)>,
-) -> Sorted {
-    // What makes the recordings less likely is no discrepancy, even at the likeliest place.
+/// Discrepancies instead of the effects, scored by their evidence, without those that make the recordings less likely: these are none, even at
+/// the likeliest place, unless all are such.
+fn likelier(instead: Vec<(FittedDiscrepancy, f64)>) -> Vec<FittedDiscrepancy> {
     let gains = instead.iter().any(|(_, evidence)| *evidence > 0.0);
     let kept = instead.into_iter().filter(|(_, evidence)| !gains || *evidence > 0.0);
-    let ranked = kept.map(|(discrepancy, evidence)| FittedDiscrepancy { score: evidence, ..discrepancy });
-    let mut instead: Vec<FittedDiscrepancy> = ranked.collect();
-    let from = match which {
-        Missing::InsteadOfEffects if !instead.is_empty() => &mut instead,
-        Missing::InsteadOfEffects | Missing::BesideEffects if !beside.is_empty() => &mut beside,
-        _ => return Sorted { missing: None, missing_terms: Vec::new(), beside, instead },
-    };
-    let missing = from.remove(0);
-    let mut missing_terms = vec![missing.discrepancy.term];
-    for other in from.iter().filter(|other| other.score >= tie * missing.score) {
-        if !missing_terms.contains(&other.discrepancy.term) {
-            missing_terms.push(other.discrepancy.term);
-        }
-    }
-    Sorted { missing: Some(missing), missing_terms, beside, instead }
+    kept.map(|(discrepancy, evidence)| FittedDiscrepancy { score: evidence, ..discrepancy }).collect()
 }

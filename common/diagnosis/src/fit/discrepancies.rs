@@ -97,6 +97,25 @@ fn is_likely(discrepancy: &Discrepancy, likely: &[PlaceEvidence]) -> bool {
     likely.iter().any(|w| group(w.place) == group(discrepancy.place))
 }
 
+/// What is best first, with those that differ from one before them in the wheelset alone at the end: where wheelsets hold, a force at one
+/// is as good as at any other, and four alike would leave no room for another kind.
+fn unlike_first<T>(best_first: Vec<T>, discrepancy: impl Fn(&T) -> &Discrepancy) -> Vec<T> {
+    let mut known = Vec::new();
+    let (mut unlike, mut alike) = (Vec::new(), Vec::new());
+    for item in best_first {
+        let &Discrepancy { place, scope, covariate, .. } = discrepancy(&item);
+        let kind = (place, std::mem::discriminant(&scope), covariate);
+        if known.contains(&kind) {
+            alike.push(item);
+        } else {
+            known.push(kind);
+            unlike.push(item);
+        }
+    }
+    unlike.append(&mut alike);
+    unlike
+}
+
 fn explain_with(
     frozen: &FrozenFit,
     discrepancies: Vec<Discrepancy>,
@@ -121,6 +140,7 @@ fn explain_with(
     let screen = |f: Discrepancy| (candidate::linear_gain(objective, base, &f.candidate), f);
     let mut screened: Vec<(f64, Discrepancy)> = discrepancies.into_par_iter().map(screen).collect();
     screened.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut screened = unlike_first(screened, |(_, f)| f);
     screened.truncate(pursuit.discrepancies_screened);
     let mut brief: Vec<FittedDiscrepancy> = screened
         .into_par_iter()
@@ -130,6 +150,7 @@ fn explain_with(
         })
         .collect();
     brief.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let mut brief = unlike_first(brief, |f| &f.discrepancy);
     let rest = brief.split_off(pursuit.discrepancies_finished.min(brief.len()));
     let mut all: Vec<FittedDiscrepancy> = brief
         .into_par_iter()

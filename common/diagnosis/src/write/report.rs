@@ -13,7 +13,7 @@ use crate::decide::evidence::Judgement;
 use crate::decide::posterior::Calibration;
 use crate::decide::round::Gain;
 use crate::decide::selection::Selection;
-use crate::decide::verdict::Decision;
+use crate::decide::verdict::{Decision, Missing};
 use crate::fit::windows::Models;
 use crate::model::discrepancy::{Covariate, Place};
 use crate::model::places;
@@ -47,9 +47,11 @@ pub(crate) fn report(
     } else {
         Vec::new()
     };
-    let term = match verdict {
-        Verdict::None => None,
-        Verdict::Unknown => judgement.missing.as_ref().map(|m| m.discrepancy.term.name().to_owned()),
+    // Where a curve explains much more at the place of one of several effects, that is the place.
+    let by_curve = verdict == Verdict::Unknown || rule.missing == Missing::InsteadOfEffects;
+    let term = match (&judgement.missing, verdict) {
+        (_, Verdict::None) => None,
+        (Some(missing), _) if by_curve => Some(missing.discrepancy.term.name().to_owned()),
         _ => effects.first().map(|e| e.term.clone()),
     };
     let mut report = Report {
