@@ -97,14 +97,18 @@ fn is_likely(discrepancy: &Discrepancy, likely: &[PlaceEvidence]) -> bool {
     likely.iter().any(|w| group(w.place) == group(discrepancy.place))
 }
 
-/// What is best first, with those that differ from one before them in the wheelset alone at the end: where wheelsets hold, a force at one
-/// is as good as at any other, and four alike would leave no room for another kind.
-fn unlike_first<T>(best_first: Vec<T>, discrepancy: impl Fn(&T) -> &Discrepancy) -> Vec<T> {
+/// What discrepancies of one kind share: all but the wheelset.
+fn kind(discrepancy: &Discrepancy) -> impl PartialEq + use<> {
+    (discrepancy.place, std::mem::discriminant(&discrepancy.scope), discrepancy.covariate)
+}
+
+/// What is best first, with those of a kind that was before them at the end: where wheelsets hold, a force at one is as good as at any
+/// other, and four alike would leave no room for another kind.
+fn unlike_first<T, K: PartialEq>(best_first: Vec<T>, kind: impl Fn(&T) -> K) -> Vec<T> {
     let mut known = Vec::new();
     let (mut unlike, mut alike) = (Vec::new(), Vec::new());
     for item in best_first {
-        let &Discrepancy { place, scope, covariate, .. } = discrepancy(&item);
-        let kind = (place, std::mem::discriminant(&scope), covariate);
+        let kind = kind(&item);
         if known.contains(&kind) {
             alike.push(item);
         } else {
@@ -140,7 +144,7 @@ fn explain_with(
     let screen = |f: Discrepancy| (candidate::linear_gain(objective, base, &f.candidate), f);
     let mut screened: Vec<(f64, Discrepancy)> = discrepancies.into_par_iter().map(screen).collect();
     screened.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut screened = unlike_first(screened, |(_, f)| f);
+    let mut screened = unlike_first(screened, |(_, f)| kind(f));
     screened.truncate(pursuit.discrepancies_screened);
     let mut brief: Vec<FittedDiscrepancy> = screened
         .into_par_iter()
@@ -150,7 +154,7 @@ fn explain_with(
         })
         .collect();
     brief.sort_by(|a, b| b.score.total_cmp(&a.score));
-    let mut brief = unlike_first(brief, |f| &f.discrepancy);
+    let mut brief = unlike_first(brief, |f| kind(&f.discrepancy));
     let rest = brief.split_off(pursuit.discrepancies_finished.min(brief.len()));
     let mut all: Vec<FittedDiscrepancy> = brief
         .into_par_iter()
@@ -169,4 +173,16 @@ fn explain_with(
     all.sort_by(|a, b| b.score.total_cmp(&a.score));
     all.extend(rest);
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::unlike_first;
+
+    #[test]
+    fn curves_of_other_wheelsets_come_after_those_of_other_kinds() {
+        let best_first = vec![("pads", 0), ("pads", 2), ("body", 0), ("pads", 1), ("rail", 0), ("rail", 1)];
+        let sorted = unlike_first(best_first, |(kind, _)| *kind);
+        assert_eq!(sorted, [("pads", 0), ("body", 0), ("rail", 0), ("pads", 2), ("pads", 1), ("rail", 1)]);
+    }
 }
