@@ -75,7 +75,7 @@ pub fn build(entry: &EffectEntry) -> Result<Box<dyn Effect>, ModelError> {
 ///
 /// # Errors
 /// A value that is larger than such a wagon can have.
-pub fn check_on(
+pub(crate) fn check_on(
     effect: &dyn Effect,
     entry: &EffectEntry,
     constants: &crate::Constants,
