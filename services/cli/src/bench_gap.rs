@@ -4,12 +4,14 @@
 use std::hint::black_box;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use railgrip_diagnosis::data::case::{Case, Run};
 use railgrip_diagnosis::data::load;
 use railgrip_diagnosis::model::parameters::Shape;
 use railgrip_diagnosis::predict::open_loop;
+use railgrip_diagnosis::wagon::{Options, diagnose};
 use railgrip_truth_plant::{Case as TrueCase, Recipe, files};
 use railgrip_vehicle::{EffectEntry, MAX_WHEELSETS, WagonInput, WagonModel, WagonState};
 
@@ -25,14 +27,33 @@ const SECONDS_A_LINE: f64 = 0.5;
 /// The child's figures are read this often; its peak memory is kept by the system in between.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// What a diagnosis may take and use.
-const AIM_S: f64 = 60.0;
+const AIM_S: f64 = 10.0;
 const AIM_MB: f64 = 1024.0;
+
+/// What a diagnosis says when it begins a part of its work, and that part; before the first it calibrates and selects.
+const PARTS: [(&str, &str); 4] = [
+    ("gap", "effects on the windows of the gap"),
+    ("verdict", "free curves and the verdict"),
+    ("fit on windows", "fits on all windows, predictions"),
+    ("report", "report"),
+];
+/// What comes before these.
+const FIRST_PART: &str = "calibration and selection by filters";
 
 /// What was measured.
 #[derive(Debug, serde::Serialize)]
 pub(crate) struct Report {
     integrators: Vec<Line>,
     diagnosis: Diagnosis,
+    parts: Vec<Part>,
+}
+
+/// A part of a diagnosis.
+#[derive(Debug, serde::Serialize)]
+struct Part {
+    what: &'static str,
+    /// Of the time of the whole.
+    share: f64,
 }
 
 /// Time of one sample of one simulated run.
@@ -74,7 +95,7 @@ fn measure(folder: &Path) -> Result<Report, CliError> {
     let integrators = integrators(&case)?;
     let plain_ns = integrators[0].nanoseconds;
     let diagnosis = diagnosis(folder, &case, plain_ns)?;
-    Ok(Report { integrators, diagnosis })
+    Ok(Report { integrators, diagnosis, parts: parts(&case) })
 }
 
 /// The case, in a folder `case`, and as it is read from there.
@@ -184,6 +205,27 @@ fn diagnosis(folder: &Path, case: &Case, plain_ns: f64) -> Result<Diagnosis, Cli
     })
 }
 
+/// How the time of a diagnosis, in this process, is shared among its parts.
+fn parts(case: &Case) -> Vec<Part> {
+    let began = Mutex::new(vec![(FIRST_PART, Instant::now())]);
+    let note = |said: &'static str| {
+        let part = PARTS.iter().find(|(label, _)| *label == said);
+        if let (Some((_, what)), Ok(mut began)) = (part, began.lock()) {
+            began.push((*what, Instant::now()));
+        }
+    };
+    diagnose(case, &Options::default(), &note);
+    let ended = Instant::now();
+    let began = began.into_inner().unwrap_or_default();
+    let whole = began.first().map_or(0.0, |(_, first)| (ended - *first).as_secs_f64());
+    let ends = began.iter().skip(1).map(|(_, at)| *at).chain([ended]);
+    let of_whole = |((what, at), end): (&(&'static str, Instant), Instant)| Part {
+        what,
+        share: (end - *at).as_secs_f64() / whole,
+    };
+    began.iter().zip(ends).map(of_whole).collect()
+}
+
 /// Processor time, s, and peak memory, MB, of a child that runs to its end.
 fn watch(child: &mut Child) -> Result<(f64, f64), CliError> {
     let (mut cpu_s, mut peak_mb) = (0.0_f64, 0.0_f64);
@@ -224,6 +266,10 @@ pub(crate) fn show(report: &Report) {
         d.cpu_s, d.in_plain_simulations
     ));
     say(&format!("  peak memory   {:>8.0} MB (aim {AIM_MB:.0} MB)", d.peak_memory_mb));
+    say(&format!("\n{:<54} {:>9}", "part of a diagnosis", "share"));
+    for part in &report.parts {
+        say(&format!("{:<54} {:>8.0}%", part.what, 100.0 * part.share));
+    }
 }
 
 #[cfg(test)]
@@ -238,5 +284,16 @@ mod tests {
         for line in lines {
             assert!(line.nanoseconds > 0.0 && line.nanoseconds.is_finite(), "{}", line.what);
         }
+    }
+    #[test]
+    fn the_parts_of_a_diagnosis_make_up_the_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let parts = parts(&make(folder.path()).unwrap());
+        let known: Vec<&str> = PARTS.iter().map(|(_, what)| *what).collect();
+        let found: Vec<&str> = parts.iter().map(|part| part.what).collect();
+        assert_eq!(found[0], FIRST_PART);
+        assert_eq!(found[1..], known);
+        let whole: f64 = parts.iter().map(|part| part.share).sum();
+        assert!((whole - 1.0).abs() < 1e-9, "{whole}");
     }
 }
