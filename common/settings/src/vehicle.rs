@@ -202,6 +202,7 @@ pressing_force_sigma_n = 150.0
             message(&format!("{COACH}[[effect]]\nid = \"brake_fade\"\nparameters = {{ alpha = 1.0 }}\n"));
         assert!(said.contains("`alpha`"), "{said}");
     }
+
     #[test]
     fn discs_that_outweigh_their_wheelset_are_told_with_line_and_key() {
         let with = |discs: &str| {

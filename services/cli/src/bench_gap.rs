@@ -1,5 +1,5 @@
 //! `railgrip bench --gap`: the fast integrator beside the wagon model it stands for, and a whole diagnosis of a case
-//! that the truth plant makes, in a process of its own, with its time, processor time and peak memory.
+//! that the truth plant makes, in a process of its own, with its time, processor time and peak memory, and how the time is shared among its parts.
 
 use std::hint::black_box;
 use std::path::Path;
@@ -285,6 +285,7 @@ mod tests {
             assert!(line.nanoseconds > 0.0 && line.nanoseconds.is_finite(), "{}", line.what);
         }
     }
+
     #[test]
     fn the_parts_of_a_diagnosis_make_up_the_whole() {
         let folder = tempfile::tempdir().unwrap();
