@@ -1,5 +1,6 @@
-//! `railgrip bench --gap`: the fast integrator beside the wagon model it stands for, and a whole diagnosis of a case
-//! that the truth plant makes, in a process of its own, with its time, processor time and peak memory, and how the time is shared among its parts.
+//! `railgrip bench --gap`: the fast integrator and its stages beside the wagon model it stands for, and a whole diagnosis of a case
+//! that the truth plant makes, in a process of its own, with its time, processor time and peak memory, and how the time is shared
+//! among its parts and among its passes over the recordings.
 
 use std::hint::black_box;
 use std::path::Path;
@@ -7,13 +8,15 @@ use std::process::{Child, Command, Stdio};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use railgrip_diagnosis::data::case::{Case, Run};
+use railgrip_diagnosis::data::case::{Case, Run, Sample};
 use railgrip_diagnosis::data::load;
 use railgrip_diagnosis::model::parameters::Shape;
 use railgrip_diagnosis::predict::open_loop;
+use railgrip_diagnosis::predict::passes::{self, Pass, Spent};
 use railgrip_diagnosis::wagon::{Options, diagnose};
 use railgrip_truth_plant::{Case as TrueCase, Recipe, files};
-use railgrip_vehicle::{EffectEntry, MAX_WHEELSETS, WagonInput, WagonModel, WagonState};
+use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion};
+use railgrip_vehicle::{EffectEntry, Loading, MAX_WHEELSETS, WagonInput, WagonModel, WagonState};
 
 use crate::output::say;
 use crate::{CliError, process_figures as figures};
@@ -46,6 +49,7 @@ pub(crate) struct Report {
     integrators: Vec<Line>,
     diagnosis: Diagnosis,
     parts: Vec<Part>,
+    passes: Vec<Passes>,
 }
 
 /// A part of a diagnosis.
@@ -53,6 +57,20 @@ pub(crate) struct Report {
 struct Part {
     what: &'static str,
     /// Of the time of the whole.
+    share: f64,
+}
+
+/// Passes of one kind over the recordings that are fitted.
+#[derive(Debug, serde::Serialize)]
+struct Passes {
+    what: &'static str,
+    /// How often each of their samples was gone through.
+    passes: f64,
+    /// A sample of one run.
+    nanoseconds: f64,
+    /// Over the plain model's.
+    ratio: f64,
+    /// Of the time of all passes.
     share: f64,
 }
 
@@ -95,7 +113,8 @@ fn measure(folder: &Path) -> Result<Report, CliError> {
     let integrators = integrators(&case)?;
     let plain_ns = integrators[0].nanoseconds;
     let diagnosis = diagnosis(folder, &case, plain_ns)?;
-    Ok(Report { integrators, diagnosis, parts: parts(&case) })
+    let (parts, passes) = shares(&case, plain_ns);
+    Ok(Report { integrators, diagnosis, parts, passes })
 }
 
 /// The case, in a folder `case`, and as it is read from there.
@@ -144,8 +163,50 @@ fn integrators(case: &Case) -> Result<Vec<Line>, CliError> {
             black_box(open_loop::predict(&built, run));
         });
         lines.push(Line { what, nanoseconds, ratio: nanoseconds / plain });
+        if ids.len() == MOST_EFFECTS {
+            let wagon = FastWagon::new(&built.model, built.adhesion(run.rail), run.dt_s);
+            lines.extend(stages(&wagon, run).map(|(what, nanoseconds)| Line {
+                what,
+                nanoseconds,
+                ratio: nanoseconds / plain,
+            }));
+        }
     }
     Ok(lines)
+}
+
+/// Effects in the line whose stages are timed.
+const MOST_EFFECTS: usize = 3;
+
+/// Nanoseconds of the stages of the fast integrator, each alone, along the recorded motion.
+fn stages(wagon: &FastWagon, run: &Run) -> [(&'static str, f64); 3] {
+    let first = &run.samples[0];
+    let hidden = wagon.start_hidden(&first.outputs, &first.input);
+    let motions: Vec<Motion> = run.samples.iter().map(Sample::measured_motion).collect();
+    let loading = |(motion, sample): (&Motion, &Sample)| {
+        wagon.loading_at(motion, &sample.input, &Disturbance::default(), &hidden)
+    };
+    let loadings: Vec<Loading> = motions.iter().zip(&run.samples).map(loading).collect();
+    let laws = time(run, |run| {
+        for at in motions.iter().zip(&run.samples) {
+            black_box(loading(at));
+        }
+    });
+    let contact = time(run, |_| {
+        for (motion, loading) in motions.iter().zip(&loadings) {
+            black_box(wagon.coarse(motion, loading));
+        }
+    });
+    let readings = time(run, |run| {
+        for (motion, sample) in motions.iter().zip(&run.samples) {
+            black_box(wagon.read(motion, &sample.input, &hidden));
+        }
+    });
+    [
+        ("  of which laws of pads, rail and body forces", laws),
+        ("  of which contact and speeds, in one step", contact),
+        ("  of which readings of the sensors", readings),
+    ]
 }
 
 /// The run's inputs through [`WagonModel::step`], from the first sample to the last.
@@ -203,6 +264,40 @@ fn diagnosis(folder: &Path, case: &Case, plain_ns: f64) -> Result<Diagnosis, Cli
         peak_memory_mb,
         in_plain_simulations: cpu_s / (1e-9 * plain_ns * samples as f64),
     })
+}
+
+/// How the time of a diagnosis, in this process, is shared among its parts and among passes.
+fn shares(case: &Case, plain_ns: f64) -> (Vec<Part>, Vec<Passes>) {
+    let before = passes::spent();
+    let parts = parts(case);
+    let spent: Vec<Spent> =
+        passes::spent().into_iter().zip(before).map(|(after, before)| after.since(before)).collect();
+    let all_ns: u64 = spent.iter().map(|spent| spent.nanoseconds).sum();
+    let samples: usize = case.fit.iter().map(Run::len).sum();
+    let line = |kind: Pass, spent: Spent| {
+        let nanoseconds = spent.nanoseconds as f64 / spent.samples as f64;
+        Passes {
+            what: label(kind),
+            passes: spent.samples as f64 / samples as f64,
+            nanoseconds,
+            ratio: nanoseconds / plain_ns,
+            share: spent.nanoseconds as f64 / all_ns as f64,
+        }
+    };
+    let spent = Pass::ALL.into_iter().zip(spent).filter(|(_, spent)| spent.samples > 0);
+    (parts, spent.map(|(kind, spent)| line(kind, spent)).collect())
+}
+
+/// What a pass is called.
+fn label(kind: Pass) -> &'static str {
+    match kind {
+        Pass::Gains => "filters that compute their gains",
+        Pass::Frozen => "filters with frozen gains",
+        Pass::Path => "filters that leave their path",
+        Pass::Response => "responses along a path",
+        Pass::Windows => "windows of the gap, open loop",
+        Pass::Freed => "filters with a place freed",
+    }
 }
 
 /// How the time of a diagnosis, in this process, is shared among its parts.
@@ -270,6 +365,20 @@ pub(crate) fn show(report: &Report) {
     for part in &report.parts {
         say(&format!("{:<54} {:>8.0}%", part.what, 100.0 * part.share));
     }
+    say(&format!(
+        "\n{:<40} {:>8} {:>8} {:>7} {:>7}",
+        "over the fitted samples", "passes", "ns", "ratio", "share"
+    ));
+    for line in &report.passes {
+        say(&format!(
+            "{:<40} {:>8.0} {:>8.0} {:>7.2} {:>6.0}%",
+            line.what,
+            line.passes,
+            line.nanoseconds,
+            line.ratio,
+            100.0 * line.share
+        ));
+    }
 }
 
 #[cfg(test)]
@@ -280,21 +389,27 @@ mod tests {
     fn every_integrator_is_timed_on_the_case() {
         let folder = tempfile::tempdir().unwrap();
         let lines = integrators(&make(folder.path()).unwrap()).unwrap();
-        assert_eq!(lines.len(), 4);
+        assert_eq!(lines.len(), 7);
         for line in lines {
             assert!(line.nanoseconds > 0.0 && line.nanoseconds.is_finite(), "{}", line.what);
         }
     }
 
     #[test]
-    fn the_parts_of_a_diagnosis_make_up_the_whole() {
+    fn the_parts_of_a_diagnosis_make_up_the_whole_and_its_passes_are_counted() {
         let folder = tempfile::tempdir().unwrap();
-        let parts = parts(&make(folder.path()).unwrap());
+        let (parts, passes) = shares(&make(folder.path()).unwrap(), 1.0);
         let known: Vec<&str> = PARTS.iter().map(|(_, what)| *what).collect();
         let found: Vec<&str> = parts.iter().map(|part| part.what).collect();
         assert_eq!(found[0], FIRST_PART);
         assert_eq!(found[1..], known);
         let whole: f64 = parts.iter().map(|part| part.share).sum();
         assert!((whole - 1.0).abs() < 1e-9, "{whole}");
+        for line in &passes {
+            println!("{}: {:.0} passes, share {:.2}", line.what, line.passes, line.share);
+        }
+        for kind in [Pass::Gains, Pass::Frozen, Pass::Windows, Pass::Freed] {
+            assert!(passes.iter().any(|line| line.what == label(kind) && line.passes > 1.0), "{kind:?}");
+        }
     }
 }

@@ -7,6 +7,7 @@ use crate::model::parameters::Built;
 use crate::predict::disturbances::{
     Decay, DisturbanceModel, Noise, coloured, derivatives, observed, of_measured, push, robust_cost, states,
 };
+use crate::predict::passes::{Pass, counted};
 use nalgebra::{SMatrix, SVector};
 use railgrip_filter::core::Gaussian;
 use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion};
@@ -52,7 +53,7 @@ pub(crate) fn costs(
     // The states of the wagon's filter and one more, the last.
     const TWO: [usize; 2] = [states(2) + 1, coloured(2) + 1];
     const FOUR: [usize; 2] = [states(4) + 1, coloured(4) + 1];
-    let of = |run: &Run| match (run.room(), colour) {
+    let of_run = |run: &Run| match (run.room(), colour) {
         (3, false) => Filter::<2, 3, { TWO[0] }>::new(case, built, run, disturbances, freed).costs(stretch_s),
         (3, true) => Filter::<2, 3, { TWO[1] }>::new(case, built, run, disturbances, freed).costs(stretch_s),
         (_, false) => {
@@ -60,6 +61,7 @@ pub(crate) fn costs(
         }
         (_, true) => Filter::<4, 5, { FOUR[1] }>::new(case, built, run, disturbances, freed).costs(stretch_s),
     };
+    let of = |run: &Run| counted(Pass::Freed, run.len(), || of_run(run));
     case.fit.iter().flat_map(of).collect()
 }
 

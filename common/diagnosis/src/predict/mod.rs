@@ -7,4 +7,5 @@ pub mod localise;
 pub mod natural;
 pub mod one_step;
 pub mod open_loop;
+pub mod passes;
 pub mod response;

@@ -12,6 +12,7 @@ use crate::model::parameters::Built;
 use crate::predict::disturbances::{
     Decay, DisturbanceModel, Noise, Push, coloured, derivatives, observed, of_measured, push, states,
 };
+use crate::predict::passes::{Pass, counted};
 use nalgebra::{SMatrix, SVector};
 use railgrip_filter::core::{Gaussian, JointGain};
 use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion};
@@ -46,12 +47,12 @@ impl Predictor {
         let tolerant = disturbances.tolerance.is_large();
         let wagon = wagon(built, run, tolerant);
         let colour = case.noise.iter().any(|noise| noise.coloured > 0.0);
-        let frozen = match (run.room(), colour) {
+        let frozen = counted(Pass::Gains, run.len(), || match (run.room(), colour) {
             (3, false) => Frozen::Two(Gains::new::<{ states(2) }>(&wagon, run, case, disturbances)),
             (3, true) => Frozen::Two(Gains::new::<{ coloured(2) }>(&wagon, run, case, disturbances)),
             (_, false) => Frozen::Four(Gains::new::<{ states(4) }>(&wagon, run, case, disturbances)),
             (_, true) => Frozen::Four(Gains::new::<{ coloured(4) }>(&wagon, run, case, disturbances)),
-        };
+        });
         let half_log_determinant = match &frozen {
             Frozen::Two(two) => two.half_log_determinant(),
             Frozen::Four(four) => four.half_log_determinant(),
@@ -62,10 +63,10 @@ impl Predictor {
     /// Appends the whitened innovations of `built` on `run`, [`Run::room`] a sample.
     pub fn residuals(&self, built: &Built, run: &Run, out: &mut Vec<f64>) {
         let wagon = wagon(built, run, self.tolerant);
-        match &self.frozen {
+        counted(Pass::Frozen, run.len(), || match &self.frozen {
             Frozen::Two(two) => two.residuals(&wagon, run, out),
             Frozen::Four(four) => four.residuals(&wagon, run, out),
-        }
+        });
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::data::case::{OUTPUTS, Run};
 use crate::model::parameters::Built;
+use crate::predict::passes::{Pass, counted};
 use railgrip_vehicle::Sensors;
 use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion};
 
@@ -65,11 +66,13 @@ pub struct Prediction {
 /// Drives the model open loop through every window of a run.
 pub fn predict(built: &Built, run: &Run) -> Vec<Prediction> {
     let wagon = FastWagon::new(&built.model, built.adhesion(run.rail), run.dt_s);
-    let mut windows = Vec::new();
-    each_window(&wagon, run, |range, past| {
-        windows.push(Prediction { range: range.clone(), outputs: drive(&wagon, run, range, past) });
-    });
-    windows
+    counted(Pass::Windows, run.len(), || {
+        let mut windows = Vec::new();
+        each_window(&wagon, run, |range, past| {
+            windows.push(Prediction { range: range.clone(), outputs: drive(&wagon, run, range, past) });
+        });
+        windows
+    })
 }
 
 /// Asks for each window of a run, with the hidden states that it starts from.

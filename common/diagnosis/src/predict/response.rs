@@ -18,6 +18,7 @@ use crate::data::case::{OUTPUTS, Run};
 use crate::model::parameters::Built;
 use crate::predict::disturbances::{Decay, coloured, push, states};
 use crate::predict::one_step::{CLAMP, Filter, Frozen, Gains, Predictor, wagon};
+use crate::predict::passes::{Pass, counted};
 use railgrip_vehicle::fast::{Disturbance, Motion};
 use railgrip_vehicle::{Constants, Loading, Slopes};
 
@@ -54,18 +55,22 @@ impl<'a> Path<'a> {
     /// Runs the frozen filter over `run` with `built`.
     pub fn new(built: &Built, run: &'a Run, predictor: &'a Predictor) -> Self {
         let tolerant = predictor.tolerant;
-        Self(match &predictor.frozen {
+        Self(counted(Pass::Path, run.len(), || match &predictor.frozen {
             Frozen::Two(gains) => Size::Two(Points::new(built, run, gains, tolerant)),
             Frozen::Four(gains) => Size::Four(Points::new(built, run, gains, tolerant)),
-        })
+        }))
     }
 
     /// Appends the whitened innovations that `built` would have, [`Run::room`] a sample.
     pub fn residuals(&self, built: &Built, out: &mut Vec<f64>) {
-        match &self.0 {
+        let samples = match &self.0 {
+            Size::Two(points) => points.run.len(),
+            Size::Four(points) => points.run.len(),
+        };
+        counted(Pass::Response, samples, || match &self.0 {
             Size::Two(points) => points.residuals(built, out),
             Size::Four(points) => points.residuals(built, out),
-        }
+        });
     }
 }
 
