@@ -3,6 +3,7 @@
 use crate::decide::criteria::{Acceptance, Criteria, Localisation, Pursuit, VerdictLimits};
 use crate::decide::mending::Relation;
 use crate::decide::round::{Gain, Round, Standpoint};
+use crate::decide::significance::counted;
 use crate::fit::candidate::Fitted;
 use crate::fit::frozen::{self, FrozenFit};
 use crate::predict::localise::{self, PlaceEvidence};
@@ -154,14 +155,21 @@ fn is_an_event(current: &FrozenFit, next: &FrozenFit, round: &Round, criteria: &
 
 /// What a candidate gains outside of the few stretches in which it gains most, on top of the model of its round.
 fn lasting(current: &FrozenFit, own: &Gain, criteria: &Criteria) -> f64 {
+    localise::lasting(by_stretch(current, own, criteria), criteria.localisation.event_share)
+}
+
+/// What a candidate gains in each stretch, on top of the model of its round.
+fn by_stretch(current: &FrozenFit, own: &Gain, criteria: &Criteria) -> Vec<f64> {
     let length = current.whitening.stretch(criteria.significance.stretch_s);
     let stretches = |fitted: &Fitted| frozen::costs_of_stretches(&fitted.residuals, length);
     let (before, after) = (stretches(&current.fitted), stretches(&own.fitted));
-    localise::evidence(&before, &after, criteria.localisation.event_share)
+    before.iter().zip(after).map(|(before, after)| before - after).collect()
 }
 
-/// What of a candidate's gain is compared with chance: a small one counts where it lasts, as in its acceptance.
+/// What of a candidate's gain is compared with chance, see [`counted`].
 pub(crate) fn counted_gain(current: &FrozenFit, own: &Gain, criteria: &Criteria) -> f64 {
-    let small = own.gain <= criteria.acceptance.certain_gain && !own.fitted.residuals.is_empty();
-    if small { own.gain.min(lasting(current, own, criteria)) } else { own.gain }
+    if own.fitted.residuals.is_empty() {
+        return own.gain;
+    }
+    counted(own.gain, || by_stretch(current, own, criteria), criteria)
 }

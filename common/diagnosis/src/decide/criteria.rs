@@ -243,7 +243,8 @@ impl Default for Localisation {
 /// What the best of the library gains where there is nothing to find.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Significance {
-    /// Probability of a false alarm for which the threshold is set. Definition: one case in fifty.
+    /// Probability that chance gains more than the threshold. Definition: one case in a hundred, since effects are looked for twice, by
+    /// filters and in the gap, and one in fifty may raise an alarm.
     pub level: f64,
     /// Replicates of the bootstrap: eight lie above the threshold. Effort.
     pub replicates: usize,
@@ -256,7 +257,7 @@ pub struct Significance {
 
 impl Default for Significance {
     fn default() -> Self {
-        Self { level: 0.02, replicates: 400, stretch_s: 5.0, search_factor: 1.5 }
+        Self { level: 0.01, replicates: 800, stretch_s: 5.0, search_factor: 1.5 }
     }
 }
 

@@ -60,7 +60,7 @@ impl Judgement {
 pub fn judge(selection: &Selection, criteria: &Criteria, seed: u64) -> Judgement {
     let chance = selection.rounds.first().map(|round| {
         let nuisances = selection.base.fitted.shape.nuisance_count();
-        Chance::new(round, nuisances, &selection.best, &criteria.significance, seed)
+        Chance::new(round, nuisances, &selection.best, criteria, seed)
     });
     let quiet = is_quiet(&selection.best, &selection.rest, &criteria.localisation);
     let beside =

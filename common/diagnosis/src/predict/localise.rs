@@ -127,7 +127,11 @@ fn likeliest(
 /// What is gained over all stretches but a share `event_share` of them, those that gain most: a wheelset at the edge between
 /// holding and sliding may fall either way, and a filter that lost it there gains by whatever is freed.
 pub(crate) fn evidence(nothing: &[f64], freed: &[f64], event_share: f64) -> f64 {
-    let mut gains: Vec<f64> = nothing.iter().zip(freed).map(|(a, b)| a - b).collect();
+    lasting(nothing.iter().zip(freed).map(|(a, b)| a - b).collect(), event_share)
+}
+
+/// The same from what is gained in each stretch.
+pub(crate) fn lasting(mut gains: Vec<f64>, event_share: f64) -> f64 {
     gains.sort_by(f64::total_cmp);
     let events = (event_share * gains.len() as f64).ceil() as usize;
     gains.iter().take(gains.len() - events).sum()

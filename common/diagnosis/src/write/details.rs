@@ -6,6 +6,7 @@ use crate::answer::supplement::{
     TraceWindow,
 };
 use crate::data::case::{Case, Run};
+use crate::decide::acceptance;
 use crate::decide::criteria::Criteria;
 use crate::decide::evidence::Judgement;
 use crate::decide::selection::Selection;
@@ -96,10 +97,13 @@ pub(crate) fn detail(
         freed: freed(case.wheelsets(), selection, report),
         missing_curve: missing_curve(judgement, report),
         alarm: judgement.chance.as_ref().map(|chance| Alarm {
-            statistic: "log-likelihood of whitened innovations gained by the best candidate".into(),
+            statistic: "log-likelihood of whitened innovations gained by the best candidate, where it is small without the few stretches that gain most"
+                .into(),
             level: criteria.significance.level,
             threshold: chance.threshold(),
-            observed: selection.rounds[0].gains.iter().map(|g| g.gain).fold(0.0, f64::max),
+            observed: (selection.rounds[0].gains.iter())
+                .map(|g| acceptance::counted_gain(&selection.base, g, criteria))
+                .fold(0.0, f64::max),
             how: "the errors that the final model leaves got random signs, stretch by stretch, and every candidate was \
                   fitted to them in linear form"
                 .into(),
