@@ -228,7 +228,7 @@ pub fn wagon_detail() -> Detail {
             because: "they predict the recordings equally well; separated by two stops from the same speed in quick succession, and one after a long cool-down".to_owned(),
         }],
         alarm: Some(Alarm {
-            statistic: "log-likelihood of whitened innovations gained by the best candidate".to_owned(),
+            statistic: "log-likelihood of whitened innovations gained by the best candidate, where it is small without the few stretches that gain most".to_owned(),
             how: "the errors that the final model leaves got random signs, stretch by stretch, and every candidate was fitted to them in linear form".to_owned(),
             level: 0.05,
             threshold: 14.2,
