@@ -60,7 +60,8 @@ pub struct Outcome {
     pub vehicle: VehicleParameters,
 }
 
-/// Diagnoses a case. `progress` is told what has just been done; threads are those of the surrounding rayon pool.
+/// Diagnoses a case. `progress` is told the id of each candidate when it has been fitted, and each later part when it begins; threads are
+/// those of the surrounding rayon pool.
 pub fn diagnose(case: &Case, options: &Options, progress: &(dyn Fn(&'static str) + Sync)) -> Outcome {
     diagnose_and(case, options, progress, |_, _, _, _| ()).0
 }
