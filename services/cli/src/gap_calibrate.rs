@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use railgrip_diagnosis::answer::schema::{PosteriorSet, Report};
 use railgrip_diagnosis::decide::learning::{self, Agreement, Truth};
 use railgrip_diagnosis::decide::posterior::Calibration;
-use railgrip_diagnosis::decide::test_run::{Taught, TestRun, TestWeights};
+use railgrip_diagnosis::decide::test_run::{self, Taught, TestRun, TestWeights};
 use railgrip_truth_plant::label::Gaps;
 use railgrip_vehicle::effects;
 use serde::Deserialize;
@@ -124,23 +124,38 @@ fn report_agreement(agreement: &Agreement, cases: usize, from: &str) {
     ));
 }
 
-/// One line about what tests do to the probability of the truth.
+/// A set this likely is sure.
+const SURE: f64 = 0.8;
+
+/// Lines about what tests do to the probability of the truth, and how often what is sure after them is right.
 fn report_tests(tests: &[Taught], weights: &TestWeights) {
     if tests.is_empty() {
         return;
     }
-    let mean = |of: &dyn Fn(&Taught) -> Vec<PosteriorSet>| {
-        let truth = |taught: &Taught| -> f64 {
-            of(taught).iter().zip(&taught.2).filter(|(_, right)| **right).map(|(set, _)| set.p).sum()
+    let mean = |of: &dyn Fn(&Taught) -> f64| tests.iter().map(of).sum::<f64>() / tests.len() as f64;
+    let before = |(_, sets, right): &Taught| test_run::truth(sets, right);
+    let after = |taught: &Taught| weights.of_truth(taught);
+    let log = |p: f64| p.max(test_run::LEAST).ln();
+    let sure = |is_right: bool| {
+        let is = |(test, sets, right): &&Taught| {
+            let after = test.reweigh(sets, weights);
+            after.iter().zip(right).any(|(set, right)| set.p >= SURE && *right == is_right)
         };
-        tests.iter().map(truth).sum::<f64>() / tests.len() as f64
+        tests.iter().filter(is).count()
     };
     say(&format!(
-        "{} tests: mean probability of the truth {:.2} before and {:.2} after ({:.1} errors a window, allowance {:.2})",
+        "{} tests: probability of the truth, mean {:.2} before and {:.2} after, logarithm {:.2} and {:.2}; sets at {SURE} and more after them: {} right, {} \
+         wrong ({:.1} errors a window, log-odds {:.2} by what is explained and {:.2} by what is left, allowance {:.2})",
         tests.len(),
-        mean(&|(_, before, _)| before.clone()),
-        mean(&|(test, before, _)| test.reweigh(before, weights)),
+        mean(&before),
+        mean(&after),
+        mean(&|taught| log(before(taught))),
+        mean(&|taught| log(after(taught))),
+        sure(true),
+        sure(false),
         weights.per_window,
+        weights.explains,
+        weights.leaves,
         weights.allowance,
     ));
 }

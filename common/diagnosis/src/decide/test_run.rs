@@ -2,9 +2,11 @@
 //!
 //! Every model predicts the run with what earlier recordings taught it. Errors of a model whose law has another form are neither
 //! white nor of known size, so each window counts as `per_window` independent errors of a size that is not known: its likelihood falls with that
-//! power of the gap (profile likelihood of a normal law). Something that no id names leaves what a right model would, times an
-//! `allowance`, or what tolerances alone leave if that is less: a window in which they err as little says nothing of it. Both figures are
-//! learnt from simulated cases.
+//! power of the gap (profile likelihood of a normal law). So one known cause is told from another.
+//!
+//! Something unknown, or a set that was not listed, predicts nothing of its own. A known law that resembles it does in its place, and as well
+//! as the best of them: a test that tells known causes apart leaves it its share. That a known cause passes a test in which much
+//! happens speaks for it, and that all of them leave much against it, by `explains` and `leaves`. All weights are learnt from simulated cases.
 
 use crate::answer::schema::PosteriorSet;
 use serde::{Deserialize, Serialize};
@@ -31,94 +33,156 @@ pub struct TestRun {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TestWeights {
-    /// Which tests both were learnt from.
+    /// Which tests all were learnt from.
     pub provenance: String,
     /// Independent errors that a window counts as.
     pub per_window: f64,
-    /// Gap that a model of the right cause leaves, over that of a right model.
+    /// Log-odds that a known cause gains on anything else, per logarithm of how far it brings the gap of a window below that of tolerances.
+    pub explains: f64,
+    /// Log-odds that it loses, per logarithm of how far it stays above what a right cause leaves.
+    pub leaves: f64,
+    /// Gap that a model of the right cause leaves, over that of a right model, whose law may have another form: geometric mean.
     pub allowance: f64,
-    /// Number of tests from which both were learnt.
+    /// Number of tests from which all were learnt.
     pub tests: usize,
 }
 
 impl Default for TestWeights {
     /// Set by hand, for a program that has learnt nothing.
     fn default() -> Self {
-        Self { provenance: "set by hand".to_owned(), per_window: 1.0, allowance: 1.5, tests: 0 }
+        Self {
+            provenance: "set by hand".to_owned(),
+            per_window: 1.0,
+            explains: 0.5,
+            leaves: 1.0,
+            allowance: 1.5,
+            tests: 0,
+        }
     }
 }
 
 /// Values that are tried when learning.
-const PER_WINDOW: [f64; 8] = [0.0, 0.1, 0.2, 0.4, 0.7, 1.0, 2.0, 4.0];
-const ALLOWANCE: [f64; 7] = [1.0, 1.25, 1.5, 2.0, 3.0, 5.0, 8.0];
+const PER_WINDOW: [f64; 9] = [0.0, 0.1, 0.2, 0.4, 0.7, 1.0, 2.0, 4.0, 8.0];
+const LOG_ODDS: [f64; 7] = [0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0];
 /// Least probability of the truth that counts, so that one surprise does not decide.
-const LEAST: f64 = 0.02;
+pub const LEAST: f64 = 0.02;
 
 /// A test, the sets before it, and whether each of them is the truth.
 pub type Taught = (TestRun, Vec<PosteriorSet>, Vec<bool>);
 
 impl TestWeights {
-    /// The weights with which the truth is likeliest after tests whose answer is known.
+    /// The weights with which the truth is likeliest after tests whose answer is known. Where no listed set is the truth, what is not
+    /// listed is.
     pub fn fit(taught: &[Taught], provenance: &str) -> Self {
+        let allowance = allowance(taught);
         let score = |weights: &Self| -> f64 {
-            let of = |(test, sets, right): &Taught| {
-                let after = test.reweigh(sets, weights);
-                let p: f64 = after.iter().zip(right).filter(|(_, right)| **right).map(|(set, _)| set.p).sum();
-                p.max(LEAST).ln()
-            };
-            taught.iter().map(of).sum()
+            taught.iter().map(|taught| weights.of_truth(taught).max(LEAST).ln()).sum()
         };
-        let tried = PER_WINDOW.iter().flat_map(|per_window| {
-            ALLOWANCE.map(|allowance| Self {
-                provenance: provenance.to_owned(),
-                per_window: *per_window,
-                allowance,
-                tests: taught.len(),
+        let tried = PER_WINDOW.iter().flat_map(|&per_window| {
+            LOG_ODDS.iter().flat_map(move |&explains| {
+                LOG_ODDS.map(|leaves| Self {
+                    provenance: provenance.to_owned(),
+                    per_window,
+                    explains,
+                    leaves,
+                    allowance,
+                    tests: taught.len(),
+                })
             })
         });
         tried.max_by(|a, b| score(a).total_cmp(&score(b))).unwrap_or_default()
     }
+
+    /// Probability of the truth after a test.
+    pub fn of_truth(&self, (test, sets, right): &Taught) -> f64 {
+        truth(&test.reweigh(sets, self), right)
+    }
+}
+
+/// Probability of the truth among sets, of which it is known whether they are it; of what is not listed if none is.
+pub fn truth(sets: &[PosteriorSet], right: &[bool]) -> f64 {
+    if right.contains(&true) {
+        sets.iter().zip(right).filter(|(_, right)| **right).map(|(set, _)| set.p).sum()
+    } else {
+        1.0 - listed(sets)
+    }
+}
+
+/// Gap that models of right causes left in a window over that of a right model, geometric mean; that of the program that has learnt
+/// nothing where none was tested.
+fn allowance(taught: &[Taught]) -> f64 {
+    let of = |(test, sets, right): &Taught| -> Option<f64> {
+        let known = |(set, right): (&PosteriorSet, &bool)| *right && !set.unknown && !set.effects.is_empty();
+        let set = sets.iter().zip(right).find(|both| known((both.0, both.1)))?.0;
+        let model = test.models.iter().find(|model| model.effects == set.effects)?;
+        test.mean_log(&model.windows, &test.natural)
+    };
+    let all: Vec<f64> = taught.iter().filter_map(of).collect();
+    if all.is_empty() {
+        return TestWeights::default().allowance;
+    }
+    (all.iter().sum::<f64>() / all.len() as f64).exp().max(1.0)
+}
+
+fn listed(sets: &[PosteriorSet]) -> f64 {
+    sets.iter().map(|set| set.p).sum()
 }
 
 impl TestRun {
     /// The sets in their order, with the probabilities that they have after this test. A set is as likely as the best model whose
-    /// effects it holds.
+    /// effects it holds, something unknown alone and what is not listed as the best of all; the first names in doubt of which the
+    /// test speaks, so what is not listed may grow or shrink with it.
     pub fn reweigh(&self, sets: &[PosteriorSet], weights: &TestWeights) -> Vec<PosteriorSet> {
-        if self.models.is_empty() {
+        let logs: Vec<f64> = self.models.iter().map(|model| self.log_likelihood(model, weights)).collect();
+        let Some(best) = (0..logs.len()).max_by(|a, b| logs[*a].total_cmp(&logs[*b])) else {
             return sets.to_vec();
-        }
-        let logs: Vec<f64> = sets.iter().map(|set| self.log_likelihood(set, weights)).collect();
-        let most = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let mut after: Vec<PosteriorSet> = sets
-            .iter()
-            .zip(&logs)
-            .map(|(set, log)| PosteriorSet { p: set.p * (log - most).exp(), ..set.clone() })
-            .collect();
-        let total: f64 = after.iter().map(|set| set.p).sum();
+        };
+        let passed = self.passed(best, weights);
+        let log = |set: &PosteriorSet| match (set.unknown, set.effects.is_empty()) {
+            (true, true) => logs[best] - passed,
+            (unknown, _) => self.of_set(set, &logs) - if unknown { passed } else { 0.0 },
+        };
+        let odds = |p: f64, log: f64| p * (log - logs[best]).exp();
+        let mut after: Vec<PosteriorSet> =
+            sets.iter().map(|set| PosteriorSet { p: odds(set.p, log(set)), ..set.clone() }).collect();
+        let not_listed = odds((1.0 - listed(sets)).max(0.0), logs[best] - passed);
+        let total = listed(&after) + not_listed;
         if total > 0.0 {
-            // What is not listed keeps its share.
-            let listed: f64 = sets.iter().map(|set| set.p).sum();
-            after.iter_mut().for_each(|set| set.p *= listed / total);
+            after.iter_mut().for_each(|set| set.p /= total);
         }
         after
     }
 
-    fn log_likelihood(&self, set: &PosteriorSet, weights: &TestWeights) -> f64 {
-        let of_gaps = |gap: &dyn Fn(usize) -> f64| -> f64 {
-            let known = (0..self.natural.len()).filter(|k| self.is_known(*k));
-            -weights.per_window * known.map(|k| gap(k).ln()).sum::<f64>()
-        };
-        let of_model = |model: &Tested| of_gaps(&|k| model.windows[k]);
+    /// Log-odds by which the best model's test speaks for a known cause.
+    fn passed(&self, best: usize, weights: &TestWeights) -> f64 {
+        let model = &self.models[best].windows;
         let calibrated = self.models.iter().find(|model| model.effects.is_empty());
-        if set.unknown {
-            let at_most = |k: usize| calibrated.map_or(f64::INFINITY, |model| model.windows[k]);
-            return of_gaps(&|k| at_most(k).min(weights.allowance * self.natural[k]));
-        }
-        let is_of = |model: &&Tested| {
+        let explained = calibrated.and_then(|calibrated| self.mean_log(&calibrated.windows, model));
+        let left = self.mean_log(model, &self.natural).map(|log| log - weights.allowance.ln());
+        weights.explains * explained.unwrap_or(0.0).max(0.0) - weights.leaves * left.unwrap_or(0.0).max(0.0)
+    }
+
+    /// Log-likelihood of a set: of the best model of its effects, of the calibrated one where there is none.
+    fn of_set(&self, set: &PosteriorSet, logs: &[f64]) -> f64 {
+        let most = |is: &dyn Fn(&Tested) -> bool| {
+            self.models.iter().zip(logs).filter(|(model, _)| is(model)).map(|(_, log)| *log).reduce(f64::max)
+        };
+        let is_of = |model: &Tested| {
             !model.effects.is_empty() && model.effects.iter().all(|id| set.effects.contains(id))
         };
-        let best = self.models.iter().filter(is_of).map(of_model).fold(f64::NEG_INFINITY, f64::max);
-        if best.is_finite() { best } else { calibrated.map_or(f64::NEG_INFINITY, of_model) }
+        most(&is_of).or_else(|| most(&|model| model.effects.is_empty())).unwrap_or(f64::NEG_INFINITY)
+    }
+
+    fn log_likelihood(&self, model: &Tested, weights: &TestWeights) -> f64 {
+        let known = (0..self.natural.len()).filter(|k| self.is_known(*k));
+        -weights.per_window * known.map(|k| model.windows[k].ln()).sum::<f64>()
+    }
+
+    /// Mean logarithm of what one model leaves of a window over what another does; `None` without windows.
+    fn mean_log(&self, of: &[f64], over: &[f64]) -> Option<f64> {
+        let known: Vec<usize> = (0..self.natural.len()).filter(|k| self.is_known(*k)).collect();
+        let sum: f64 = known.iter().map(|k| (of[*k] / over[*k]).ln()).sum();
+        (!known.is_empty()).then(|| sum / known.len() as f64)
     }
 
     /// Whether every model has a gap in a window.
@@ -156,14 +220,32 @@ mod tests {
     }
 
     #[test]
-    fn what_predicts_the_test_becomes_likely_and_what_is_not_listed_keeps_its_share() {
+    fn what_predicts_the_test_becomes_likelier_than_its_rival() {
         let p = after([4.0, 3.0, 1.2]);
-        assert!(p[1] > 0.8, "{p:?}");
-        assert!((p.iter().sum::<f64>() - 0.95).abs() < 1e-12);
-        // All fail: something else is at work. All do alike: the test says nothing of these, and little of others.
-        assert!(after([9.0, 9.0, 9.0])[3] > 0.9);
+        assert!(p[1] > 0.7 && p[0] < 0.02 && p[2] < 0.02, "{p:?}");
+        // All fail: something else is at work, listed or not. All do alike: the test says nothing.
+        let p = after([9.0, 9.0, 9.0]);
+        assert!(p[3] > 0.4 && 1.0 - p.iter().sum::<f64>() > 0.1, "{p:?}");
         let p = after([1.5, 1.5, 1.5]);
         assert!(p.iter().zip(sets()).all(|(after, before)| (after - before.p).abs() < 1e-12), "{p:?}");
+    }
+
+    /// Two rivals, of which one fails: the other has what that one had, and nothing of what something unknown has.
+    #[test]
+    fn a_rival_that_fails_makes_something_unknown_no_less_likely() {
+        let none = TestWeights { explains: 0.0, ..TestWeights::default() };
+        let test = TestRun {
+            models: vec![model(&[], 9.0), model(&["a"], 1.4), model(&["b"], 5.0)],
+            natural: vec![1.0; 6],
+        };
+        let beside =
+            [set(&["a"], false, 0.3), set(&["b"], false, 0.3), set(&["a"], true, 0.1), set(&[], true, 0.3)];
+        let p: Vec<f64> = test.reweigh(&beside, &none).iter().map(|set| set.p).collect();
+        let share = |p: f64| p / (0.3 + 0.1 + 0.3);
+        assert!((p[0] - share(0.3)).abs() < 1e-3 && (p[3] - share(0.3)).abs() < 1e-3, "{p:?}");
+        assert!((p[2] - share(0.1)).abs() < 1e-3 && p[1] < 1e-3, "{p:?}");
+        // What explains a test in which much happens gains on it.
+        assert!(test.reweigh(&beside, &TestWeights::default())[0].p > share(0.3) + 0.1);
     }
 
     #[test]
@@ -177,6 +259,13 @@ mod tests {
         assert!((p[1].p / p[0].p - 4.0 * 0.3 / 0.4).abs() < 1e-9, "one window: {p:?}");
         let p = TestRun::default().reweigh(&sets(), &TestWeights::default());
         assert!(p.iter().zip(sets()).all(|(after, before)| (after.p - before.p).abs() < 1e-12), "{p:?}");
+    }
+
+    #[test]
+    fn where_no_listed_set_is_the_truth_what_is_not_listed_is() {
+        let sets = sets();
+        assert!((truth(&sets, &[false, true, false, false]) - 0.3).abs() < 1e-12);
+        assert!((truth(&sets, &[false; 4]) - 0.05).abs() < 1e-12);
     }
 
     /// Two models whose gaps scatter; the right one is better by a third on average. What is learnt states probabilities that come true.

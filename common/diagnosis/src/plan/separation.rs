@@ -54,12 +54,11 @@ impl Doubt<'_> {
                 open_loop::tallies(built, &run, &sigma).iter().map(Tally::gap).collect()
             };
             let of_models: Vec<Vec<f64>> = self.models.iter().map(|model| errors(&model.built)).collect();
-            let influence = errors(&truth.bare);
-            add(*p, self.entropy_after(&of_models, &influence));
+            add(*p, self.entropy_after(&of_models));
             // Something unknown in its place does in part something else than the effect.
             if likeliest == Some(index) && !truth.effects.is_empty() {
-                let lacking: Vec<f64> = influence.iter().map(|error| IMITATED * error).collect();
-                add(self.unknown(), self.entropy_after(&vec![lacking; self.models.len()], &influence));
+                let lacking: Vec<f64> = errors(&truth.bare).iter().map(|error| IMITATED * error).collect();
+                add(self.unknown(), self.entropy_after(&vec![lacking; self.models.len()]));
             }
         }
         sum / whole
@@ -69,19 +68,16 @@ impl Doubt<'_> {
         self.sets.iter().filter(|set| set.unknown).map(|set| set.p).sum()
     }
 
-    /// Entropy after a test in which models err so much, window by window, and the true effects do so much, beside what even a
-    /// right cause leaves, whose law may have another form. The allowance is where right and wrong causes are as likely: a right
-    /// one leaves less, by half of its logarithm.
-    fn entropy_after(&self, errors: &[Vec<f64>], influence: &[f64]) -> f64 {
-        let own = self.weights.allowance.sqrt() * self.natural;
+    /// Entropy after a test in which models err so much, window by window, beside what even a right cause leaves, whose law may have
+    /// another form.
+    fn entropy_after(&self, errors: &[Vec<f64>]) -> f64 {
+        let own = self.weights.allowance * self.natural;
         let tested = |(model, errors): (&Model, &Vec<f64>)| Tested {
             effects: model.effects.clone(),
             windows: errors.iter().map(|error| own.hypot(*error)).collect(),
         };
         let models: Vec<Tested> = self.models.iter().zip(errors).map(tested).collect();
-        // A window in which the effect does nothing is no reason for a run, whatever it says of something unknown on average.
-        let at_most = |influence: &f64| self.natural.min(own.hypot(*influence) / self.weights.allowance);
-        let natural = influence.iter().map(at_most).collect();
+        let natural = vec![self.natural; models.first().map_or(0, |model| model.windows.len())];
         entropy(&TestRun { models, natural }.reweigh(self.sets, self.weights))
     }
 }
@@ -150,9 +146,11 @@ fn drive(case: &Case, built: &Built, test: &PlannedRun) -> Run {
     Run::new(format!("planned.{}", test.rail), test.class, &columns)
 }
 
-/// Entropy of sets, nats; what is not listed counts nothing.
+/// Entropy of sets, nats; those that are not listed count as one.
 pub(super) fn entropy(sets: &[PosteriorSet]) -> f64 {
-    -sets.iter().map(|set| set.p).filter(|p| *p > 0.0).map(|p| p * p.ln()).sum::<f64>()
+    let not_listed = 1.0 - sets.iter().map(|set| set.p).sum::<f64>();
+    let all = sets.iter().map(|set| set.p).chain([not_listed]);
+    -all.filter(|p| *p > 0.0).map(|p| p * p.ln()).sum::<f64>()
 }
 
 #[cfg(test)]
@@ -164,5 +162,6 @@ mod tests {
         let of = |p: f64| PosteriorSet { effects: Vec::new(), unknown: false, p };
         assert!((entropy(&[of(0.5), of(0.5)]) - 2.0_f64.ln()).abs() < 1e-12);
         assert_eq!(entropy(&[of(1.0), of(0.0)]), 0.0);
+        assert!((entropy(&[of(0.5)]) - 2.0_f64.ln()).abs() < 1e-12, "what is not listed is a half");
     }
 }

@@ -158,6 +158,9 @@ fn equivalents(id: &str, report: &Report) -> Vec<String> {
     others
 }
 
+/// Probability of what is not listed from which it is said.
+const WORTH_SAYING: f64 = 0.05;
+
 /// The answer in words: what each model left, and what became of the sets.
 fn words(settled: &Settled) -> String {
     let named = |effects: &[String]| match effects {
@@ -179,12 +182,16 @@ fn words(settled: &Settled) -> String {
         let before = settled.before.iter().find(same).map_or(0.0, |before| before.p);
         format!("{} {before:.2} to {:.2}", set(after), after.p)
     });
+    let not_listed = |sets: &[PosteriorSet]| (1.0 - sets.iter().map(|set| set.p).sum::<f64>()).max(0.0);
+    let [before, after] = [&settled.before, &settled.posterior].map(|sets| not_listed(sets));
+    let others =
+        (before.max(after) >= WORTH_SAYING).then(|| format!("what is not listed {before:.2} to {after:.2}"));
     format!(
         "Gap of the test in sensor sigmas, predicted with what the recordings before it taught: {}; a right model would leave about {:.2}. \
          Probabilities: {}.",
         left.collect::<Vec<String>>().join(", "),
         settled.natural,
-        moved.collect::<Vec<String>>().join(", "),
+        moved.chain(others).collect::<Vec<String>>().join(", "),
     )
 }
 
@@ -233,7 +240,7 @@ mod tests {
         let settled = Settled {
             verdict: Verdict::Effects,
             effects: Vec::new(),
-            posterior: vec![set(&["head_wind"], false, 0.9), set(&[], true, 0.1)],
+            posterior: vec![set(&["head_wind"], false, 0.9), set(&[], true, 0.08)],
             verdict_set: vec![0],
             before: vec![set(&["head_wind"], false, 0.4), set(&[], true, 0.5)],
             gaps: vec![4.0, 1.5],
@@ -246,6 +253,8 @@ mod tests {
         assert!(
             words.contains("head wind 1.50, tolerances alone 4.00; a right model would leave about 1.10")
         );
-        assert!(words.contains("head wind 0.40 to 0.90, something unknown 0.50 to 0.10"));
+        let moved =
+            "head wind 0.40 to 0.90, something unknown 0.50 to 0.08, what is not listed 0.10 to 0.02.";
+        assert!(words.ends_with(moved), "{words}");
     }
 }

@@ -1,5 +1,6 @@
 //! What to do about a finding: at the vehicle, in the model, and with the next run.
 
+use super::sentences::likelier;
 use crate::answer::schema::{Report, Verdict};
 use railgrip_words::{reword, say, t, word};
 
@@ -63,6 +64,9 @@ pub fn advice(report: &Report) -> Vec<String> {
         }
     }
     match report.verdict {
+        Verdict::None if likelier(report).is_some() => steps.push(
+            t("Nothing at the vehicle yet. Record more runs, above all unlike these, and diagnose them together: nothing is settled.").to_owned(),
+        ),
         Verdict::None => steps.push(
             t("Nothing at the vehicle. Go on with the calibrated model: --apply writes it as a vehicle file.").to_owned(),
         ),

@@ -2,7 +2,7 @@
 
 use super::findings;
 use super::format::{capital, decimals, gap, list, or_list, percent, plain, term};
-use crate::answer::schema::{FoundEffect, HoldoutGap, Report, Verdict};
+use crate::answer::schema::{FoundEffect, HoldoutGap, PosteriorSet, Report, Verdict};
 use crate::decide::criteria::Criteria;
 use railgrip_words::{reword, say, t, word};
 use std::fmt::Display;
@@ -22,10 +22,21 @@ pub fn headline(report: &Report) -> String {
         }
     };
     match report.verdict {
-        Verdict::None => say(
-            "Nothing is missing: tolerances and noise explain the difference between model and measurement, holdout gap {gap}.",
-            &[("gap", &before)],
-        ),
+        Verdict::None => match likelier(report) {
+            Some((set, alone)) => say(
+                "Nothing is shown to be missing, but {text} ({p}) is likelier than tolerances alone ({alone}): holdout gap {gap}.",
+                &[
+                    ("text", &set_name(set)),
+                    ("p", &percent(set.p)),
+                    ("alone", &percent(alone)),
+                    ("gap", &before),
+                ],
+            ),
+            None => say(
+                "Nothing is missing: tolerances and noise explain the difference between model and measurement, holdout gap {gap}.",
+                &[("gap", &before)],
+            ),
+        },
         Verdict::Effects => found(),
         Verdict::Unknown => say(
             "Something is missing in {place}, and no known effect describes it: holdout gap {gap}.",
@@ -259,20 +270,30 @@ pub fn certainty(report: &Report) -> Vec<String> {
     said
 }
 
+/// The likeliest set where nothing is named and tolerances alone are less likely than it, with what they have.
+pub fn likelier(report: &Report) -> Option<(&PosteriorSet, f64)> {
+    let alone = |set: &&PosteriorSet| set.effects.is_empty() && !set.unknown;
+    let p = report.posterior.iter().find(alone).map_or(0.0, |set| set.p);
+    let first = report.posterior.iter().max_by(|a, b| a.p.total_cmp(&b.p))?;
+    (report.verdict == Verdict::None && first.p > p).then_some((first, p))
+}
+
+/// A set of effects in words.
+fn set_name(set: &PosteriorSet) -> String {
+    let mut parts: Vec<String> = set.effects.iter().map(|id| plain(id)).collect();
+    if set.unknown {
+        parts.push(t("something unknown").to_owned());
+    }
+    if parts.is_empty() { t("tolerances alone").to_owned() } else { parts.join(t(" with ")) }
+}
+
 /// Sets that are listed one by one, and one more where it would be the only other.
 const MOST_SETS: usize = 5;
 
 /// The sets of effects among which the truth is in nine of ten cases, where they are more than one.
 fn sets(report: &Report) -> Option<String> {
     let inside: Vec<_> = report.verdict_set.iter().filter_map(|at| report.posterior.get(*at)).collect();
-    let name = |set: &&crate::answer::schema::PosteriorSet| {
-        let mut parts: Vec<String> = set.effects.iter().map(|id| plain(id)).collect();
-        if set.unknown {
-            parts.push(t("something unknown").to_owned());
-        }
-        let parts = if parts.is_empty() { t("tolerances alone").to_owned() } else { parts.join(t(" with ")) };
-        format!("{parts} ({})", percent(set.p))
-    };
+    let name = |set: &&PosteriorSet| format!("{} ({})", set_name(set), percent(set.p));
     (inside.len() > 1).then(|| {
         let listed = if inside.len() == MOST_SETS + 1 { inside.len() } else { MOST_SETS };
         let mut names: Vec<String> = inside.iter().take(listed).map(name).collect();
@@ -422,6 +443,19 @@ mod tests {
         (report.effects[0].confidence, report.effects[1].confidence) = (0.8, 0.2);
         let said = headline(&report);
         assert!(!said.starts_with("Perhaps") && said.matches("perhaps").count() == 1, "{said}");
+    }
+
+    #[test]
+    fn a_verdict_of_nothing_that_is_less_likely_than_something_says_so() {
+        let mut report = report(Verdict::None, Vec::new());
+        let set = |unknown: bool, p: f64| PosteriorSet { effects: Vec::new(), unknown, p };
+        report.posterior = vec![set(false, 0.6), set(true, 0.4)];
+        assert!(headline(&report).starts_with("Nothing is missing"), "{}", headline(&report));
+        report.posterior = vec![set(true, 0.71), set(false, 0.17)];
+        let said = headline(&report);
+        assert!(said.contains("something unknown (71 %) is likelier than tolerances alone (17 %)"), "{said}");
+        report.posterior.clear();
+        assert!(headline(&report).starts_with("Nothing is missing"), "a report without a posterior");
     }
 
     #[test]

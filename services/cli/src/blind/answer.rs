@@ -65,7 +65,7 @@ pub(super) struct Answer {
     pub verdict_set: Vec<usize>,
     /// Probability of the likeliest set of effects; not a number in reports without a posterior.
     pub most_p: f64,
-    /// Entropy of the sets that are listed, nats.
+    /// Entropy of the sets, nats; those that are not listed count as one.
     pub entropy: f64,
     /// Gap of the fitted runs that the calibrated model leaves.
     pub calibrated_fit: f64,
@@ -101,7 +101,11 @@ impl Answer {
             unexplained_term: report.pointer("/unexplained/term").and_then(Value::as_str).map(str::to_owned),
             effects: list("effects").iter().map(named).collect(),
             most_p: p().fold(f64::NAN, f64::max),
-            entropy: -p().filter(|p| *p > 0.0).map(|p| p * p.ln()).sum::<f64>(),
+            entropy: -p()
+                .chain([1.0 - p().sum::<f64>()])
+                .filter(|p| *p > 0.0)
+                .map(|p| p * p.ln())
+                .sum::<f64>(),
             verdict_set,
             calibrated_fit: number("/gap/fit/calibrated"),
             calibrated: number("/gap/holdout/calibrated"),
