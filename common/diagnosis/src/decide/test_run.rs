@@ -4,9 +4,10 @@
 //! white nor of known size, so each window counts as `per_window` independent errors of a size that is not known: its likelihood falls with that
 //! power of the gap (profile likelihood of a normal law). So one known cause is told from another.
 //!
-//! Something unknown, or a set that was not listed, predicts nothing of its own. A known law that resembles it does in its place, and as well
-//! as the best of them: a test that tells known causes apart leaves it its share. That a known cause passes a test in which much
-//! happens speaks for it, and that all of them leave much against it, by `explains` and `leaves`. All weights are learnt from simulated cases.
+//! Something unknown, or a set that was not listed, predicts nothing of its own. A known law that resembles it does in its place, and which one
+//! that is, is as uncertain as the cause: it is as likely as known sets are on average, so a test that tells these apart leaves it its
+//! share. That a known cause passes a test in which much happens speaks for it, and that all of them leave much against it, by
+//! `explains` and `leaves`. All weights are learnt from simulated cases.
 
 use crate::answer::schema::PosteriorSet;
 use serde::{Deserialize, Serialize};
@@ -129,24 +130,28 @@ fn listed(sets: &[PosteriorSet]) -> f64 {
 }
 
 impl TestRun {
-    /// The sets in their order, with the probabilities that they have after this test. A set is as likely as the best model whose
-    /// effects it holds, something unknown alone and what is not listed as the best of all; the first names in doubt of which the
-    /// test speaks, so what is not listed may grow or shrink with it.
+    /// The sets in their order, with the probabilities that they have after this test. A known set is as likely as the best model whose
+    /// effects it holds, something unknown alone and what is not listed as known sets are on average. What is not listed may grow or
+    /// shrink with the test.
     pub fn reweigh(&self, sets: &[PosteriorSet], weights: &TestWeights) -> Vec<PosteriorSet> {
         let logs: Vec<f64> = self.models.iter().map(|model| self.log_likelihood(model, weights)).collect();
         let Some(best) = (0..logs.len()).max_by(|a, b| logs[*a].total_cmp(&logs[*b])) else {
             return sets.to_vec();
         };
-        let passed = self.passed(best, weights);
-        let log = |set: &PosteriorSet| match (set.unknown, set.effects.is_empty()) {
-            (true, true) => logs[best] - passed,
-            (unknown, _) => self.of_set(set, &logs) - if unknown { passed } else { 0.0 },
+        let otherwise = (-self.passed(best, weights)).exp();
+        let by_model = |set: &PosteriorSet| (self.of_set(set, &logs) - logs[best]).exp();
+        let known = || sets.iter().filter(|set| !set.unknown);
+        let (of_known, p_known) =
+            (known().map(|set| set.p * by_model(set)).sum::<f64>(), known().map(|set| set.p).sum::<f64>());
+        let on_average = if p_known > 0.0 { of_known / p_known } else { 1.0 };
+        let likelihood = |set: &PosteriorSet| match (set.unknown, set.effects.is_empty()) {
+            (false, _) => by_model(set),
+            (true, false) => otherwise * by_model(set),
+            (true, true) => otherwise * on_average,
         };
-        let odds = |p: f64, log: f64| p * (log - logs[best]).exp();
         let mut after: Vec<PosteriorSet> =
-            sets.iter().map(|set| PosteriorSet { p: odds(set.p, log(set)), ..set.clone() }).collect();
-        let not_listed = odds((1.0 - listed(sets)).max(0.0), logs[best] - passed);
-        let total = listed(&after) + not_listed;
+            sets.iter().map(|set| PosteriorSet { p: set.p * likelihood(set), ..set.clone() }).collect();
+        let total = listed(&after) + (1.0 - listed(sets)).max(0.0) * otherwise * on_average;
         if total > 0.0 {
             after.iter_mut().for_each(|set| set.p /= total);
         }
@@ -232,7 +237,7 @@ mod tests {
 
     /// Two rivals, of which one fails: the other has what that one had, and nothing of what something unknown has.
     #[test]
-    fn a_rival_that_fails_makes_something_unknown_no_less_likely() {
+    fn a_rival_that_fails_leaves_something_unknown_its_share() {
         let none = TestWeights { explains: 0.0, ..TestWeights::default() };
         let test = TestRun {
             models: vec![model(&[], 9.0), model(&["a"], 1.4), model(&["b"], 5.0)],
@@ -241,11 +246,10 @@ mod tests {
         let beside =
             [set(&["a"], false, 0.3), set(&["b"], false, 0.3), set(&["a"], true, 0.1), set(&[], true, 0.3)];
         let p: Vec<f64> = test.reweigh(&beside, &none).iter().map(|set| set.p).collect();
-        let share = |p: f64| p / (0.3 + 0.1 + 0.3);
-        assert!((p[0] - share(0.3)).abs() < 1e-3 && (p[3] - share(0.3)).abs() < 1e-3, "{p:?}");
-        assert!((p[2] - share(0.1)).abs() < 1e-3 && p[1] < 1e-3, "{p:?}");
+        assert!(p[1] < 1e-3 && (p[0] / p[3] - (0.3 + 0.3) / 0.3).abs() < 0.01, "{p:?}");
+        assert!((p[0] / p[2] - 0.3 / 0.1).abs() < 1e-9, "{p:?}");
         // What explains a test in which much happens gains on it.
-        assert!(test.reweigh(&beside, &TestWeights::default())[0].p > share(0.3) + 0.1);
+        assert!(test.reweigh(&beside, &TestWeights::default())[0].p > p[0] + 0.1);
     }
 
     #[test]
