@@ -46,7 +46,7 @@ fn gaps(first: Named<'_>, second: Named<'_>) -> Markup {
                         @let [low, high] = holdout.reduction_ci95.map(percent);
                         tr {
                             th scope="row" { (name) }
-                            td { (verdict(report.verdict)) }
+                            td { (verdict(report)) }
                             td.n { (gap(holdout.nominal)) }
                             td.n { (gap(holdout.calibrated)) }
                             td.n { b { @if report.effects.is_empty() { "–" } @else { (gap(holdout.extended)) } } }

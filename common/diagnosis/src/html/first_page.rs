@@ -8,7 +8,7 @@ use crate::answer::supplement::{Detail, Event};
 use crate::words::advice::advice;
 use crate::words::format::{decimals, gap, list, term};
 use crate::words::regime::regime;
-use crate::words::sentences::{certainty, evidence, headline, place, verdict};
+use crate::words::sentences::{certainty, evidence, headline, likelier, place, verdict};
 use maud::{Markup, html};
 use railgrip_words::{reword, say, t};
 
@@ -18,6 +18,7 @@ const MOST_EVENTS: usize = 3;
 /// The page.
 pub fn page(report: &Report, detail: &Detail) -> Markup {
     let class = match report.verdict {
+        Verdict::None if likelier(report).is_some() => "badge unknown",
         Verdict::None => "badge none",
         Verdict::Effects => "badge",
         Verdict::Unknown | Verdict::EffectsAndUnknown => "badge unknown",
@@ -29,7 +30,7 @@ pub fn page(report: &Report, detail: &Detail) -> Markup {
                     span { (t("Sim-to-real gap")) }
                     strong { (detail.case) }
                     span { (reword(&detail.subject)) }
-                    span class=(class) title={ (t("in report.json:")) " " (report.verdict.name()) } { (verdict(report.verdict)) }
+                    span class=(class) title={ (t("in report.json:")) " " (report.verdict.name()) } { (verdict(report)) }
                 }
                 h1 { (unbroken(&headline(report))) }
                 p.lede {

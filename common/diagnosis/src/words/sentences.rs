@@ -58,8 +58,9 @@ fn perhaps(effect: &FoundEffect, finding: String) -> String {
 const EVEN: f64 = 0.5;
 
 /// The verdict in a few words.
-pub fn verdict(verdict: Verdict) -> &'static str {
-    match verdict {
+pub fn verdict(report: &Report) -> &'static str {
+    match report.verdict {
+        Verdict::None if likelier(report).is_some() => t("nothing settled"),
         Verdict::None => t("nothing missing"),
         Verdict::Effects => t("cause found"),
         Verdict::Unknown => t("cause unknown"),
