@@ -105,7 +105,7 @@ pub fn truth(sets: &[PosteriorSet], right: &[bool]) -> f64 {
     if right.contains(&true) {
         sets.iter().zip(right).filter(|(_, right)| **right).map(|(set, _)| set.p).sum()
     } else {
-        1.0 - listed(sets)
+        not_listed(sets)
     }
 }
 
@@ -113,8 +113,8 @@ pub fn truth(sets: &[PosteriorSet], right: &[bool]) -> f64 {
 /// nothing where none was tested.
 fn allowance(taught: &[Taught]) -> f64 {
     let of = |(test, sets, right): &Taught| -> Option<f64> {
-        let known = |(set, right): (&PosteriorSet, &bool)| *right && !set.unknown && !set.effects.is_empty();
-        let set = sets.iter().zip(right).find(|both| known((both.0, both.1)))?.0;
+        let is_known = |set: &PosteriorSet| !set.unknown && !set.effects.is_empty();
+        let (set, _) = sets.iter().zip(right).find(|(set, right)| **right && is_known(set))?;
         let model = test.models.iter().find(|model| model.effects == set.effects)?;
         test.mean_log(&model.windows, &test.natural)
     };
@@ -125,8 +125,9 @@ fn allowance(taught: &[Taught]) -> f64 {
     (all.iter().sum::<f64>() / all.len() as f64).exp().max(1.0)
 }
 
-fn listed(sets: &[PosteriorSet]) -> f64 {
-    sets.iter().map(|set| set.p).sum()
+/// Probability of all sets that are not listed.
+pub fn not_listed(sets: &[PosteriorSet]) -> f64 {
+    (1.0 - sets.iter().map(|set| set.p).sum::<f64>()).max(0.0)
 }
 
 impl TestRun {
@@ -151,7 +152,8 @@ impl TestRun {
         };
         let mut after: Vec<PosteriorSet> =
             sets.iter().map(|set| PosteriorSet { p: set.p * likelihood(set), ..set.clone() }).collect();
-        let total = listed(&after) + (1.0 - listed(sets)).max(0.0) * otherwise * on_average;
+        let of_listed: f64 = after.iter().map(|set| set.p).sum();
+        let total = of_listed + not_listed(sets) * otherwise * on_average;
         if total > 0.0 {
             after.iter_mut().for_each(|set| set.p /= total);
         }

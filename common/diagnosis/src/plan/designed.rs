@@ -24,8 +24,8 @@ pub struct Plan {
     pub seconds: f64,
 }
 
-/// Probability of what no model was made of from which it is said.
-const WORTH_SAYING: f64 = 0.05;
+/// Probability of what no model was made of, or no set lists, from which it is said.
+pub(super) const WORTH_SAYING: f64 = 0.05;
 
 /// The plan in words.
 pub(super) fn words(plan: &Plan) -> String {

@@ -4,7 +4,7 @@ use super::models::Model;
 use super::runs::{PlannedRun, is_driven};
 use crate::answer::schema::PosteriorSet;
 use crate::data::case::{Case, Columns, Run};
-use crate::decide::test_run::{TestRun, TestWeights, Tested};
+use crate::decide::test_run::{TestRun, TestWeights, Tested, not_listed};
 use crate::model::parameters::Built;
 use crate::predict::open_loop::{self, Tally, sigmas};
 use railgrip_vehicle::fast::{Disturbance, FastWagon, Motion, SampleInput};
@@ -148,8 +148,7 @@ fn drive(case: &Case, built: &Built, test: &PlannedRun) -> Run {
 
 /// Entropy of sets, nats; those that are not listed count as one.
 pub(super) fn entropy(sets: &[PosteriorSet]) -> f64 {
-    let not_listed = 1.0 - sets.iter().map(|set| set.p).sum::<f64>();
-    let all = sets.iter().map(|set| set.p).chain([not_listed]);
+    let all = sets.iter().map(|set| set.p).chain([not_listed(sets)]);
     -all.filter(|p| *p > 0.0).map(|p| p * p.ln()).sum::<f64>()
 }
 

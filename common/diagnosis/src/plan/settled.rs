@@ -1,5 +1,6 @@
 //! What a test run says of what a diagnosis left open.
 
+use super::designed::WORTH_SAYING;
 use super::models::{self, Model};
 use crate::answer::schema::{PosteriorSet, Report, Verdict};
 use crate::data::case::Case;
@@ -7,7 +8,7 @@ use crate::decide::criteria::Criteria;
 use crate::decide::posterior::Calibration;
 use crate::decide::selection::Selection;
 use crate::decide::sets::fewest;
-use crate::decide::test_run::{TestRun, Tested};
+use crate::decide::test_run::{TestRun, Tested, not_listed};
 use crate::predict::disturbances::DisturbanceModel;
 use crate::predict::natural;
 use crate::predict::open_loop::{self, Tally, sigmas};
@@ -158,9 +159,6 @@ fn equivalents(id: &str, report: &Report) -> Vec<String> {
     others
 }
 
-/// Probability of what is not listed from which it is said.
-const WORTH_SAYING: f64 = 0.05;
-
 /// The answer in words: what each model left, and what became of the sets.
 fn words(settled: &Settled) -> String {
     let named = |effects: &[String]| match effects {
@@ -182,7 +180,6 @@ fn words(settled: &Settled) -> String {
         let before = settled.before.iter().find(same).map_or(0.0, |before| before.p);
         format!("{} {before:.2} to {:.2}", set(after), after.p)
     });
-    let not_listed = |sets: &[PosteriorSet]| (1.0 - sets.iter().map(|set| set.p).sum::<f64>()).max(0.0);
     let [before, after] = [&settled.before, &settled.posterior].map(|sets| not_listed(sets));
     let others =
         (before.max(after) >= WORTH_SAYING).then(|| format!("what is not listed {before:.2} to {after:.2}"));
