@@ -194,6 +194,13 @@ fn what_is_wrong_is_said_with_what_there_is() {
         ("default = 0.0", "default = 9.0", "parameters", "`k`: 9 is not within 0 to 5"),
         ("upper = 5.0", "upper = -5.0", "parameters", "lower must be below upper"),
         ("parameters.k", "parameters.v_m_s", "parameters", "`v_m_s` is the name of a quantity"),
+        (
+            "{ upper",
+            "{ unit = \"N/foot\", upper",
+            "parameters",
+            "`k`: unit: nothing is measured in \"foot\"; a unit is 1",
+        ),
+        ("{ upper", "{ unit = \"\", upper", "parameters", "`k`: unit: is empty"),
         ("value - k * v_m_s^2", "value + 0 / (k - k)", "expression", "gives no number"),
         ("expression", "twins = [\"nope\"]\nexpression", "twins", "no effect is called \"nope\""),
         ("expression", "wheelset = 7\nexpression", "wheelset", "is 7, allowed is 1 to 4"),

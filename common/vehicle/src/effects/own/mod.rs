@@ -27,6 +27,7 @@ mod error;
 mod expression;
 mod law;
 mod trial;
+mod unit;
 
 pub use error::OwnEffectError;
 pub use expression::QUANTITIES;
@@ -98,7 +99,7 @@ pub struct OwnState {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OwnParameter {
-    /// Unit, for people.
+    /// Unit, for people: symbols such as `N s/m`, `1/K`, `%`; `1` where there is none.
     #[serde(default = "one")]
     pub unit: String,
     /// Smallest allowed value.
@@ -236,6 +237,7 @@ fn check_parameter(name: &str, parameter: &OwnParameter) -> Result<(), String> {
     if QUANTITIES.iter().any(|(known, _)| *known == name) || ["value", "state"].contains(&name) {
         return Err(format!("`{name}` is the name of a quantity"));
     }
+    unit::check(&parameter.unit).map_err(|problem| format!("`{name}`: unit: {problem}"))?;
     if !(lower.is_finite() && upper.is_finite() && lower < upper) {
         return Err(format!("`{name}`: lower is {lower}, upper {upper}; lower must be below upper"));
     }
@@ -248,6 +250,9 @@ fn check_parameter(name: &str, parameter: &OwnParameter) -> Result<(), String> {
         None => Ok(()),
     }
 }
+
+/// What separates an effect from its twins where the file does not say.
+const DESIGNED: &str = "the run that `railgrip gap plan` designs";
 
 /// The entry of an effect. It stays for the life of the process, as the catalogue does.
 fn publish(written: OwnEffect, law: Compiled) -> Known {
@@ -281,7 +286,7 @@ fn publish(written: OwnEffect, law: Compiled) -> Known {
         parameters: Vec::leak(parameters),
         hidden: Vec::leak(hidden),
         twins: Vec::leak(twins),
-        separated_by: kept(&written.separated_by),
+        separated_by: if written.separated_by.is_empty() { DESIGNED } else { kept(&written.separated_by) },
     }));
     let law = Arc::new(law);
     let constructor: Constructor = Box::leak(Box::new(move |values: &[f64]| -> Box<dyn Effect> {
