@@ -106,6 +106,8 @@ fn diagnose_and<T>(
 ) -> (Outcome, Option<T>) {
     let started = Instant::now();
     let mut criteria = Criteria::default();
+    let cut = case.within(criteria.pursuit.longest_s);
+    let case = cut.as_ref().unwrap_or(case);
     let is_thinned = case.thinned(criteria.pursuit.rate_hz).is_some();
     let is_settled = |report: &Report| !is_thinned || report.verdict != Verdict::Unknown;
     let (outcome, done) = answer(case, options, &criteria, progress, |case, selection, report, criteria| {
@@ -141,6 +143,7 @@ fn answer<T>(
     let case = thinned.as_ref().unwrap_or(case);
 
     // Calibrate: fit the nuisances alone. All that follows is measured against this model.
+    progress("calibration");
     let mut base = selection::calibrate(case);
 
     // Listen: take the noise of the sensors from the recordings, and calibrate again if it is not as the vehicle file says.
@@ -152,6 +155,7 @@ fn answer<T>(
 
     // Localise: let one place of the equations err after the other. Where that gains most, the model is wrong, whatever the
     // cause; a cause that cannot act there will have to explain itself.
+    progress("places");
     let places = selection::localise(&base, criteria);
 
     // Select: which effects of the library the recordings ask for. Each must gain more than chance and more than a mere

@@ -2,6 +2,10 @@
 
 use std::io::IsTerminal;
 use std::path::Path;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use railgrip_diagnosis::data::case::Case;
@@ -11,6 +15,10 @@ use railgrip_vehicle::effects;
 use railgrip_words::Language;
 
 use crate::CliError;
+use crate::output::note;
+
+/// How often it is said, where nobody looks on, how far a diagnosis is.
+const TOLD_EVERY: Duration = Duration::from_secs(60);
 
 /// How the library is searched.
 #[derive(Debug, clap::Args)]
@@ -40,21 +48,30 @@ impl SearchArgs {
         wagon::Options { case, without, seed: self.seed, version: version(), command }
     }
 
-    /// Does the work on as many threads as are asked for, with a bar on a terminal that each step moves on.
+    /// Does the work on as many threads as are asked for, and says how far it is: on a terminal all the time, elsewhere now and then.
     pub(crate) fn run<T: Send>(
         &self,
         work: impl FnOnce(&(dyn Fn(&'static str) + Sync)) -> T + Send,
     ) -> Result<T, CliError> {
-        let bar = progress_bar();
+        let bar = spinner();
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(self.threads.map_or(0, usize::from))
             .build()
             .map_err(CliError::failed)?;
+        let part = Mutex::new("");
         let step = |what: &'static str| {
+            *part.lock().unwrap_or_else(PoisonError::into_inner) = what;
             bar.set_message(what);
-            bar.inc(1);
         };
-        let answer = pool.install(|| work(&step));
+        let (working, ended) = mpsc::channel::<()>();
+        let answer = thread::scope(|scope| {
+            if bar.is_hidden() {
+                scope.spawn(|| tell(&bar, &part, ended));
+            }
+            let answer = pool.install(|| work(&step));
+            drop(working);
+            answer
+        });
         bar.finish_and_clear();
         Ok(answer)
     }
@@ -108,15 +125,23 @@ pub(crate) fn version() -> String {
     format!("railgrip {}", env!("CARGO_PKG_VERSION"))
 }
 
-/// A bar on a terminal, nothing elsewhere.
-fn progress_bar() -> ProgressBar {
-    // One round over the library, a second one when something was found, and the closing steps.
-    let bar = ProgressBar::new(2 * effects::all().len() as u64 + 3);
+/// Says once in a while which part of the work is being done, until it has `ended`.
+fn tell(bar: &ProgressBar, part: &Mutex<&'static str>, ended: mpsc::Receiver<()>) {
+    while ended.recv_timeout(TOLD_EVERY) == Err(RecvTimeoutError::Timeout) {
+        let part = *part.lock().unwrap_or_else(PoisonError::into_inner);
+        note(&format!("diagnosing for {:.0} min: {part}", bar.elapsed().as_secs_f64() / 60.0));
+    }
+}
+
+/// What turns on a terminal while something is being done, nothing elsewhere. How many parts are to come nobody knows before.
+fn spinner() -> ProgressBar {
     if !std::io::stderr().is_terminal() {
-        bar.set_draw_target(ProgressDrawTarget::hidden());
+        return ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
     }
-    if let Ok(style) = ProgressStyle::with_template("{elapsed:>4} [{bar:40}] {pos}/{len} {msg}") {
-        bar.set_style(style.progress_chars("=> "));
+    let bar = ProgressBar::new_spinner();
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed:>4} {msg}") {
+        bar.set_style(style);
     }
+    bar.enable_steady_tick(Duration::from_millis(120));
     bar
 }

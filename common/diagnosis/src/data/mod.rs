@@ -4,6 +4,7 @@ pub mod align;
 pub mod case;
 pub mod lacks;
 pub mod load;
+mod long;
 pub mod noise;
 pub mod unit_watch;
 pub mod units;

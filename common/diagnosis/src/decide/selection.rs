@@ -268,7 +268,9 @@ impl<'a> Climb<'_, 'a> {
                 break Stop::NoCandidate;
             }
             let at = Standpoint { current, rest, accepted: &path.accepted };
+            (self.progress)("candidates");
             let mut round = try_all(current, &candidates, criteria, self.progress);
+            (self.progress)("finalists");
             let (finalists, gains) =
                 refit_finalists((case, self.alignments), disturbances, &at, &candidates, &round, criteria);
             round.own_filter_gains = gains;
