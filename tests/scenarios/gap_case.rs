@@ -354,6 +354,14 @@ fn bad_cases_are_refused_with_file_line_and_column() {
     );
     refused(run, &|t| scaled(t, &[1], 3.6), &["stop.dry.csv, line 2, column v_m_s", "km/h"]);
     refused(run, &|t| scaled(t, &[4, 5], 1e-3), &["stop.dry.csv, line ", "column f_perp_f_n", "kN"]);
+    let still = |t: &str, columns: &[usize]| scaled(t, columns, 0.0);
+    refused(
+        run,
+        &|t| still(t, &[2]),
+        &["stop.dry.csv, line 2, column omega_f_rad_s: reads 0 throughout", "dead"],
+    );
+    // Lines that end as on Windows are counted alike.
+    refused(run, &|t| cell(t, 40, 1, "NaN").replace('\n', "\r\n"), &["stop.dry.csv, line 40, column v_m_s"]);
     let mass = |t: &str, to: &str| {
         t.lines()
             .map(|l| if l.starts_with("mass_kg") { format!("{to}\n") } else { format!("{l}\n") })

@@ -67,7 +67,7 @@ fn read_at_most(
     let mut reader =
         builder.has_headers(false).flexible(true).delimiter(dialect.delimiter).from_reader(source);
     let mut record = ByteRecord::new();
-    let (names, wanted) = header(&mut reader, &mut record, file, choose)?;
+    let (names, wanted) = header(&mut reader, &mut record, file, choose, dialect)?;
     let mut columns = vec![Vec::new(); names.len()];
     let mut lines = Vec::new();
     let mut signs = Signs::default();
@@ -75,7 +75,7 @@ fn read_at_most(
     since_row.set(0);
     while next(&mut reader, &mut record, file)? {
         since_row.set(0);
-        let line = line_of(&record);
+        let line = line_of(&record, &reader, dialect);
         let error = |problem| RecordingError::new(file, problem).at(Place::Line(line));
         // Its number of the line takes as much as a cell, though nobody asks for it.
         fits(lines.len() as u64 + 1, columns_wanted.max(1), most_bytes).map_err(error)?;
@@ -104,11 +104,13 @@ fn header(
     record: &mut ByteRecord,
     file: &Path,
     choose: ColumnChoice<'_>,
+    dialect: Dialect,
 ) -> Result<(Vec<String>, Vec<bool>)> {
     if !next(reader, record, file)? {
         return Err(RecordingError::new(file, Problem::NoHeader));
     }
-    let error = |problem| RecordingError::new(file, problem).at(Place::Line(line_of(record)));
+    let line = line_of(record, reader, dialect);
+    let error = |problem| RecordingError::new(file, problem).at(Place::Line(line));
     let mut names: Vec<String> = Vec::with_capacity(record.len());
     let mut known = std::collections::HashSet::new();
     for cell in record.iter() {
@@ -137,8 +139,11 @@ fn next(reader: &mut csv::Reader<impl Read>, record: &mut ByteRecord, file: &Pat
     })
 }
 
-fn line_of(record: &ByteRecord) -> u64 {
-    record.position().map_or(0, csv::Position::line)
+/// The line on which a row that has just been read stands. A row begins where the one before ended, which may be some empty lines above,
+/// and with `\r\n` on the line of that one; so it is told by where it ends: before its `\r`, or behind its `\n`.
+fn line_of(record: &ByteRecord, reader: &csv::Reader<impl Read>, dialect: Dialect) -> u64 {
+    let (begin, end) = (record.position().map_or(0, csv::Position::line), reader.position().line());
+    if dialect.carriage_returns { end } else { begin.max(end.saturating_sub(1)) }
 }
 
 /// How a file separates cells, and whole numbers from their fractions.
@@ -146,6 +151,8 @@ fn line_of(record: &ByteRecord) -> u64 {
 struct Dialect {
     delimiter: u8,
     decimal_comma: bool,
+    /// Whether lines end in `\r\n`.
+    carriage_returns: bool,
 }
 
 impl Dialect {
@@ -154,11 +161,12 @@ impl Dialect {
     fn of(beginning: &[u8]) -> Self {
         let header = beginning.split(|byte| *byte == b'\n').next().unwrap_or_default();
         let has = |byte: u8| header.contains(&byte);
-        match (has(b','), has(b';'), has(b'\t')) {
-            (false, true, _) => Self { delimiter: b';', decimal_comma: true },
-            (false, false, true) => Self { delimiter: b'\t', decimal_comma: true },
-            _ => Self { delimiter: b',', decimal_comma: false },
-        }
+        let (delimiter, decimal_comma) = match (has(b','), has(b';'), has(b'\t')) {
+            (false, true, _) => (b';', true),
+            (false, false, true) => (b'\t', true),
+            _ => (b',', false),
+        };
+        Self { delimiter, decimal_comma, carriage_returns: header.ends_with(b"\r") }
     }
 }
 
@@ -258,6 +266,23 @@ mod tests {
         let error = of(text.as_bytes(), 15_999).expect_err("too much");
         assert!(matches!(error.problem, Problem::TooManyCells { rows: 1000, columns: 2, .. }), "{error}");
         assert!(error.to_string().starts_with("x.csv, line 1001: 1000 rows of 2 columns fill"), "{error}");
+    }
+
+    /// However lines end, empty ones between them or not, and with the last one unfinished.
+    #[test]
+    fn a_row_is_told_by_the_line_on_which_it_stands() {
+        for end in ["\n", "\r\n"] {
+            for (rows, line) in [("x,2", 2), ("1,2|x,2|", 3), ("|1,2|||x,2|3,4|", 6), ("1,2|||x,2", 5)] {
+                let text = format!("a,b|{rows}").replace('|', end);
+                let error = of(text.as_bytes(), MOST_BYTES).expect_err("no number").to_string();
+                // Empty lines before an unfinished last one are the one thing that nothing tells.
+                let line = if end == "\n" && rows == "1,2|||x,2" { line - 1 } else { line };
+                assert!(error.starts_with(&format!("x.csv, line {line}, column a: ")), "{text:?}: {error}");
+            }
+            let twice =
+                of(format!("a,a{end}").as_bytes(), MOST_BYTES).expect_err("one name for two").to_string();
+            assert!(twice.starts_with("x.csv, line 1, column a"), "{twice}");
+        }
     }
 
     #[test]

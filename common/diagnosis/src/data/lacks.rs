@@ -1,6 +1,7 @@
 //! What recordings do not show, so that nobody takes silence about it for an answer.
 
 use crate::data::case::{Case, Run, Sample};
+use crate::data::dead::MOVES_FROM_M_S;
 
 /// Recordings shorter than this say little of anything, s: six windows of ten seconds. Set by hand.
 const SHORT_S: f64 = 60.0;
@@ -8,8 +9,6 @@ const SHORT_S: f64 = 60.0;
 const LEAST_S: f64 = 5.0;
 /// Least range of speed that tells a law of speed from a constant, m/s. Set by hand.
 const LEAST_RANGE_M_S: f64 = 5.0;
-/// Slower than this a wagon counts as standing, m/s.
-const MOVES_FROM_M_S: f64 = 2.0;
 /// Pressing force of all wheelsets from which the brake acts, N.
 const BRAKES_FROM_N: f64 = 2000.0;
 /// Torque of all wheelsets from which the wagon is driven, N m.

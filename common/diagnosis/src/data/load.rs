@@ -1,6 +1,7 @@
 //! Reading the runs of a case.
 
 use crate::data::case::{Case, Columns, Run};
+use crate::data::dead::{self, MOVES_FROM_M_S};
 use crate::data::noise::SensorNoise;
 use railgrip_recording::{Mending, Place, Recording, RecordingError, RunFile, runs_in};
 use railgrip_vehicle::{RailClass, VehicleParameters};
@@ -38,6 +39,15 @@ pub enum CaseError {
         /// The column, and what gives it away.
         source: crate::data::units::UnitError,
     },
+    /// Nothing moves in any of the runs to fit on.
+    #[error(
+        "{}: in no run does the vehicle reach {MOVES_FROM_M_S} m/s; what brakes and rail do shows only while it runs",
+        path.display()
+    )]
+    Standing {
+        /// Their folder.
+        path: PathBuf,
+    },
 }
 
 /// Reads `CASE/fit` and `CASE/holdout`. What can be mended in a recording is mended, and said in the case's notes; a recording
@@ -47,7 +57,11 @@ pub enum CaseError {
 /// A folder without runs, or a bad recording; the message names file, line and column.
 pub fn load(folder: &Path, vehicle: VehicleParameters) -> Result<Case, CaseError> {
     let mut notes = Vec::new();
-    let fit = read(&folder.join("fit"), "fit", &vehicle, &mut notes)?;
+    let path = folder.join("fit");
+    let fit = read(&path, "fit", &vehicle, &mut notes)?;
+    if !fit.iter().any(|run| dead::moves(run, vehicle.wheelset.radius_m)) {
+        return Err(CaseError::Standing { path });
+    }
     let holdout = read(&folder.join("holdout"), "holdout", &vehicle, &mut notes)?;
     let [mut fit, holdout] = [fit, holdout].map(|parts| parts.iter().map(run).collect::<Vec<Run>>());
     for (number, run) in (1..).zip(&mut fit) {
@@ -99,7 +113,9 @@ fn read(
                 let (found, expected) = (recording.wheelsets, vehicle.wheelsets());
                 return Err(CaseError::Wheelsets { path, found, expected });
             }
-            crate::data::units::check(&recording, vehicle).map_err(|source| CaseError::Units {
+            let checked = crate::data::units::check(&recording, vehicle);
+            let checked = checked.and_then(|()| dead::check(&recording, vehicle.wheelset.radius_m));
+            checked.map_err(|source| CaseError::Units {
                 path: path.clone(),
                 place: rows.place(source.t_s),
                 source,

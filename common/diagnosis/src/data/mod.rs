@@ -2,6 +2,7 @@
 
 pub mod align;
 pub mod case;
+mod dead;
 pub mod lacks;
 pub mod load;
 mod long;

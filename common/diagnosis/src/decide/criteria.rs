@@ -57,7 +57,7 @@ impl Default for Hearing {
 /// How far candidates and flexible discrepancies are pursued: what is given up here cannot be named later.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pursuit {
-    /// Most of the recordings to fit on that is fitted, s. Effort: at 25 samples a second two wheelsets take half a megabyte a second.
+    /// Most of the recordings to fit on that is fitted, s. Effort: an hour of two wheelsets took 3.2 GB.
     pub longest_s: f64,
     /// Rate to which denser recordings are thinned to select and to judge, Hz. Effort: cases recorded at 20 Hz are answered no worse than
     /// denser ones.
@@ -108,7 +108,7 @@ pub struct Pursuit {
 impl Default for Pursuit {
     fn default() -> Self {
         Self {
-            longest_s: 3600.0,
+            longest_s: 1800.0,
             rate_hz: 25.0,
             first_fit_share: 0.02,
             promising_starts: 3,
