@@ -57,7 +57,7 @@ impl Default for Hearing {
 /// How far candidates and flexible discrepancies are pursued: what is given up here cannot be named later.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pursuit {
-    /// Most of the recordings to fit on that is fitted, s. Effort, set by hand: an hour of two wheelsets took 3.2 GB and more.
+    /// Most of the recordings to fit on that is fitted, s. Effort, set by hand.
     pub longest_s: f64,
     /// Rate to which denser recordings are thinned to select and to judge, Hz. Effort: cases recorded at 20 Hz are answered no worse than
     /// denser ones.
